@@ -1,0 +1,52 @@
+"""Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
+
+from varcontact import reference
+from varcontact.energy import Certificate
+from varcontact.errors import (
+    NoContact,
+    NotConverged,
+    OutputError,
+    Saturated,
+    SceneError,
+    SolverUnavailable,
+    TooLarge,
+    VarcontactError,
+)
+from varcontact.grid import Grid
+from varcontact.io.netcdf import load
+from varcontact.io.scenefile import read_scene
+from varcontact.plan import Plan
+from varcontact.scene import Bodies, Scene, Shift, Steady, Units
+from varcontact.solution import Solution
+from varcontact.solve import certify, solve
+from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Bodies",
+    "Certificate",
+    "Ellipse",
+    "Grid",
+    "NoContact",
+    "NotConverged",
+    "OutputError",
+    "Paraboloids",
+    "Plan",
+    "SampledDistance",
+    "Saturated",
+    "Scene",
+    "SceneError",
+    "Shift",
+    "Solution",
+    "SolverUnavailable",
+    "Steady",
+    "TooLarge",
+    "Units",
+    "VarcontactError",
+    "certify",
+    "load",
+    "read_scene",
+    "reference",
+    "solve",
+]

@@ -1,0 +1,81 @@
+"""Checks of single inputs: each returns the clean value or raises a SceneError that names the field."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import SceneError
+
+
+def number(field: str, value: Any, allowed: str = "a finite number") -> float:
+    """A finite real number."""
+    result = real(field, value, allowed)
+    if not math.isfinite(result):
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def real(field: str, value: Any, allowed: str = "a number") -> float:
+    """A real number, which may be infinite but not NaN."""
+    if isinstance(value, (bool, str, bytes)) or value is None:
+        raise SceneError(field, value, allowed)
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(field, value, allowed) from None
+    if math.isnan(result):
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
+    """A finite number above zero."""
+    result = number(field, value, allowed)
+    if result <= 0:
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def whole(field: str, value: Any, least: int = 1) -> int:
+    """A whole number of at least `least`."""
+    allowed = f"a whole number, {least} or more"
+    result = number(field, value, allowed)
+    if result != int(result) or result < least:
+        raise SceneError(field, value, allowed)
+    return int(result)
+
+
+def array(field: str, value: Any, ndim: int) -> np.ndarray:
+    """A read-only copy of a finite array of floats with `ndim` dimensions."""
+    allowed = f"a {ndim}-dimensional array of finite numbers"
+    try:
+        result = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise SceneError(field, value, allowed) from None
+    if result.ndim != ndim or result.size == 0:
+        raise SceneError(field, f"array of shape {result.shape}", allowed)
+    bad = ~np.isfinite(result)
+    if bad.any():
+        where = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise SceneError(f"{field}{list(where)}", float(result[where]), "finite (no NaN, no inf)")
+    result.flags.writeable = False
+    return result
+
+
+def choice(field: str, value: Any, options: Iterable[str]) -> str:
+    """One of the named options; the error suggests the nearest."""
+    names = list(options)
+    if isinstance(value, str) and value in names:
+        return value
+    raise SceneError(field, value, f"one of {', '.join(names)}{nearest(value, names)}")
+
+
+def nearest(value: Any, names: Iterable[str]) -> str:
+    """`` (did you mean ...?)``, or nothing where no name is near."""
+    close = difflib.get_close_matches(str(value), list(names), n=1, cutoff=0.5)
+    return f" (did you mean {close[0]}?)" if close else ""

@@ -1,0 +1,248 @@
+"""Contact problems as convex programs: plain data that any conic solver can take.
+
+``minimise 1/2 x'P x + q'x  subject to  A x + s = b, s in K``, K a product of cones. Every program is scaled:
+tractions by the bound of their own element, so that friction disks are unit disks, and shifts by the largest
+rigid shift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact.problem import NormalProblem, TangentialProblem
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What every solver is told.
+
+    Attributes
+    ----------
+    tol : float
+        Accuracy asked of the solver itself, relative.
+    max_iterations : int
+    """
+
+    tol: float = 1e-9
+    max_iterations: int = 200
+
+
+@dataclass(frozen=True, eq=False)
+class RawSolution:
+    """What a solver returns: dimensionless, as it is, not yet judged.
+
+    Attributes
+    ----------
+    traction : ndarray, shape (n,) or (2, n)
+        Pressures, or tangential tractions.
+    rigid : ndarray, shape (1,) or (2,)
+        The approach, or the uniform rigid shift where the force is prescribed (0 where not).
+    iterations : int
+    status : str
+        The solver's own word.
+    """
+
+    traction: np.ndarray
+    rigid: np.ndarray
+    iterations: int
+    status: str
+
+
+@dataclass(frozen=True, eq=False)
+class ConicProgram:
+    """A convex program as plain data.
+
+    Attributes
+    ----------
+    P : csc_matrix
+        Upper triangle.
+    q, b : ndarray
+    A : csc_matrix
+    cones : list of (str, int)
+        ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 3)``, in the order of the rows; a
+        second-order cone is ``s[0] >= |s[1:]|``.
+    recover : callable
+        From the program's (x, z) to the problem's (traction, rigid).
+    """
+
+    P: csc_matrix
+    q: np.ndarray
+    A: csc_matrix
+    b: np.ndarray
+    cones: list[tuple[str, int]]
+    recover: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def normal_program(problem: NormalProblem) -> ConicProgram:
+    """The normal problem as a QP: ``min 1/2 p'A p + (h - d)'p, p >= 0``, (215) with its sign changed.
+
+    With the force prescribed d is dropped, ``sum(p)`` is an equality, and its multiplier the approach.
+    """
+    from scipy.sparse import csc_matrix
+
+    n, force = problem.distance.size, problem.force
+    least = float(problem.distance.min())
+    if force is None:
+        assert problem.approach is not None
+        distance = problem.distance - problem.approach
+        displacement = problem.approach - least
+    else:
+        distance = problem.distance - least
+        displacement = float(np.abs(problem.operator.matrix).sum(axis=0).max()) * force / problem.area / n
+    pressure = displacement / problem.operator.diagonal
+    P = _upper(problem.operator.matrix * (pressure / displacement))
+    ones = -np.ones(n)
+    if force is None:
+        A, b, cones = csc_matrix((ones, np.arange(n), np.arange(n + 1))), np.zeros(n), [("nonnegative", n)]
+    else:
+        data = np.stack([np.full(n, 1 / n), ones], axis=1).ravel()
+        rows = np.stack([np.zeros(n, dtype=int), 1 + np.arange(n)], axis=1).ravel()
+        A = csc_matrix((data, rows, 2 * np.arange(n + 1)))
+        b = np.concatenate([[force / (problem.area * pressure * n)], np.zeros(n)])
+        cones = [("zero", 1), ("nonnegative", n)]
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        approach = problem.approach if force is None else least - z[0] * displacement / n
+        return np.maximum(x, 0.0) * pressure, np.array([approach], dtype=float)
+
+    return ConicProgram(P, distance / displacement, A, b, cones, recover)
+
+
+def shift_program(problem: TangentialProblem) -> ConicProgram:
+    """A shift as a second-order-cone program: ``min 1/2 p'A p + W'p, |p_i| <= g_i``, (215) with its sign changed.
+
+    A prescribed force is an equality, its multiplier the unknown part of the shift.
+    """
+    from scipy.sparse import csc_matrix
+
+    n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
+    scale, weight = _shift_scale(problem), bound / bound.max()
+    P = _upper(weight[:, None] * (problem.operator.matrix * (bound / scale)))
+    rows, entries = _columns(_cone_rows(n), -np.ones(2 * n), 3 * n, problem)
+    A = csc_matrix((entries.ravel(), rows.ravel(), np.arange(2 * n + 1) * entries.shape[1]), (3 * n + len(free), 2 * n))
+    b = np.concatenate([np.tile([1.0, 0.0, 0.0], n), _force_level(problem)])
+    cones = [("second_order", 3)] * n + _equalities(problem)
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rigid = np.zeros(2)
+        rigid[free] = z[3 * n :] * scale * bound.max() / problem.bound.sum()
+        return (x * bound).reshape(2, n), rigid
+
+    return ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
+
+
+def gap_program(problem: TangentialProblem) -> ConicProgram:
+    """Steady rolling as one convex program: minimise the duality gap.
+
+    ``gap(p) = p'E + sum(g_i |E_i|)`` with ``E = W + M p`` is never negative for admissible p and zero exactly
+    at the solution; with ``t_i >= |E_i|`` it is ``p'S p + W'p + g't``, S the symmetric part of M, which is
+    positive definite. A prescribed force makes the rigid shift in its direction a variable.
+    """
+    from scipy.sparse import csc_matrix, hstack
+
+    n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
+    scale, weight = _shift_scale(problem), bound / bound.max()
+    shift_rows, disk_rows = _cone_rows(n), 3 * n + _cone_rows(n)
+    height = 6 * n + len(free)
+
+    matrix = problem.operator.matrix * (bound / scale)
+    quadratic = weight[:, None] * matrix
+    quadratic += quadratic.T
+    P = _upper(quadratic, more=n + len(free))
+    del quadratic
+
+    # Columns of the tractions: a dense part in the shifts' cones, one entry in the disks, the forces.
+    order = np.argsort(shift_rows)
+    rows, entries = _columns(disk_rows, -np.ones(2 * n), 6 * n, problem)
+    rows = np.concatenate([np.broadcast_to(shift_rows[order].astype(np.int32), (2 * n, 2 * n)), rows], axis=1)
+    entries = np.concatenate([-matrix.T[:, order], entries], axis=1)
+    del matrix
+    width = entries.shape[1]
+    tractions = csc_matrix((entries.ravel(), rows.ravel(), np.arange(2 * n + 1) * width), (height, 2 * n))
+    bounds_of_shift = _padded_diagonal(n, shift_rows[order], height)
+    unknown = np.array([shift_rows[i * n : (i + 1) * n] for i in free], dtype=int).ravel()
+    rigid_shifts = csc_matrix((-np.ones(unknown.size), unknown, np.arange(len(free) + 1) * n), (height, len(free)))
+    A = hstack([tractions, bounds_of_shift, rigid_shifts], format="csc")
+
+    b = np.concatenate([np.zeros(3 * n), np.tile([1.0, 0.0, 0.0], n), _force_level(problem)])
+    b[shift_rows] = problem.rigid_shift.ravel() / scale
+    force_work = _force_level(problem) * problem.bound.sum() / bound.max()
+    q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work])
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rigid = np.zeros(2)
+        rigid[free] = x[3 * n :] * scale
+        return (x[: 2 * n] * bound).reshape(2, n), rigid
+
+    return ConicProgram(P, q, A, b, [("second_order", 3)] * (2 * n) + _equalities(problem), recover)
+
+
+def _shift_scale(problem: TangentialProblem) -> float:
+    """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions."""
+    rigid = float(np.abs(problem.rigid_shift).max())
+    if not problem.free and rigid > 0:
+        return rigid
+    elastic = np.abs(problem.operator.matrix @ np.tile(problem.bound, 2)).max()
+    return max(rigid, float(elastic))
+
+
+def _upper(matrix: np.ndarray, more: int = 0) -> csc_matrix:
+    """Upper triangle of a symmetric dense matrix, with `more` empty columns behind."""
+    from scipy.sparse import csc_matrix
+
+    n = matrix.shape[0]
+    lower = np.tri(n, dtype=bool)  # row by row below the diagonal = column by column above it
+    rows = np.nonzero(lower)[1].astype(np.int32)
+    ends = np.concatenate([np.cumsum(np.arange(n + 1)), np.full(more, n * (n + 1) // 2)])
+    return csc_matrix((matrix[lower], rows, ends), (n + more, n + more))
+
+
+def _cone_rows(n: int) -> np.ndarray:
+    """Rows of the 2 n vector components (all x, then all y) in n cones (radius, x, y)."""
+    return np.concatenate([3 * np.arange(n) + 1, 3 * np.arange(n) + 2])
+
+
+def _columns(
+    rows: np.ndarray, entries: np.ndarray, first: int, problem: TangentialProblem
+) -> tuple[np.ndarray, np.ndarray]:
+    """One entry a column, and the mean over the disks of each direction whose force is prescribed, from row `first`."""
+    n, share = problem.size, problem.bound / problem.bound.sum()
+    rows = np.stack([rows, *(np.full(2 * n, first + k) for k in range(len(problem.free)))], axis=1)
+    forces = [np.concatenate([share * (i == 0), share * (i == 1)]) for i in problem.free]
+    return rows.astype(np.int32), np.stack([entries, *forces], axis=1)
+
+
+def _force_level(problem: TangentialProblem) -> np.ndarray:
+    """Prescribed forces as parts of what the bound can carry."""
+    limit = problem.area * problem.bound.sum()
+    return np.array([F / limit for F in problem.force if F is not None])
+
+
+def _equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
+    return [("zero", len(problem.free))] if problem.free else []
+
+
+def _padded_diagonal(n: int, dense_rows: np.ndarray, height: int) -> csc_matrix:
+    """Columns of the bounds t: -1 in the head of each shift's cone; some padded with zeros in the dense rows.
+
+    Solvers order their factorisation by minimum degree and keep what has more than ``15 sqrt(size)`` entries
+    for last, as dense (Clarabel takes this rule from QDLDL). Between 250 and 500 elements the cone rows are
+    just below that: eliminated one by one they cost twice the time. The zeros lift them above it.
+    """
+    from scipy.sparse import csc_matrix
+
+    lacking = int(15 * np.sqrt(9 * n)) + 8 - 2 * n
+    padded = lacking if 0 < lacking < 0.8 * n else 0
+    columns = [np.append(dense_rows, 3 * i) for i in range(padded)] + [np.array([3 * i]) for i in range(padded, n)]
+    data = [np.append(np.zeros(dense_rows.size), -1.0)] * padded + [np.array([-1.0])] * (n - padded)
+    ends = np.cumsum([0] + [column.size for column in columns])
+    padded_columns = csc_matrix((np.concatenate(data), np.concatenate(columns), ends), (height, n))
+    padded_columns.sort_indices()
+    return padded_columns

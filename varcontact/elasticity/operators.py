@@ -1,0 +1,174 @@
+"""Influence numbers on a grid as an operator: products by FFT, dense blocks on any subset of elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.grid import Grid
+
+
+@dataclass(frozen=True, eq=False)
+class GridOperator:
+    """A block-Toeplitz operator from tractions to displacements on a grid.
+
+    Attributes
+    ----------
+    shape : (ny, nx)
+        Of the grid.
+    table : ndarray, shape (rows, columns, 2 ny - 1, 2 nx - 1)
+        Influence number of each pair of components by the offset (field element minus loaded element),
+        from ``-(n - 1)`` to ``n - 1``.
+    """
+
+    shape: tuple[int, int]
+    table: np.ndarray
+
+    def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
+        """The matrix from tractions on `loaded` to displacements in `elements`.
+
+        Parameters
+        ----------
+        elements, loaded : int arrays
+            Flat indices of elements (``iy * nx + ix``); `loaded` is `elements` if not given.
+
+        Returns
+        -------
+        ndarray, shape (rows * n, columns * m)
+            Component by component: all x first, then all y.
+        """
+        ny, nx = self.shape
+        loaded = elements if loaded is None else loaded
+        (iy, ix), (jy, jx) = np.divmod(elements, nx), np.divmod(loaded, nx)
+        offset = (iy * (2 * nx - 1) + ix)[:, None] - (jy * (2 * nx - 1) + jx) + (ny - 1) * (2 * nx - 1) + nx - 1
+        rows, columns = self.table.shape[:2]
+        n, m = offset.shape
+        matrix = np.empty((rows * n, columns * m))
+        for i in range(rows):
+            for j in range(columns):
+                np.take(self.table[i, j].ravel(), offset, out=matrix[i * n : (i + 1) * n, j * m : (j + 1) * m])
+        return matrix
+
+    def apply(self, tractions: np.ndarray) -> np.ndarray:
+        """Product with tractions on the whole grid, by zero-padded FFT.
+
+        Parameters
+        ----------
+        tractions : ndarray, shape (columns, ny, nx)
+
+        Returns
+        -------
+        ndarray, shape (rows, ny, nx)
+        """
+        from scipy import fft
+
+        ny, nx = self.shape
+        size = self._fft_shape
+        spectrum = fft.rfft2(tractions, size)
+        product = np.einsum("ij...,j...->i...", self._kernel, spectrum)
+        return np.ascontiguousarray(fft.irfft2(product, size)[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1])
+
+    def on(self, elements: np.ndarray) -> RestrictedOperator:
+        """The same operator between tractions and displacements of some elements only."""
+        return RestrictedOperator(self, elements)
+
+    @cached_property
+    def _fft_shape(self) -> tuple[int, int]:
+        from scipy.fft import next_fast_len
+
+        ny, nx = self.shape
+        # The products wrap around below index n - 1, where they are not read.
+        return next_fast_len(2 * ny - 1, real=True), next_fast_len(2 * nx - 1, real=True)
+
+    @cached_property
+    def _kernel(self) -> np.ndarray:
+        from scipy import fft
+
+        return fft.rfft2(self.table, self._fft_shape)
+
+
+@dataclass(frozen=True, eq=False)
+class RestrictedOperator:
+    """A `GridOperator` between some elements only."""
+
+    grid_operator: GridOperator
+    elements: np.ndarray
+
+    @property
+    def components(self) -> int:
+        """Number of traction components."""
+        return int(self.grid_operator.table.shape[1])
+
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        """Dense matrix, (rows * n, columns * n), assembled once."""
+        return self.grid_operator.dense(self.elements)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Mean of an element's direct influence on itself."""
+        table = self.grid_operator.table
+        centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
+        return float(np.trace(centre) / centre.shape[0])
+
+    def apply(self, tractions: np.ndarray) -> np.ndarray:
+        """Product by FFT, (columns, n) to (rows, n)."""
+        ny, nx = self.grid_operator.shape
+        field = np.zeros((tractions.shape[0], ny * nx))
+        field[:, self.elements] = tractions
+        product = self.grid_operator.apply(field.reshape(-1, ny, nx))
+        return product.reshape(-1, ny * nx)[:, self.elements]
+
+
+def influence_operator(
+    grid: Grid,
+    rows: Iterable[str],
+    columns: Iterable[str],
+    *,
+    nu: float,
+    K: float = 0.0,
+    lag: float | None = None,
+) -> GridOperator:
+    """Influence numbers A on a grid, or A - C where a `lag` is given.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit lattice.
+    rows, columns : iterable of "x", "y", "z"
+        Displacement and traction components: only their blocks are built.
+    nu, K : float
+        Combined constants (59), (60); the modulus is 1.
+    lag : float, optional
+        Distance `dq` [length]: C is B at the previous positions of the particles, ``x + dq`` (231).
+
+    Examples
+    --------
+    >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+    >>> operator = influence_operator(grid, "z", "z", nu=0.3)
+    >>> field = np.arange(12.0).reshape(1, 3, 4)
+    >>> dense = operator.dense(np.arange(12)) @ field.ravel()
+    >>> bool(np.allclose(operator.apply(field).ravel(), dense, rtol=1e-14))
+    True
+    """
+    dx, dy = grid.sides
+    x = np.arange(-(grid.nx - 1), grid.nx) * dx
+    y = np.arange(grid.ny) * dy
+    rows, columns = list(rows), list(columns)
+    names = [row + column for row in rows for column in columns]
+    half = influence_numbers(x, y[:, None], dx, dy, nu=nu, K=K, components=names)
+    if lag is not None:
+        before = influence_numbers(x + lag, y[:, None], dx, dy, nu=nu, K=K, components=names)
+        half = {name: half[name] - before[name] for name in names}
+    full = [_mirrored(half[name], odd=name.count("y") == 1) for name in names]
+    return GridOperator(grid.shape, np.array(full).reshape(len(rows), len(columns), 2 * grid.ny - 1, 2 * grid.nx - 1))
+
+
+def _mirrored(half: np.ndarray, odd: bool) -> np.ndarray:
+    """The table for all offsets in y from those with y >= 0: exactly even or odd."""
+    below = half[:0:-1]
+    return np.concatenate([-below if odd else below, half])

@@ -1,0 +1,207 @@
+"""Energies, the duality gap, and the certificate: how exact given tractions are (paper, section 4).
+
+Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
+no solver's word enters.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.matrix_free.symmetric import solve_symmetric
+from varcontact.plan import Plan
+from varcontact.problem import Discretisation, NormalProblem, TangentialProblem
+
+DENSE_LIMIT = 1200
+"""Elements up to which the symmetric part is factored densely for the bound on forces; beyond, CG by FFT."""
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """How exact a solution of the discrete problem is.
+
+    Attributes
+    ----------
+    gap : float
+        Duality gap of the tangential problem, ``sum((g_i |E_i| + p_i'E_i) dx dy)`` [force length]: zero
+        exactly at the solution, positive elsewhere. In normal contact without friction, that of the normal
+        problem.
+    relative_gap : float
+        The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against the rigid shift.
+    force_bound : ndarray, shape (3,)
+        Guaranteed bounds on the errors of Fx, Fy and Mz against the exact solution of the discrete tangential
+        problem with the same pressure, ``sqrt(c'S^-1 c gap)``. Infinite for unlike bodies, where the pressure
+        depends on the tractions and no such bound is known.
+    residual : float
+        Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
+        tangential and the normal one. (Where Hertz's closed form stands for the pressure the normal one is
+        left out: it is the grid's error, and is found in `normal_residual`.)
+    normal_relative_gap, normal_residual : float
+        The same measures of the normal problem.
+    """
+
+    gap: float
+    relative_gap: float
+    force_bound: np.ndarray
+    residual: float
+    normal_relative_gap: float
+    normal_residual: float
+
+
+def certify_problems(
+    disc: Discretisation,
+    pressure: np.ndarray,
+    approach: float,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+    plan: Plan,
+) -> Certificate:
+    """The certificate of pressures (ny, nx) and tractions (2, ny, nx), given dimensionless.
+
+    Both problems are judged with the other's final tractions: the residual is that of the whole.
+    """
+    coupled = disc.scene.bodies.K != 0
+    normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
+    level = np.array([approach])
+    normal_error = normal_residual(normal, pressure.ravel(), level)
+    absolute, relative = normal_gap(normal, pressure.ravel(), level)
+    energy = disc.force * disc.displacement
+    tangential = None if plan.tangential == "none" else disc.tangential_problem(pressure)
+    if tangential is None or tangential.size == 0:
+        return Certificate(absolute * energy, relative, np.zeros(3), normal_error, relative, normal_error)
+    tractions = traction.reshape(2, -1)[:, tangential.operator.elements]
+    residual = tangential_residual(tangential, tractions, rigid)
+    absolute, tangential_relative = gap(tangential, project(tractions, tangential.bound), rigid)
+    scales = disc.force * np.array([1.0, 1.0, disc.length])
+    bound = np.full(3, np.inf) if coupled else force_bound(tangential, tractions, rigid) * scales
+    return Certificate(
+        gap=absolute * energy,
+        relative_gap=tangential_relative,
+        force_bound=bound,
+        residual=residual if plan.normal == "hertz" else max(residual, normal_error),
+        normal_relative_gap=relative,
+        normal_residual=normal_error,
+    )
+
+
+def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """Projection of tractions (2, n) on the disks of radius `bound` (n,)."""
+    size = np.hypot(*traction)
+    beyond = size > bound
+    return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
+
+
+def normal_residual(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> float:
+    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks."""
+    distance = problem.distance - rigid[0] + problem.operator.apply(pressure[None])[0]
+    image = np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
+    residual = _relative(np.abs(pressure - image).max(), max(np.abs(pressure).max(), image.max()))
+    if problem.force is not None:
+        residual = max(residual, abs(pressure.sum() * problem.area / problem.force - 1))
+    return residual
+
+
+def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> float:
+    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack."""
+    shift = problem.shift(traction, rigid)
+    image = project(traction - shift / problem.operator.diagonal, problem.bound)
+    size = max(np.hypot(*traction).max(), np.hypot(*image).max())
+    residual = _relative(float(np.hypot(*(traction - image)).max()), float(size))
+    for direction in problem.free:
+        force = problem.force[direction]
+        assert force is not None
+        lacking = abs(traction[direction].sum() * problem.area - force)
+        residual = max(residual, _relative(lacking, size * problem.area * math.sqrt(problem.size)))
+    return residual
+
+
+def _relative(value: float, scale: float) -> float:
+    return float(value / scale) if scale > 0 else 0.0
+
+
+def gap(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
+    """Duality gap of admissible tractions, absolute and relative (dimensionless).
+
+    Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and Schwarz), so nothing cancels in the
+    sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
+    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more.
+    """
+    shift = problem.shift(traction, rigid)
+    if problem.no_slip:
+        error = float(_compliance(problem, shift[None])[0])
+        work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
+        return error * problem.area, _relative(error, work)
+    size = np.hypot(*shift)
+    shares = problem.bound * size + np.sum(traction * shift, axis=0)
+    work = problem.bound @ np.hypot(*(problem.rigid_shift + rigid[:, None]))
+    total = float(np.sum(np.maximum(shares, 0.0)))
+    return total * problem.area, _relative(total, float(work))
+
+
+def complementary_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
+    """C of a shift (215): ``-(1/2 p'A p + W'p)`` over the elements, dimensionless."""
+    elastic = problem.operator.apply(traction)
+    return -problem.area * float(np.sum(traction * (0.5 * elastic + problem.rigid_shift)))
+
+
+def potential_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
+    """U of a shift (214), of the displacements that the tractions cause: ``1/2 p'A p + sum(g |E|)``."""
+    elastic = problem.operator.apply(traction)
+    shift = np.hypot(*(elastic + problem.rigid_shift))
+    return problem.area * float(0.5 * np.sum(traction * elastic) + problem.bound @ shift)
+
+
+def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+    """Guaranteed bounds on the errors of Fx, Fy, Mz, shape (3,), dimensionless.
+
+    Tractions beyond the bound are first projected on it; what the projection changes is added.
+    """
+    admissible = project(traction, problem.bound)
+    x, y = problem.points
+    one, zero = np.ones(problem.size), np.zeros(problem.size)
+    outputs = np.array([[one, zero], [zero, one], [-y, x]])
+    compliance = _compliance(problem, outputs)
+    error = gap(problem, admissible, rigid)[0] / problem.area
+    moved = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
+    return problem.area * (np.sqrt(compliance * error) + moved)
+
+
+def normal_gap(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
+    """Duality gap of the normal problem, absolute and relative to ``p'A p`` (dimensionless).
+
+    It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
+    of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
+    ``sum(p*)``, ``(d - min h) / min A``.
+    """
+    elastic = problem.operator.apply(pressure[None])[0]
+    total, approach = float(pressure.sum()), float(rigid[0])
+    if problem.force is not None:
+        level = problem.distance + elastic
+        value = float(pressure @ (level - level.min()))
+    else:
+        distance = problem.distance + elastic - approach
+        overlap = max(-float(distance.min()), 0.0)
+        least = float(problem.operator.grid_operator.table.min())
+        value = float(pressure @ np.abs(distance)) + overlap * max(
+            (approach - float(problem.distance.min())) / least, total
+        )
+    return value * problem.area, _relative(value, float(pressure @ elastic))
+
+
+def _compliance(problem: TangentialProblem, outputs: np.ndarray) -> np.ndarray:
+    """``c'S^-1 c`` for several c (2, n), S the symmetric part of M; infinite if S is not positive definite."""
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+    if problem.size > DENSE_LIMIT:
+        solution = solve_symmetric(problem.operator, outputs)
+        return np.full(len(outputs), np.inf) if solution is None else np.sum(outputs * solution, axis=(1, 2))
+    matrix = problem.operator.matrix
+    try:
+        factor = cho_factor((matrix + matrix.T) / 2, overwrite_a=True, check_finite=False)
+    except LinAlgError:
+        return np.full(len(outputs), np.inf)
+    solution = cho_solve(factor, outputs.reshape(len(outputs), -1).T).T.reshape(outputs.shape)
+    return np.sum(outputs * solution, axis=(1, 2))

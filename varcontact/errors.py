@@ -1,0 +1,100 @@
+"""What can go wrong, each kind with a name, and always with the facts a user needs to mend it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from varcontact.solution import Solution
+
+
+class VarcontactError(Exception):
+    """Base of every error that varcontact raises on purpose."""
+
+
+class SceneError(VarcontactError):
+    """A scene (or an argument of a call) that cannot be treated.
+
+    Parameters
+    ----------
+    field : str
+        The name of the offending entry, as the user wrote it (``"bodies.G"``).
+    value : object
+        What was given.
+    allowed : str
+        What would have been allowed, in words.
+
+    Examples
+    --------
+    >>> print(SceneError("bodies.nu", 0.7, "a number in (-1, 0.5]"))
+    bodies.nu = 0.7 is not allowed: must be a number in (-1, 0.5]
+    """
+
+    def __init__(self, field: str, value: Any, allowed: str) -> None:
+        self.field, self.value, self.allowed = field, value, allowed
+        super().__init__(f"{field} = {_short(value)} is not allowed: must be {allowed}")
+
+
+class NoContact(SceneError):
+    """The bodies do not touch."""
+
+
+class OutputError(VarcontactError, OSError):
+    """A file that cannot be written (or read back), with the reason."""
+
+    def __init__(self, field: str, value: Any, reason: str) -> None:
+        self.field, self.value, self.reason = field, value, reason
+        super().__init__(f"{field} = {_short(str(value))}: {reason}")
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Saturated(VarcontactError):
+    """A prescribed tangential force beyond what friction can carry."""
+
+    def __init__(self, force: float, limit: float) -> None:
+        self.force, self.limit = force, limit
+        super().__init__(
+            f"motion: a tangential force of {force:.6g} cannot be carried, "
+            f"friction allows less than {limit:.6g} (the traction bound over the contact)"
+        )
+
+
+class NotConverged(VarcontactError):
+    """A solver did not reach the tolerance; the best iterate is kept.
+
+    Attributes
+    ----------
+    solution : Solution or None
+        The best iterate with its certificate.
+    residual : float
+        Its natural-map residual.
+    """
+
+    def __init__(self, message: str, residual: float, solution: Solution | None = None) -> None:
+        self.residual, self.solution = residual, solution
+        super().__init__(f"{message} (last residual {residual:.3g})")
+
+
+class SolverUnavailable(VarcontactError):
+    """A solver's package is not installed."""
+
+    def __init__(self, solver: str, install: str) -> None:
+        self.solver, self.install = solver, install
+        super().__init__(f"solver {solver!r} is not installed: {install}")
+
+
+class TooLarge(VarcontactError):
+    """A method would need more memory than the machine has."""
+
+    def __init__(self, what: str, needed: float, available: float, fits: str) -> None:
+        self.needed, self.available, self.fits = needed, available, fits
+        super().__init__(
+            f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are there; {fits}"
+        )
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:60] + " ... " + text[-15:]

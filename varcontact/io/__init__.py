@@ -1,0 +1,1 @@
+"""Files: scenes from TOML, solutions to and from netCDF."""

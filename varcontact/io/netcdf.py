@@ -1,0 +1,144 @@
+"""Solutions as datasets and netCDF files."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.energy import Certificate
+from varcontact.errors import OutputError, VarcontactError
+from varcontact.grid import Grid
+from varcontact.io.scenefile import scene_from, scene_to
+from varcontact.plan import Plan
+from varcontact.solution import Solution
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = "varcontact solution 1"
+
+_FIELDS = {
+    "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
+    "traction": (("component", "y", "x"), "pressure", "tangential traction on body 1"),
+    "slip": (("component", "y", "x"), "1", "relative slip of body 1 over body 2"),
+    "distance": (("y", "x"), "length", "deformed distance"),
+    "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip"),
+    "traction_bound": (("y", "x"), "pressure", "friction coefficient times pressure"),
+    "normal_force": ((), "force", "total compressive force"),
+    "force": (("component",), "force", "total tangential force on body 1"),
+    "moment": ((), "moment", "twisting moment on body 1 about the origin"),
+    "approach": ((), "length", "approach of the bodies"),
+    "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
+}
+
+
+def dataset(sol: Solution) -> xr.Dataset:
+    """A solution as an xarray dataset, see `Solution.to_xarray`.
+
+    The attribute ``units`` of each variable is in the scene's units, or in words like "force/length^2" where the
+    scene names none.
+    """
+    import xarray as xr
+
+    from varcontact.scene import Shift, Units
+
+    units = sol.scene.units or Units(length="length", force="force")
+    shift = isinstance(sol.scene.motion, Shift)
+    variables: dict[str, Any] = {}
+    for name, (dims, quantity, words) in _FIELDS.items():
+        quantity = "length" if name == "slip" and shift else quantity
+        variables[name] = (dims, np.asarray(getattr(sol, name)), {"units": units.of(quantity), "long_name": words})
+    coordinates = {
+        "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
+        "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
+        "component": ["x", "y"],
+        "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
+    }
+    rest = {
+        "scene": scene_to(sol.scene),
+        "grid": vars(sol.grid),
+        "plan": {**vars(sol.plan)},
+        "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
+        "converged": sol.converged,
+        "iterations": sol.iterations,
+        "timing": sol.timing,
+    }
+    variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
+    return xr.Dataset(variables, coordinates, {"format": FORMAT})
+
+
+def save(sol: Solution, path: str | Path) -> None:
+    """Write a solution to a netCDF file, whole or not at all."""
+    path = Path(path)
+    check_writable("path", path)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    os.close(handle)
+    try:
+        dataset(sol).to_netcdf(temporary, engine="h5netcdf")
+        os.replace(temporary, path)
+    except OSError as error:
+        raise OutputError("path", path, f"cannot be written ({error.strerror or error})") from error
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def load(path: str | Path) -> Solution:
+    """Read a solution back that `Solution.save` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Raises
+    ------
+    OutputError
+        If there is no such file, or it is not one of ours.
+    """
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as opened:
+            data = opened.load()
+    except (OSError, ValueError) as error:
+        raise OutputError("path", path, f"cannot be read as netCDF ({error})") from None
+    if data.attrs.get("format") != FORMAT:
+        raise OutputError("path", path, f"is not a {FORMAT!r} file")
+    try:
+        return _solution(data)
+    except (KeyError, TypeError, json.JSONDecodeError, VarcontactError) as error:
+        raise OutputError("path", path, f"is damaged ({error})") from None
+
+
+def _solution(data: xr.Dataset) -> Solution:
+    record = json.loads(str(data["record"].values))
+    certificate = {**record["certificate"], "force_bound": np.array(record["certificate"]["force_bound"])}
+    fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
+    vx, vy, spin = (float(value) for value in data["creepage"].values)
+    return Solution(
+        scene=scene_from(record["scene"]),
+        grid=Grid(**record["grid"]),
+        plan=Plan(**record["plan"]),
+        **fields,
+        approach=float(data["approach"].values),
+        creepage=(vx, vy, spin),
+        certificate=Certificate(**certificate),
+        converged=record["converged"],
+        iterations=record["iterations"],
+        timing=record["timing"],
+    )
+
+
+def check_writable(field: str, path: Path) -> None:
+    """Raise `OutputError` where a file could not be written, before any work is done for it."""
+    folder = path.parent
+    if not folder.is_dir():
+        raise OutputError(field, path, f"there is no folder {str(folder)!r}")
+    if path.is_dir():
+        raise OutputError(field, path, "is a folder")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise OutputError(field, path, "may not be written")

@@ -1,0 +1,181 @@
+"""Scenes as TOML files, and as plain dictionaries."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.grid import Grid
+from varcontact.scene import Bodies, Scene, Shift, Steady, Units
+from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
+
+SURFACES = {"paraboloids": Paraboloids, "ellipse": Ellipse, "sampled-distance": SampledDistance}
+MOTIONS = {"steady": Steady, "shift": Shift}
+SOLVE_KEYS = ("normal", "tangential", "coupling", "tol", "polish")
+
+
+def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
+    """Read a scene from a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    scene : Scene
+    options : dict
+        The file's ``[solve]`` table: keywords of `solve`.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is no TOML, or says something a scene cannot be; unknown keys come with the
+        nearest right one.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.toml"
+    >>> _ = path.write_text('''
+    ... normal_force = 1000.0
+    ... [bodies]
+    ... G = 82e9
+    ... nu = 0.28
+    ... [surface]
+    ... kind = "paraboloids"
+    ... Rx = 0.1
+    ... Ry = 0.1
+    ... ''')
+    >>> scene, options = read_scene(path)
+    >>> scene.surface
+    Paraboloids(Rx=0.1, Ry=0.1)
+    >>> folder.cleanup()
+    """
+    import tomllib
+
+    path = Path(path)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneError("scene file", str(path), f"a file that can be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise SceneError("scene file", str(path), "a TOML file (this is no UTF-8 text)") from None
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError("scene file", str(path), f"a TOML file ({error})") from None
+    options = table.pop("solve", {})
+    _known("solve", _table("solve", options), SOLVE_KEYS)
+    return scene_from(table, path.parent), options
+
+
+def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
+    """A scene from nested dictionaries as a TOML file gives them; files named in it are sought in `folder`."""
+    entries = dict(table)
+    names = [f.name for f in dataclasses.fields(Scene)]
+    _known("", entries, names)
+    for name in ("bodies", "surface"):
+        if name not in entries:
+            raise SceneError(name, None, f"given, as a table [{name}]")
+    entries["bodies"] = _bodies(_table("bodies", entries["bodies"]))
+    entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder)
+    if "motion" in entries:
+        entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
+    if isinstance(entries.get("grid", "auto"), Mapping):
+        entries["grid"] = _made("grid", Grid, entries["grid"])
+    if "units" in entries:
+        entries["units"] = _made("units", Units, _table("units", entries["units"]))
+    if isinstance(entries.get("friction"), Mapping):
+        entries["friction"] = _from_file("friction", entries["friction"], folder)
+    return Scene(**entries)
+
+
+def scene_to(scene: Scene) -> dict[str, Any]:
+    """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back."""
+    table: dict[str, Any] = {}
+    for field in dataclasses.fields(scene):
+        value = getattr(scene, field.name)
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            value = {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+            value = {name: entry for name, entry in value.items() if entry is not None}
+            kinds: Mapping[str, Any] = {"surface": SURFACES, "motion": MOTIONS}.get(field.name, {})
+            for kind, cls in kinds.items():
+                if isinstance(getattr(scene, field.name), cls):
+                    value = {"kind": kind, **value}
+        if value is not None:
+            table[field.name] = _plain(value)
+    return table
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _bodies(table: Mapping[str, Any]) -> Bodies:
+    if "E" in table:
+        _known("bodies", table, ("E", "nu"))
+        return Bodies.from_young(*(_needed("bodies", table, name) for name in ("E", "nu")))
+    _known("bodies", table, ("G", "nu", "E"))
+    return Bodies(*(_needed("bodies", table, name) for name in ("G", "nu")))
+
+
+def _kind(name: str, table: Any, kinds: Mapping[str, Callable[..., Any]], folder: Path) -> Any:
+    entries = dict(_table(name, table))
+    kind = entries.pop("kind", None)
+    if isinstance(kind, str):
+        kind = kind.lower().replace("_", "-")
+    made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
+    if made is SampledDistance:
+        for field in ("h", "x", "y"):
+            if isinstance(entries.get(field), Mapping):
+                entries[field] = _from_file(f"surface.{field}", entries[field], folder)
+    return _made(name, made, entries)
+
+
+def _made(name: str, cls: Callable[..., Any], entries: Mapping[str, Any]) -> Any:
+    fields = dataclasses.fields(cls)  # type: ignore[arg-type]
+    _known(name, entries, [f.name for f in fields])
+    for f in fields:
+        if f.default is dataclasses.MISSING:
+            _needed(name, entries, f.name)
+    return cls(**entries)
+
+
+def _from_file(field: str, table: Mapping[str, Any], folder: Path) -> np.ndarray:
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas), or ``.npy``."""
+    _known(field, table, ("file",))
+    path = folder / str(_needed(field, table, "file"))
+    try:
+        if path.suffix == ".npy":
+            return np.asarray(np.load(path, allow_pickle=False))
+        text = path.read_text(encoding="utf-8").replace(",", " ")
+        return np.loadtxt(text.splitlines(), ndmin=1 if field.endswith((".x", ".y")) else 2)
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({error})") from None
+
+
+def _table(name: str, value: Any) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise SceneError(name, value, f"a table, [{name}]")
+    return value
+
+
+def _needed(name: str, table: Mapping[str, Any], key: str) -> Any:
+    if key not in table:
+        raise SceneError(f"{name}.{key}", None, "given")
+    return table[key]
+
+
+def _known(name: str, table: Mapping[str, Any], known: Any) -> None:
+    for key in table:
+        if key not in known:
+            field = f"{name}.{key}" if name else key
+            raise SceneError(field, table[key], f"left out: there is no such key{checks.nearest(key, known)}")

@@ -1,0 +1,1 @@
+"""Solvers that never form a matrix: every product is an FFT."""

@@ -1,0 +1,106 @@
+"""What a scene requires, and why; the choice behind "auto". `solve` follows exactly this plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from varcontact.checks import choice
+from varcontact.errors import SceneError
+from varcontact.scene import Scene, Steady
+from varcontact.surfaces import SampledDistance
+
+NORMAL_METHODS = ("hertz", "clarabel")
+TANGENTIAL_METHODS = ("clarabel",)
+COUPLING_METHODS = ("johnson", "panagiotopoulos")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The methods chosen for a scene.
+
+    Attributes
+    ----------
+    normal : str
+        "hertz", or the solver of the normal problem.
+    tangential : str
+        The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
+    coupling : str
+        "none" for quasi-identical bodies and without friction, else "johnson" or "panagiotopoulos".
+    reasons : dict
+        For each of them, in one line, why.
+    """
+
+    normal: str
+    tangential: str
+    coupling: str
+    reasons: dict[str, str] = field(default_factory=dict)
+
+
+def make_plan(scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto") -> Plan:
+    """Choose the methods for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal, tangential, coupling : str
+        A method by name, or "auto".
+
+    Raises
+    ------
+    SceneError
+        For a method that does not exist or cannot treat the scene; the error lists what can.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
+    ...                  friction=0.3, motion=vc.Steady(vx=1e-3))
+    >>> plan = make_plan(scene)
+    >>> plan.normal, plan.tangential, plan.coupling
+    ('hertz', 'clarabel', 'none')
+    """
+    chosen, reasons = {}, {}
+    chosen["normal"], reasons["normal"] = _normal(scene, normal)
+    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential)
+    chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
+    return Plan(**chosen, reasons=reasons)
+
+
+def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
+    choice("normal", wanted, ("auto", *NORMAL_METHODS))
+    coupled = scene.bodies.K != 0 and not scene.frictionless
+    hertzian = not isinstance(scene.surface, SampledDistance)
+    if wanted == "hertz":
+        if not hertzian:
+            raise SceneError("normal", wanted, "another method: Hertz's pressure is for paraboloids and ellipses")
+        if coupled:
+            raise SceneError("normal", wanted, f"another method: with friction Hertz's pressure is for K = 0, K is {scene.bodies.K:.3g}")
+        return wanted, "asked for; closed form"
+    if wanted != "auto":
+        return wanted, "asked for"
+    if hertzian and not coupled:
+        return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
+    return "clarabel", "tractions change the pressure (K != 0): a QP" if hertzian else "the surface is not Hertzian: a QP"
+
+
+def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
+    choice("tangential", wanted, ("auto", *TANGENTIAL_METHODS))
+    if scene.motion is None:
+        return "none", "no motion"
+    if scene.frictionless:
+        return "none", "no friction, no traction"
+    if scene.no_slip:
+        return "no-slip", "friction is infinite: nothing slips, one linear system"
+    program = "the gap SOCP of steady rolling" if isinstance(scene.motion, Steady) else "the SOCP of a shift"
+    return "clarabel", program
+
+
+def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
+    choice("coupling", wanted, ("auto", *COUPLING_METHODS))
+    if scene.frictionless:
+        return "none", "no tangential traction"
+    if scene.bodies.K == 0:
+        return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
+    if wanted == "johnson":
+        return wanted, "asked for: one pass, the pressure as without friction"
+    return "panagiotopoulos", f"unlike bodies (K = {scene.bodies.K:.3g}): normal and tangential problem in turn"

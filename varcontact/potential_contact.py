@@ -1,0 +1,193 @@
+"""The potential contact: how large it must be, and whether it holds the contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.coupling import ContactState
+from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.errors import SceneError
+from varcontact.grid import Grid
+from varcontact.problem import Discretisation, discretise
+from varcontact.scene import Scene
+from varcontact.surfaces import SampledDistance
+
+AUTO = Grid(nx=24, ny=24)
+"""What grid="auto" stands for."""
+
+Box = tuple[float, float, float, float]
+
+
+def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactState]) -> Grid:
+    """An explicit grid for a scene: its own, or one across the bounding box of the contact.
+
+    A Hertzian contact has its ellipse. For sampled distances the box is found by two coarse looks: the
+    frictionless contact on 24 x 24 elements across all samples, then across the box that it showed.
+
+    Parameters
+    ----------
+    scene : Scene
+    pressure_on : callable
+        Solves the frictionless normal problem of a discretisation.
+    """
+    spec = AUTO if scene.grid == "auto" else scene.grid
+    assert isinstance(spec, Grid)
+    if spec.explicit:
+        return spec
+    hertz = scene.hertz
+    if hertz is not None:
+        return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
+    surface = scene.surface
+    assert isinstance(surface, SampledDistance)
+    box = surface.box
+    for _ in range(2):
+        look = Grid(nx=24, ny=24, margin=0).spread(box)
+        state = pressure_on(discretise(scene, look))
+        box = _clipped(_contact_box(look, state.pressure, around=1), surface)
+    return _within(spec.spread(_contact_box(look, state.pressure)), surface)
+
+
+def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
+    """The box of the places outside the potential contact where the bodies would overlap, or None.
+
+    Looked for on the lattice one element further, where the contact reaches the potential contact's edge; and
+    at all samples that lie outside, where a sampled distance has its own coordinates.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    state : ContactState
+    closed_form : bool
+        Whether the pressure is Hertz's: then his ellipse tells.
+    """
+    contact = state.pressure > 0
+    inner = contact.copy()
+    inner[1:-1, 1:-1] = False
+    grid = disc.grid.extended()
+    overlap = np.zeros(grid.shape, dtype=bool)
+    if inner.any():
+        if closed_form:
+            assert disc.hertz is not None
+            overlap = disc.hertz.pressure(grid.x[None, :], grid.y[:, None]) > 0
+        else:
+            overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
+        overlap[1:-1, 1:-1] = False
+    if overlap.any():
+        return _contact_box(grid, overlap)
+    return _overlapping_samples(disc, state)
+
+
+def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
+    """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
+    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid))
+    distance = wider.distance / disc.displacement - state.approach
+    distance = distance + wider.normal_operator.apply(np.pad(state.pressure, 1)[None])[0]
+    if disc.scene.bodies.K != 0 and np.any(state.traction):
+        distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, ((0, 0), (1, 1), (1, 1))))[0]
+    return distance
+
+
+def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
+    """The box of the samples outside the potential contact where the bodies would overlap."""
+    surface = disc.scene.surface
+    if not isinstance(surface, SampledDistance) or surface.x is None or surface.y is None:
+        return None
+    left, right, bottom, top = disc.grid.box
+    X, Y = np.meshgrid(surface.x, surface.y)
+    beyond = (X < left) | (X > right) | (Y < bottom) | (Y > top)
+    distance = surface.h / disc.displacement - state.approach
+    suspects = np.flatnonzero((beyond & (distance < 0)).ravel())  # pressures only push apart
+    x, y = X.ravel()[suspects] / disc.length, Y.ravel()[suspects] / disc.length
+    elements = np.flatnonzero(state.pressure)
+    centres, bodies = disc.points.reshape(2, -1)[:, elements], disc.scene.bodies
+    dx, dy = disc.lattice.sides
+    overlaps = []
+    for k, suspect in enumerate(suspects):
+        zz = influence_numbers(x[k] - centres[0], y[k] - centres[1], dx, dy, nu=bodies.combined_nu, components=["zz"])
+        raised = distance.ravel()[suspect] + zz["zz"] @ state.pressure.ravel()[elements]
+        if raised < -1e-9 * abs(state.approach):
+            overlaps.append(suspect)
+    if not overlaps:
+        return None
+    x, y = X.ravel()[overlaps], Y.ravel()[overlaps]
+    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+
+
+def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Grid:
+    """A grid that takes in what was found outside, with the scene's number of elements across the contact.
+
+    Raises
+    ------
+    SceneError
+        If the scene's own explicit grid does not hold the contact, or the samples end within it.
+    """
+    spec = AUTO if scene.grid == "auto" else scene.grid
+    assert isinstance(spec, Grid)
+    if spec.explicit:
+        raise SceneError(
+            "grid",
+            tuple(float(f"{v:.6g}") for v in grid.box),
+            f"a potential contact that contains the contact, which goes on at {tuple(float(f'{v:.6g}') for v in overlap)} "
+            "(left, right, bottom, top); where a body ends there, add elements with a large distance",
+        )
+    inner = _contact_box(grid, pressure)
+    box = tuple(f(a, b) for f, a, b in zip((min, max, min, max), inner, overlap, strict=True))
+    wider = spec.spread((box[0], box[1], box[2], box[3]))
+    if not isinstance(scene.surface, SampledDistance):
+        return wider
+    wider = _within(wider, scene.surface)
+    if wider.box == grid.box:
+        raise SceneError("surface", scene.surface.box, "sampled beyond the contact, which reaches the samples' edge")
+    return wider
+
+
+def _contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
+    """Bounding box of marked elements, with so many elements around."""
+    rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
+    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
+    return (
+        x0 + (columns[0] - around) * dx,
+        x0 + (columns[-1] + 1 + around) * dx,
+        y0 + (rows[0] - around) * dy,
+        y0 + (rows[-1] + 1 + around) * dy,
+    )
+
+
+def _clipped(box: Box, surface: SampledDistance) -> Box:
+    left, right, bottom, top = surface.box
+    return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
+
+
+def _within(grid: Grid, surface: SampledDistance) -> Grid:
+    """The grid without the elements whose centres lie beyond the samples."""
+    left, right, bottom, top = surface.box
+    columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
+    rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))
+    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
+    return Grid(nx=columns.size, ny=rows.size, dx=dx, dy=dy, x0=x0 + columns[0] * dx, y0=y0 + rows[0] * dy)
+
+
+def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
+    """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
+    surface = disc.scene.surface
+    if disc.hertz is not None:
+        return discretise(disc.scene, grid).distance
+    assert isinstance(surface, SampledDistance)
+    if surface.x is not None:
+        left, right, bottom, top = surface.box
+        if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
+            return surface.distance(grid)
+    distance = disc.distance
+    for axis in (0, 1):
+        distance = np.concatenate([_next(distance, axis, 0), distance, _next(distance, axis, -1)], axis=axis)
+    return distance
+
+
+def _next(values: np.ndarray, axis: int, end: int) -> np.ndarray:
+    """One more layer by quadratic (or, of few layers, linear or constant) extrapolation."""
+    layers = [np.take(values, [end + (k if end == 0 else -k)], axis=axis) for k in range(min(3, values.shape[axis]))]
+    weights = {1: (1,), 2: (2, -1), 3: (3, -3, 1)}[len(layers)]
+    return np.sum([w * layer for w, layer in zip(weights, layers, strict=True)], axis=0)

@@ -1,0 +1,254 @@
+"""From a scene to dimensionless problems: discretisation and scaling.
+
+Lengths are scaled by the size of the potential contact, tractions by a typical pressure, displacements by
+``pressure * length / G``: the influence numbers then have G = 1 and everything a solver meets is of order one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator, influence_operator
+from varcontact.grid import Grid
+from varcontact.reference.hertz import HertzContact
+from varcontact.scene import Scene, Steady
+from varcontact.surfaces import Paraboloids, SampledDistance
+
+
+@dataclass(frozen=True, eq=False)
+class NormalProblem:
+    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact.
+
+    Attributes
+    ----------
+    operator : RestrictedOperator
+        A, the influence numbers zz.
+    distance : ndarray, shape (n,)
+        h, the undeformed distance, with the displacement by tangential tractions where the bodies differ.
+    area : float
+        Of an element.
+    force, approach : float or None
+        Exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d.
+    """
+
+    operator: RestrictedOperator
+    distance: np.ndarray
+    area: float
+    force: float | None
+    approach: float | None
+
+    def reachable(self) -> NormalProblem:
+        """The problem on the elements that can come into contact at all.
+
+        Pressures only push surfaces apart (A > 0): there is no contact where h exceeds the approach. With the
+        force prescribed, the approach is at most that with all of it on the lowest element.
+        """
+        highest = self.approach
+        if highest is None:
+            assert self.force is not None
+            highest = self.distance.min() + self.operator.diagonal * self.force / self.area
+        inside = self.distance < highest
+        return replace(
+            self,
+            operator=self.operator.grid_operator.on(self.operator.elements[inside]),
+            distance=self.distance[inside],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialProblem:
+    """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on the contact.
+
+    Attributes
+    ----------
+    operator : RestrictedOperator
+        M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231).
+    rigid_shift : ndarray, shape (2, n)
+        W, with the shift by pressures where the bodies differ.
+    bound : ndarray, shape (n,)
+        g, the traction bound, positive; ``inf`` all over: no slip.
+    points : ndarray, shape (2, n)
+        x and y of the elements.
+    area : float
+        Of an element.
+    force : (float or None, float or None)
+        Prescribed ``area * sum(p)`` by direction; a uniform rigid shift in that direction is then unknown.
+    symmetric : bool
+        Whether M is symmetric (a shift).
+    """
+
+    operator: RestrictedOperator
+    rigid_shift: np.ndarray
+    bound: np.ndarray
+    points: np.ndarray
+    area: float
+    force: tuple[float | None, float | None] = (None, None)
+    symmetric: bool = False
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return self.bound.size
+
+    @property
+    def free(self) -> list[int]:
+        """The directions (0: x, 1: y) in which the force is prescribed and the rigid shift unknown."""
+        return [i for i in (0, 1) if self.force[i] is not None]
+
+    @property
+    def no_slip(self) -> bool:
+        """Whether the traction bound is infinite."""
+        return bool(np.isinf(self.bound).all())
+
+    def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
+        """Local shift E = W + M p, (2, n), by FFT; `free_shift` (2,) is the unknown part of W."""
+        return self.operator.apply(traction) + self.rigid_shift + free_shift[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """A scene on an explicit grid, with its scales and the operators it turns out to need.
+
+    Attributes
+    ----------
+    scene : Scene
+    grid : Grid
+        Explicit, physical.
+    hertz : HertzContact or None
+    distance : ndarray, shape (ny, nx)
+        Undeformed distance, physical.
+    length, pressure : float
+        The scales; `displacement` follows.
+    """
+
+    scene: Scene
+    grid: Grid
+    hertz: HertzContact | None
+    distance: np.ndarray
+    length: float
+    pressure: float
+
+    @property
+    def displacement(self) -> float:
+        """Scale of displacements."""
+        return self.pressure * self.length / self.scene.bodies.combined_G
+
+    @property
+    def force(self) -> float:
+        """Scale of forces."""
+        return self.pressure * self.length**2
+
+    @cached_property
+    def lattice(self) -> Grid:
+        """The dimensionless grid."""
+        (dx, dy), (x0, _, y0, _), scale = self.grid.sides, self.grid.box, self.length
+        return Grid(nx=self.grid.nx, ny=self.grid.ny, dx=dx / scale, dy=dy / scale, x0=x0 / scale, y0=y0 / scale)
+
+    @property
+    def step(self) -> float | None:
+        """Dimensionless distance rolled in a step of steady rolling, else None."""
+        motion = self.scene.motion
+        if not isinstance(motion, Steady):
+            return None
+        return (motion.dq if motion.dq is not None else self.grid.sides[0]) / self.length
+
+    @cached_property
+    def normal_operator(self) -> GridOperator:
+        """A_zz."""
+        return self._operator("z", "z")
+
+    @cached_property
+    def tangential_operator(self) -> GridOperator:
+        """A_tt, or A_tt - C_tt in steady rolling."""
+        return self._operator("xy", "xy", self.step)
+
+    @cached_property
+    def pressure_to_shift(self) -> GridOperator:
+        """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
+        return self._operator("xy", "z", self.step)
+
+    @cached_property
+    def traction_to_distance(self) -> GridOperator:
+        """A_zt; needed for K != 0."""
+        return self._operator("z", "xy")
+
+    def _operator(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:
+        bodies = self.scene.bodies
+        return influence_operator(self.lattice, rows, columns, nu=bodies.combined_nu, K=bodies.K, lag=lag)
+
+    def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
+        """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""
+        distance = (self.distance / self.displacement).ravel()
+        if traction is not None:
+            distance = distance + self.traction_to_distance.apply(traction).ravel()
+        force, approach = self.scene.normal_force, self.scene.approach
+        return NormalProblem(
+            operator=self.normal_operator.on(np.arange(distance.size)),
+            distance=distance,
+            area=self.lattice.area,
+            force=None if force is None else force / self.force,
+            approach=None if approach is None else approach / self.displacement,
+        )
+
+    def tangential_problem(self, pressure: np.ndarray) -> TangentialProblem:
+        """The tangential problem on the elements with a traction bound, for a pressure (ny, nx)."""
+        scene, motion = self.scene, self.scene.motion
+        assert motion is not None
+        contact = pressure.ravel() > 0
+        with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
+            bound = np.broadcast_to(np.asarray(scene.friction), pressure.shape).ravel() * pressure.ravel()
+        elements = np.flatnonzero(contact & (bound > 0))
+        shift = self.rigid_shift().reshape(2, -1)[:, elements]
+        if scene.bodies.K != 0:
+            shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
+        forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
+        return TangentialProblem(
+            operator=self.tangential_operator.on(elements),
+            rigid_shift=shift,
+            bound=bound[elements],
+            points=self.points.reshape(2, -1)[:, elements],
+            area=self.lattice.area,
+            force=(forces[0], forces[1]),
+            symmetric=not isinstance(motion, Steady),
+        )
+
+    @property
+    def points(self) -> np.ndarray:
+        """Dimensionless x and y of the element centres, (2, ny, nx)."""
+        return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
+
+    def rigid_shift(self) -> np.ndarray:
+        """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
+        motion = self.scene.motion
+        assert motion is not None
+        x, y = self.points
+        along_x, along_y, about_z = motion.rigid
+        if isinstance(motion, Steady):
+            assert self.step is not None
+            x = x + motion.spin_offset * self.step
+            scale = self.step * self.length / self.displacement
+            return np.array([along_x - about_z * self.length * y, along_y + about_z * self.length * x]) * scale
+        turn = about_z * self.length
+        return np.array([along_x - turn * y, along_y + turn * x]) / self.displacement
+
+
+def discretise(scene: Scene, grid: Grid) -> Discretisation:
+    """A scene on an explicit grid."""
+    hertz = scene.hertz
+    surface = Paraboloids(hertz.Rx, hertz.Ry) if hertz is not None else scene.surface
+    assert isinstance(surface, (Paraboloids, SampledDistance))
+    distance = surface.distance(grid)
+    dx, dy = grid.sides
+    length = math.sqrt(grid.nx * dx * grid.ny * dy)
+    if hertz is not None:
+        pressure = hertz.peak_pressure
+    elif scene.normal_force is not None:
+        pressure = scene.normal_force / length**2
+    else:
+        assert scene.approach is not None
+        pressure = scene.bodies.combined_G * max(scene.approach - distance.min(), scene.approach * 1e-12) / length
+    return Discretisation(scene, grid, hertz, distance, length, pressure)

@@ -1,0 +1,199 @@
+"""Hertz's contact of two paraboloids in closed form (paper, section 2.1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact.checks import positive
+from varcontact.errors import SceneError
+
+if TYPE_CHECKING:
+    from varcontact.scene import Bodies
+
+
+@dataclass(frozen=True)
+class EllipticIntegrals:
+    """Kalker's complete elliptic integrals (95)-(99) at one axial ratio m' (Table 1)."""
+
+    B: float
+    C: float
+    D: float
+    E: float
+    K: float
+
+
+def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
+    """Complete elliptic integrals B, C, D, E, K of the axial ratio, (95)-(99).
+
+    Parameters
+    ----------
+    axial_ratio : float
+        m' = (minor / major semi-axis), in (0, 1]; the modulus is ``m = sqrt(1 - m'^2)``.
+
+    Returns
+    -------
+    EllipticIntegrals
+        Each to rounding: Carlson's symmetric forms take m'^2 itself, so nothing cancels at m' -> 0.
+
+    Examples
+    --------
+    >>> integrals = elliptic_integrals(0.5)
+    >>> print(f"{integrals.B:.4f} {integrals.C:.4f} {integrals.D:.4f} {integrals.E:.4f} {integrals.K:.4f}")
+    0.8959 0.4863 1.2606 1.2111 2.1565
+    """
+    from scipy.special import elliprd, elliprf, elliprg
+
+    positive("axial_ratio", axial_ratio)
+    if axial_ratio > 1:
+        raise SceneError("axial_ratio", axial_ratio, "in (0, 1]")
+    k2 = axial_ratio**2  # complementary parameter
+    B = k2 * elliprd(0, 1, k2) / 3
+    D = elliprd(0, k2, 1) / 3
+    m2 = (1 - axial_ratio) * (1 + axial_ratio)
+    if m2 > 0.1:
+        C = (D - B) / m2
+    else:  # there D - B cancels, and the trapezoidal rule is exact to rounding
+        t = (np.arange(32) + 0.5) * math.pi / 64
+        C = float(np.sum(np.sin(t) ** 2 * np.cos(t) ** 2 / (1 - m2 * np.sin(t) ** 2) ** 1.5) * math.pi / 64)
+    return EllipticIntegrals(float(B), float(C), float(D), float(2 * elliprg(0, k2, 1)), float(elliprf(0, k2, 1)))
+
+
+@dataclass(frozen=True)
+class HertzContact:
+    """One Hertzian contact: the ellipse, the approach, the force, the peak pressure, and the radii."""
+
+    a: float
+    b: float
+    approach: float
+    force: float
+    peak_pressure: float
+    Rx: float
+    Ry: float
+
+    def pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Semi-ellipsoidal pressure (88) at points, zero outside the ellipse."""
+        inside = 1 - (np.asarray(x) / self.a) ** 2 - (np.asarray(y) / self.b) ** 2
+        return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))
+
+
+def hertz(
+    Rx: float, Ry: float, bodies: Bodies, *, force: float | None = None, approach: float | None = None
+) -> HertzContact:
+    """Hertz's solution for the undeformed distance ``x^2/(2 Rx) + y^2/(2 Ry)``.
+
+    Parameters
+    ----------
+    Rx, Ry : float
+        Combined radii of curvature [length].
+    bodies : Bodies
+        Elastic constants; friction and unlikeness (K) have no part in Hertz's theory.
+    force, approach : float
+        Exactly one of the two: normal force, or approach of the bodies [length].
+
+    Returns
+    -------
+    HertzContact
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive and finite, or not exactly one of force and approach is given.
+
+    Notes
+    -----
+    With m' = S/L (minor over major semi-axis), (93) and (94) give the equation for the axial ratio
+    ``larger / smaller curvature = B / (m'^2 D)``, and (104), (92) the size and the approach. The equation
+    is solved in log m', for curvature ratios far beyond 1e-8..1e8.
+
+    Examples
+    --------
+    A ball on a flat: a = sqrt(R d).
+
+    >>> from varcontact import Bodies
+    >>> contact = hertz(0.5, 0.5, Bodies(G=80e9, nu=0.25), approach=2e-6)
+    >>> print(f"{contact.a:.6f} {contact.force:.4f}")
+    0.001000 568.8889
+    """
+    Rx, Ry = positive("Rx", Rx), positive("Ry", Ry)
+    ratio = _axial_ratio(max(Rx, Ry) / min(Rx, Ry))
+    minor = _minor_semi_axis(ratio, 0.5 / Rx + 0.5 / Ry, bodies, force, approach)
+    a, b = (minor, minor / ratio) if Rx <= Ry else (minor / ratio, minor)
+    return _contact(a, b, Rx, Ry, bodies, force, approach)
+
+
+def hertz_ellipse(
+    a: float, b: float, bodies: Bodies, *, force: float | None = None, approach: float | None = None
+) -> HertzContact:
+    """The Hertzian contact whose semi-axes are given: the radii follow, see `hertz`.
+
+    Examples
+    --------
+    >>> from varcontact import Bodies
+    >>> steel = Bodies(G=82e9, nu=0.28)
+    >>> contact = hertz_ellipse(6e-3, 3e-3, steel, force=1e5)
+    >>> again = hertz(contact.Rx, contact.Ry, steel, force=1e5)
+    >>> print(f"{again.a:.6f} {again.b:.6f}")
+    0.006000 0.003000
+    """
+    a, b = positive("a", a), positive("b", b)
+    integrals = elliptic_integrals(min(a, b) / max(a, b))
+    n = _normal_constant(bodies)
+    if (force is None) == (approach is None):
+        raise SceneError("force, approach", (force, approach), "exactly one of the two")
+    if force is None:
+        force = positive("approach", approach) * a * b / (n * min(a, b) * integrals.K)
+    scale = 2 * n * positive("force", force) / (a * b * min(a, b))
+    sharp, blunt = 1 / (scale * integrals.B), 1 / (scale * (min(a, b) / max(a, b)) ** 2 * integrals.D)
+    return _contact(a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), bodies, force, approach)
+
+
+def _normal_constant(bodies: Bodies) -> float:
+    """3 (1 - nu) / (2 pi G), the constant of (92)-(94)."""
+    return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
+
+
+def _axial_ratio(radius_ratio: float) -> float:
+    """m' from the ratio of the larger to the smaller radius of curvature, by (93) / (94)."""
+    from scipy.optimize import brentq
+
+    if radius_ratio == 1:
+        return 1.0
+
+    def mismatch(log_ratio: float) -> float:
+        integrals = elliptic_integrals(math.exp(log_ratio))
+        return math.log(integrals.B / integrals.D) - 2 * log_ratio - math.log(radius_ratio)
+
+    low = -0.5 * math.log(radius_ratio) - 1.0  # B/D <= 1, hence m' <= radius_ratio^(-1/2) <= 1
+    while mismatch(low) < 0:
+        low -= 1.0
+    return math.exp(brentq(mismatch, low, 0.0, xtol=1e-15, rtol=1e-15))
+
+
+def _minor_semi_axis(
+    ratio: float, curvature: float, bodies: Bodies, force: float | None, approach: float | None
+) -> float:
+    """S from (104), ``A + B = n N E m' / S^3``, or with the approach (92), ``q = n N K m' / S``."""
+    integrals = elliptic_integrals(ratio)
+    if (force is None) == (approach is None):
+        raise SceneError("force, approach", (force, approach), "exactly one of the two")
+    if force is not None:
+        n = _normal_constant(bodies)
+        return (n * positive("force", force) * integrals.E * ratio / curvature) ** (1 / 3)
+    return math.sqrt(positive("approach", approach) * integrals.E / (integrals.K * curvature))
+
+
+def _contact(
+    a: float, b: float, Rx: float, Ry: float, bodies: Bodies, force: float | None, approach: float | None
+) -> HertzContact:
+    """Complete a contact by (92) and (89) from the ellipse and the one of force and approach that is given."""
+    per_force = _normal_constant(bodies) * elliptic_integrals(min(a, b) / max(a, b)).K / max(a, b)
+    if approach is None:
+        assert force is not None
+        approach = per_force * force
+    elif force is None:
+        force = approach / per_force
+    return HertzContact(a, b, approach, force, 1.5 * force / (math.pi * a * b), Rx, Ry)

@@ -1,0 +1,97 @@
+"""A solution in words, for people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact.scene import Steady
+
+if TYPE_CHECKING:
+    from varcontact.solution import Solution
+
+
+def report(sol: Solution) -> str:
+    """The printed report of a solution, see `Solution.report`."""
+    lines = [_headline(sol), ""]
+    rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), ("", ""), *_methods(sol)]
+    lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
+    return "\n".join(lines)
+
+
+def _headline(sol: Solution) -> str:
+    motion = sol.scene.motion
+    kind = "Normal contact" if motion is None else "Steady rolling" if isinstance(motion, Steady) else "Shift"
+    K = sol.scene.bodies.K
+    bodies = "quasi-identical bodies" if K == 0 else f"unlike bodies (K = {K:.3g})"
+    state = "" if sol.converged else ": NOT CONVERGED"
+    return f"{kind} of {bodies}, {sol.grid.nx} x {sol.grid.ny} elements{state}"
+
+
+def _loads(sol: Solution) -> list[tuple[str, str]]:
+    unit = _unit(sol)
+    rows = [
+        ("normal force", f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.pressure.max():.4g}{unit('pressure')}"),
+        ("approach", f"{sol.approach:.6g}{unit('length')}"),
+    ]
+    motion = sol.scene.motion
+    if motion is None:
+        return rows
+    first, second, third = sol.creepage
+    if isinstance(motion, Steady):
+        rows.append(("creepage", f"vx = {first:.6g}, vy = {second:.6g}, spin = {third:.6g}{unit('spin')}"))
+    else:
+        rows.append(("rigid shift", f"ux = {first:.6g}, uy = {second:.6g}{unit('length')}, rotation = {third:.6g}"))
+    Fx, Fy = sol.force
+    limit = sol.traction_bound.sum() * sol.grid.area
+    part = f", {np.hypot(Fx, Fy) / limit:.4f} of what friction can carry" if 0 < limit < np.inf else ""
+    rows.append(("tangential force", f"Fx = {_number(Fx, Fy)}, Fy = {_number(Fy, Fx)}{unit('force')}{part}"))
+    rows.append(("twisting moment", f"Mz = {sol.moment:.6g}{unit('moment')}"))
+    return rows
+
+
+def _areas(sol: Solution) -> list[tuple[str, str]]:
+    count, unit = sol.elements, _unit(sol)
+    text = f"{count['contact']} elements, {sol.areas['contact']:.4g}{unit('area')}"
+    if sol.scene.motion is not None:
+        text += f": {count['stick']} stick, {count['slip']} slip"
+    return [("contact", text)]
+
+
+def _certificate(sol: Solution) -> list[tuple[str, str]]:
+    certificate, unit = sol.certificate, _unit(sol)
+    rows = [("certificate", f"relative gap {certificate.relative_gap:.1e}, residual {certificate.residual:.1e}")]
+    bound = certificate.force_bound
+    if sol.scene.motion is not None and np.all(np.isfinite(bound)) and np.any(bound > 0):
+        rows.append(
+            (
+                "",
+                f"guaranteed on this grid: Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, "
+                f"Mz to {bound[2]:.1e}{unit('moment')}",
+            )
+        )
+    if sol.plan.normal == "hertz":
+        rows.append(("", f"Hertz's pressure meets this grid's own equations to {certificate.normal_residual:.1e}"))
+    return rows
+
+
+def _methods(sol: Solution) -> list[tuple[str, str]]:
+    rows = []
+    for name in ("normal", "tangential", "coupling"):
+        steps = sol.iterations.get(name)
+        iterations = f", {steps} iterations" if steps else ""
+        rows.append((name, f"{getattr(sol.plan, name)}: {sol.plan.reasons.get(name, '')}{iterations}"))
+    stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
+    rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))
+    return rows
+
+
+def _unit(sol: Solution):  # type: ignore[no-untyped-def]
+    units = sol.scene.units
+    return lambda quantity: f" {units.of(quantity)}" if units is not None else ""
+
+
+def _number(value: float, other: float) -> str:
+    """A component, shown as zero where it is rounding beside the other."""
+    return f"{0.0 if abs(value) < 1e-13 * abs(other) else value:.6g}"

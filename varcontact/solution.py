@@ -1,0 +1,236 @@
+"""The answer: fields in physical units, forces, areas, and the certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.coupling import ContactState
+from varcontact.energy import Certificate
+from varcontact.grid import Grid
+from varcontact.plan import Plan
+from varcontact.problem import Discretisation
+from varcontact.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+EXTERIOR, STICK, SLIP = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
+
+    Attributes
+    ----------
+    scene : Scene
+    grid : Grid
+        The potential contact, explicit.
+    plan : Plan
+        The methods used, and why.
+    pressure : ndarray, shape (ny, nx)
+        Normal traction, compression positive [force/area].
+    traction : ndarray, shape (2, ny, nx)
+        Tangential traction on body 1, x and y [force/area].
+    slip : ndarray, shape (2, ny, nx)
+        Relative slip of body 1 over body 2 in the contact: slip velocity by rolling velocity [-] in rolling, the
+        local shift [length] in a shift; zero outside.
+    distance : ndarray, shape (ny, nx)
+        Deformed distance [length].
+    state : int8 ndarray, shape (ny, nx)
+        0 exterior, 1 stick, 2 slip.
+    approach : float
+        Approach of the bodies [length].
+    creepage : tuple of float
+        (vx, vy, spin); of a shift (ux, uy, rotation).
+    certificate : Certificate
+    converged : bool
+        Whether the tolerance was reached.
+    iterations : dict
+        Solver iterations by problem.
+    timing : dict
+        Seconds by stage, and in total.
+    """
+
+    scene: Scene
+    grid: Grid
+    plan: Plan
+    pressure: np.ndarray
+    traction: np.ndarray
+    slip: np.ndarray
+    distance: np.ndarray
+    state: np.ndarray
+    approach: float
+    creepage: tuple[float, float, float]
+    certificate: Certificate
+    converged: bool
+    iterations: dict[str, int]
+    timing: dict[str, float]
+
+    @property
+    def normal_force(self) -> float:
+        """Total compressive force."""
+        return float(self.pressure.sum() * self.grid.area)
+
+    @property
+    def force(self) -> np.ndarray:
+        """Total tangential force (Fx, Fy) on body 1 (116)."""
+        return np.asarray(self.traction.sum(axis=(1, 2)) * self.grid.area)
+
+    @property
+    def moment(self) -> float:
+        """Twisting moment Mz on body 1 about the origin (117)."""
+        x, y = self.grid.x[None, :], self.grid.y[:, None]
+        return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+
+    @property
+    def traction_bound(self) -> np.ndarray:
+        """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
+        if self.scene.friction is None:
+            return np.zeros(self.grid.shape)
+        bound = np.zeros(self.grid.shape)
+        contact = self.pressure > 0
+        bound[contact] = np.broadcast_to(np.asarray(self.scene.friction), bound.shape)[contact] * self.pressure[contact]
+        return bound
+
+    @property
+    def elements(self) -> dict[str, int]:
+        """Numbers of elements: contact, stick, slip."""
+        stick, slip = int(np.sum(self.state == STICK)), int(np.sum(self.state == SLIP))
+        return {"contact": stick + slip, "stick": stick, "slip": slip}
+
+    @property
+    def areas(self) -> dict[str, float]:
+        """Areas of contact, stick and slip."""
+        return {name: count * self.grid.area for name, count in self.elements.items()}
+
+    def report(self) -> str:
+        """The solution in words, for people."""
+        from varcontact.report import report
+
+        return report(self)
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        Fx, Fy = self.force
+        return (
+            f"Solution(normal_force={self.normal_force:.6g}, force=({Fx:.6g}, {Fy:.6g}), moment={self.moment:.6g}, "
+            f"residual={self.certificate.residual:.1e})"
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
+
+        A bound that is not known is None.
+        """
+        certificate = self.certificate
+        bound = [float(b) if np.isfinite(b) else None for b in certificate.force_bound]
+        return {
+            "normal_force": self.normal_force,
+            "force": [float(F) for F in self.force],
+            "moment": self.moment,
+            "approach": self.approach,
+            "creepage": [float(c) for c in self.creepage],
+            "elements": self.elements,
+            "certificate": {
+                "gap": certificate.gap,
+                "relative_gap": certificate.relative_gap,
+                "force_bound": bound,
+                "residual": certificate.residual,
+                "normal_relative_gap": certificate.normal_relative_gap,
+                "normal_residual": certificate.normal_residual,
+            },
+            "converged": self.converged,
+            "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
+            "iterations": self.iterations,
+            "seconds": self.timing["total"],
+        }
+
+    def to_xarray(self) -> xr.Dataset:
+        """All fields with coordinates and units, and the forces, as a dataset."""
+        from varcontact.io.netcdf import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        from varcontact.io.netcdf import save
+
+        save(self, path)
+
+    def plot(self) -> Figure:
+        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x."""
+        from varcontact.plot import plot
+
+        return plot(self)
+
+
+def solution_of(
+    disc: Discretisation,
+    plan: Plan,
+    state: ContactState,
+    certificate: Certificate,
+    converged: bool,
+    timing: dict[str, float],
+) -> Solution:
+    """A contact state in physical units, with slip, distances and areas."""
+    scene, contact = disc.scene, state.pressure > 0
+    distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + disc.distance
+    if scene.bodies.K != 0 and np.any(state.traction):
+        distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
+    shift, areas = _shift_and_areas(disc, state, contact)
+    rolled = disc.step * disc.length / disc.displacement if disc.step is not None else 1 / disc.displacement
+    rigid = (0.0, 0.0, 0.0) if scene.motion is None else scene.motion.rigid
+    return Solution(
+        scene=scene,
+        grid=disc.grid,
+        plan=plan,
+        pressure=state.pressure * disc.pressure,
+        traction=state.traction * disc.pressure,
+        slip=shift / rolled,
+        distance=distance - state.approach * disc.displacement,
+        state=areas,
+        approach=state.approach * disc.displacement,
+        creepage=(rigid[0] + float(state.rigid[0]) / rolled, rigid[1] + float(state.rigid[1]) / rolled, rigid[2]),
+        certificate=certificate,
+        converged=converged,
+        iterations=state.iterations,
+        timing=timing,
+    )
+
+
+def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Local shift E in the contact (dimensionless), and 0, 1, 2 for exterior, stick, slip.
+
+    An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where traction is at the
+    bound and slip opposes it.
+    """
+    areas = contact.astype(np.int8)
+    shift = np.zeros((2, *contact.shape))
+    if disc.scene.motion is None:
+        return shift, areas
+    shift[:] = disc.rigid_shift() + state.rigid[:, None, None]
+    operator = disc.tangential_operator
+    shift += operator.apply(state.traction)
+    if disc.scene.bodies.K != 0:
+        shift += disc.pressure_to_shift.apply(state.pressure[None])
+    shift *= contact
+    if not disc.scene.no_slip:
+        bound = np.asarray(disc.scene.friction) * state.pressure
+        trial = state.traction - shift / operator.on(np.arange(1)).diagonal
+        noise = 1e-12 * np.abs(trial).max()
+        areas[contact & (np.hypot(*trial) > bound * (1 + 1e-8) + noise)] = SLIP
+    return shift, areas

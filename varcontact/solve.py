@@ -1,0 +1,201 @@
+"""The road from a scene to its solution, from top to bottom."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.clock import Clock
+from varcontact.coupling import ContactState, johnson, panagiotopoulos
+from varcontact.energy import Certificate, certify_problems
+from varcontact.errors import NotConverged, Saturated, SceneError
+from varcontact.grid import Grid
+from varcontact.plan import Plan, make_plan
+from varcontact.potential_contact import enlarged, first_grid, outside
+from varcontact.problem import Discretisation, discretise
+from varcontact.scene import Scene
+from varcontact.solution import Solution, solution_of
+from varcontact.steps import Steps, hertz_pressure, unloaded
+
+
+def solve(
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    tol: float = 1e-8,
+    polish: bool = True,
+    progress: Callable[[str], None] | None = None,
+) -> Solution:
+    """Solve a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal : {"auto", "hertz", "clarabel"}
+        Method of the normal problem. Hertz's pressure is sampled at the element centres and scaled (by one
+        within the grid's error) so that the elements carry exactly the normal force.
+    tangential : {"auto", "clarabel"}
+        Method of the tangential problem.
+    coupling : {"auto", "johnson", "panagiotopoulos"}
+        How the two meet where the bodies differ (K != 0).
+    tol : float
+        Natural-map residual to reach, relative to the largest traction.
+    polish : bool
+        Take a solver's answer to rounding by a few Newton steps. Without it an interior-point answer is good
+        to about 1e-6 in the tractions, and a `tol` below that is not reached.
+    progress : callable, optional
+        Told the name of each stage as it starts.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    SceneError
+        For arguments or scenes that cannot be treated: no element in contact, or contact beyond the grid.
+    Saturated
+        If a prescribed tangential force is beyond what friction can carry.
+    NotConverged
+        If the tolerance is not reached; its `solution` is the best iterate.
+    TooLarge
+        If the matrices would not fit into memory.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> sol = vc.solve(scene)
+    >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
+    -0.577 True
+    """
+    plan = make_plan(scene, normal, tangential, coupling)
+    tol = checks.positive("tol", tol)
+    _check_saturation(scene)
+    clock = Clock(progress)
+    steps = Steps(plan, tol, polish, clock)
+    disc, state = _on_a_grid_that_holds_it(scene, steps)
+    with clock("certificate"):
+        certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
+    by_formula = plan.normal == "hertz" and plan.tangential == "none"
+    solution = solution_of(disc, plan, state, certificate, by_formula or certificate.residual <= tol, clock.timing())
+    if not solution.converged:
+        raise NotConverged(f"residual not below tol = {tol:.3g}", certificate.residual, solution)
+    return solution
+
+
+def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
+    """Judge tractions from any source by the gap and the residuals of the scene's own problem, by FFT.
+
+    Parameters
+    ----------
+    scene : Scene
+        With an explicit grid, or a Hertzian surface; no prescribed tangential force.
+    traction : array_like, shape (2, ny, nx)
+        Tangential tractions on body 1 [force/area].
+    pressure : array_like, shape (ny, nx), optional
+        Pressures [force/area]; Hertz's, where the surface is Hertzian and none are given.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    SceneError
+        If the arrays are not of the grid's shape, or the scene lacks what is needed.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=16, ny=16))
+    >>> sol = vc.solve(scene)
+    >>> vc.certify(scene, 0.99 * sol.traction).relative_gap > vc.certify(scene, sol.traction).relative_gap
+    True
+    """
+    motion = scene.motion
+    if motion is None or motion.Fx is not None or motion.Fy is not None:
+        raise SceneError("motion", motion, "given, with creepages and no prescribed force, to judge tractions")
+    if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
+        raise SceneError("grid", scene.grid, "explicit, to judge tractions on it")
+    plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
+    grid = first_grid(scene, lambda disc: unloaded(disc.grid))
+    disc = discretise(scene, grid)
+    if pressure is None:
+        state = hertz_pressure(disc, unloaded(grid))
+    else:
+        state = _given_pressure(disc, _field("pressure", pressure, grid.shape) / disc.pressure)
+    tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
+    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
+
+
+def _on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:
+    """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again."""
+    with steps.clock("grid"):
+        looks = Steps(replace(steps.plan, normal="clarabel"), 1e-6, True, Clock())
+        grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+    for _ in range(20):
+        disc = discretise(scene, grid)
+        state = _contact(disc, steps)
+        with steps.clock("grid"):
+            overlap = outside(disc, state, closed_form=steps.plan.normal == "hertz")
+            if overlap is None:
+                return disc, state
+            grid = enlarged(scene, grid, state.pressure, overlap)
+    raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
+
+
+def _contact(disc: Discretisation, steps: Steps) -> ContactState:
+    """Pressure and traction, by the plan's coupling."""
+    start = unloaded(disc.grid)
+
+    def normal(state: ContactState) -> ContactState:
+        return steps.pressure(disc, state)
+
+    def tangential(state: ContactState) -> ContactState:
+        return steps.traction(disc, state)
+
+    if steps.plan.tangential == "none":
+        return normal(start)
+    if steps.plan.coupling == "panagiotopoulos":
+        return panagiotopoulos(start, normal, tangential, tol=steps.tol / 10)
+    return johnson(start, normal, tangential)
+
+
+def _check_saturation(scene: Scene) -> None:
+    """Before any work: forces beyond f Fz, where both are numbers."""
+    motion = scene.motion
+    if motion is None:
+        return
+    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+    limit = 0.0 if scene.frictionless else np.inf
+    if isinstance(scene.friction, float) and scene.normal_force is not None:
+        limit = scene.friction * scene.normal_force
+    if size > 0 and size >= limit:
+        raise Saturated(size, limit)
+
+
+def _field(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    array = checks.array(name, values, len(shape))
+    if array.shape != shape:
+        raise SceneError(name, f"array of shape {array.shape}", f"of shape {shape}")
+    return array
+
+
+def _given_pressure(disc: Discretisation, pressure: np.ndarray) -> ContactState:
+    """A state with a pressure from outside: the approach is that of the elements it acts on, weighted."""
+    problem = disc.normal_problem()
+    approach = problem.approach
+    if approach is None:
+        level = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]
+        approach = float(pressure.ravel() @ level / pressure.sum())
+    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)

@@ -1,0 +1,152 @@
+"""What is between the undeformed bodies: the distance h(x, y), from body 2 to body 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.grid import Grid
+
+
+@dataclass(frozen=True)
+class Paraboloids:
+    """Undeformed distance ``x^2/(2 Rx) + y^2/(2 Ry)``, (82): a Hertzian contact.
+
+    Parameters
+    ----------
+    Rx, Ry : float
+        Combined radii of curvature along x and y [length], positive and finite.
+
+    Examples
+    --------
+    >>> Paraboloids(Rx=0.46, Ry=0.30)
+    Paraboloids(Rx=0.46, Ry=0.3)
+    """
+
+    Rx: float
+    Ry: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "Rx", checks.positive("surface.Rx", self.Rx))
+        object.__setattr__(self, "Ry", checks.positive("surface.Ry", self.Ry))
+
+    @classmethod
+    def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
+        """From the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is negative.
+
+        Examples
+        --------
+        A ball of radius 10 in a groove that is straight along x, hollow with radius 12 across.
+
+        >>> Paraboloids.from_bodies(Rx=(10.0, float("inf")), Ry=(10.0, -12.0))
+        Paraboloids(Rx=10.0, Ry=60.0)
+        """
+        combined = []
+        for name, pair in (("Rx", Rx), ("Ry", Ry)):
+            radii = [checks.real(f"surface.{name}", r, "a radius, not zero (inf is flat)") for r in pair]
+            if len(radii) != 2 or 0.0 in radii:
+                raise SceneError(f"surface.{name}", pair, "a pair of radii, not zero (inf is flat)")
+            curvature = 1 / radii[0] + 1 / radii[1]
+            if curvature <= 0:
+                raise SceneError(f"surface.{name}", pair, "such that the sum of the curvatures 1/R is positive")
+            combined.append(1 / curvature)
+        return cls(*combined)
+
+    def distance(self, grid: Grid) -> np.ndarray:
+        """Undeformed distance at the element centres, shape (ny, nx) [length]."""
+        return (grid.x**2 / (2 * self.Rx))[None, :] + (grid.y**2 / (2 * self.Ry))[:, None]
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """A Hertzian contact given by its contact ellipse; the curvatures follow from the load.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along x and y [length], positive and finite.
+
+    Examples
+    --------
+    >>> Ellipse(a=6.8e-3, b=6.5e-3)
+    Ellipse(a=0.0068, b=0.0065)
+    """
+
+    a: float
+    b: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "a", checks.positive("surface.a", self.a))
+        object.__setattr__(self, "b", checks.positive("surface.b", self.b))
+
+
+@dataclass(frozen=True, eq=False)
+class SampledDistance:
+    """Any undeformed distance, measured or computed, by its samples.
+
+    Parameters
+    ----------
+    h : array_like, shape (ny, nx)
+        Undeformed distance [length], indexed [iy, ix].
+    x, y : array_like, shape (nx,) and (ny,), optional
+        Where the samples were taken [length], ascending. Given, they serve any grid within them, by cubic
+        spline; not given, the samples are those at the element centres of the scene's explicit grid.
+
+    Raises
+    ------
+    SceneError
+        If a sample is not finite, or the shapes do not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = y = np.linspace(-1.0, 1.0, 41)
+    >>> surface = SampledDistance(x**2 / 2 + y[:, None] ** 2 / 2, x, y)
+    >>> surface.distance(Grid(nx=2, ny=1, dx=0.3, dy=0.2, x0=-0.3, y0=-0.1)).round(6)
+    array([[0.01125, 0.01125]])
+    """
+
+    h: np.ndarray
+    x: np.ndarray | None = None
+    y: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "h", checks.array("surface.h", self.h, 2))
+        if (self.x is None) != (self.y is None):
+            raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
+        for name, size in (("x", self.h.shape[1]), ("y", self.h.shape[0])):
+            if getattr(self, name) is None:
+                continue
+            points = checks.array(f"surface.{name}", getattr(self, name), 1)
+            if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
+                raise SceneError(f"surface.{name}", points, f"{size} (2 or more) ascending coordinates, as h has")
+            set_(self, name, points)
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(left, right, bottom, top) of the samples that carry their own coordinates."""
+        assert self.x is not None and self.y is not None
+        return float(self.x[0]), float(self.x[-1]), float(self.y[0]), float(self.y[-1])
+
+    def distance(self, grid: Grid) -> np.ndarray:
+        """Undeformed distance at the element centres, shape (ny, nx) [length]."""
+        if self.x is None or self.y is None:
+            if self.h.shape != grid.shape:
+                raise SceneError("surface.h", f"array of shape {self.h.shape}", f"of the grid's shape {grid.shape}")
+            return self.h
+        left, right, bottom, top = self.box
+        slack = 1e-9 * max(right - left, top - bottom)
+        inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
+        if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
+            raise SceneError("grid", tuple(round(v, 12) for v in grid.box), f"within the samples, {self.box}")
+        from scipy.interpolate import RectBivariateSpline
+
+        orders = {"kx": min(3, self.y.size - 1), "ky": min(3, self.x.size - 1)}
+        return np.asarray(RectBivariateSpline(self.y, self.x, self.h, s=0, **orders)(grid.y, grid.x))
+
+
+Surface = Paraboloids | Ellipse | SampledDistance
