@@ -90,9 +90,7 @@ class TooLarge(VarcontactError):
 
     def __init__(self, what: str, needed: float, available: float, fits: str) -> None:
         self.needed, self.available, self.fits = needed, available, fits
-        super().__init__(
-            f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are there; {fits}"
-        )
+        super().__init__(f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are there; {fits}")
 
 
 def _short(value: Any) -> str:

@@ -74,13 +74,20 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
         if not hertzian:
             raise SceneError("normal", wanted, "another method: Hertz's pressure is for paraboloids and ellipses")
         if coupled:
-            raise SceneError("normal", wanted, f"another method: with friction Hertz's pressure is for K = 0, K is {scene.bodies.K:.3g}")
+            raise SceneError(
+                "normal",
+                wanted,
+                f"another method: with friction Hertz's pressure is for K = 0, K is {scene.bodies.K:.3g}",
+            )
         return wanted, "asked for; closed form"
     if wanted != "auto":
         return wanted, "asked for"
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
-    return "clarabel", "tractions change the pressure (K != 0): a QP" if hertzian else "the surface is not Hertzian: a QP"
+    return (
+        "clarabel",
+        "tractions change the pressure (K != 0): a QP" if hertzian else "the surface is not Hertzian: a QP",
+    )
 
 
 def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:

@@ -129,9 +129,9 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Gr
     if spec.explicit:
         raise SceneError(
             "grid",
-            tuple(float(f"{v:.6g}") for v in grid.box),
-            f"a potential contact that contains the contact, which goes on at {tuple(float(f'{v:.6g}') for v in overlap)} "
-            "(left, right, bottom, top); where a body ends there, add elements with a large distance",
+            _rounded(grid.box),
+            "a potential contact (left, right, bottom, top) that contains the contact, which goes on at "
+            f"{_rounded(overlap)}; where a body ends there, add elements with a large distance",
         )
     inner = _contact_box(grid, pressure)
     box = tuple(f(a, b) for f, a, b in zip((min, max, min, max), inner, overlap, strict=True))
@@ -154,6 +154,10 @@ def _contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
         y0 + (rows[0] - around) * dy,
         y0 + (rows[-1] + 1 + around) * dy,
     )
+
+
+def _rounded(box: Box) -> tuple[float, ...]:
+    return tuple(float(f"{value:.6g}") for value in box)
 
 
 def _clipped(box: Box, surface: SampledDistance) -> Box:

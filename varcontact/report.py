@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +33,10 @@ def _headline(sol: Solution) -> str:
 def _loads(sol: Solution) -> list[tuple[str, str]]:
     unit = _unit(sol)
     rows = [
-        ("normal force", f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.pressure.max():.4g}{unit('pressure')}"),
+        (
+            "normal force",
+            f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.pressure.max():.4g}{unit('pressure')}",
+        ),
         ("approach", f"{sol.approach:.6g}{unit('length')}"),
     ]
     motion = sol.scene.motion
@@ -87,7 +91,7 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
     return rows
 
 
-def _unit(sol: Solution):  # type: ignore[no-untyped-def]
+def _unit(sol: Solution) -> Callable[[str], str]:
     units = sol.scene.units
     return lambda quantity: f" {units.of(quantity)}" if units is not None else ""
 

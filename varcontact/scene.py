@@ -275,7 +275,9 @@ class Scene:
         if not (isinstance(self.grid, Grid) and self.grid.explicit):
             raise SceneError("grid", self.grid, f"explicit (nx, ny, dx, dy, x0, y0) where {field} is given on it")
         if values.shape != self.grid.shape:
-            raise SceneError(field, f"array of shape {values.shape}", f"of the grid's shape (ny, nx) = {self.grid.shape}")
+            raise SceneError(
+                field, f"array of shape {values.shape}", f"of the grid's shape (ny, nx) = {self.grid.shape}"
+            )
 
     @property
     def hertz(self) -> HertzContact | None:

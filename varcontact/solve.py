@@ -13,7 +13,7 @@ from varcontact.coupling import ContactState, johnson, panagiotopoulos
 from varcontact.energy import Certificate, certify_problems
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.grid import Grid
-from varcontact.plan import Plan, make_plan
+from varcontact.plan import make_plan
 from varcontact.potential_contact import enlarged, first_grid, outside
 from varcontact.problem import Discretisation, discretise
 from varcontact.scene import Scene

@@ -124,7 +124,9 @@ class Steps:
             if best is not None and residual(problem, best.traction, best.rigid) <= enough:
                 break
             raw = polish(problem, solver(problem, Settings(tol=asked)))
-            if best is None or residual(problem, raw.traction, raw.rigid) < residual(problem, best.traction, best.rigid):
+            if best is None or residual(problem, raw.traction, raw.rigid) < residual(
+                problem, best.traction, best.rigid
+            ):
                 best = raw
         assert best is not None
         return best
@@ -154,7 +156,7 @@ def _nothing_touches(disc: Discretisation) -> SceneError:
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:
     """Refuse forces that friction cannot carry."""
-    size = float(np.hypot(*(F or 0.0 for F in problem.force)))
+    size = float(np.hypot(problem.force[0] or 0.0, problem.force[1] or 0.0))
     limit = problem.area * float(problem.bound.sum())
     if size > 0 and size >= limit:
         raise Saturated(size * scale, limit * scale)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,15 +75,14 @@ def save(sol: Solution, path: str | Path) -> None:
     """Write a solution to a netCDF file, whole or not at all."""
     path = Path(path)
     check_writable("path", path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         dataset(sol).to_netcdf(temporary, engine="h5netcdf")
         os.replace(temporary, path)
     except OSError as error:
         raise OutputError("path", path, f"cannot be written ({error.strerror or error})") from error
     finally:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def load(path: str | Path) -> Solution:

@@ -1,0 +1,131 @@
+"""The command line: ``varcontact solve SCENE.toml``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from varcontact.errors import NotConverged, OutputError, VarcontactError
+
+BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
+
+app = typer.Typer(
+    name="varcontact",
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    help="Rolling contact of elastic bodies as convex optimisation, with a certificate of exactness.",
+    epilog="Examples:\n\n"
+    "  varcontact solve scene.toml\n\n"
+    "  varcontact solve scene.toml --json --out solution.nc\n\n"
+    "  varcontact solve scene.toml --normal clarabel --plot picture.png\n\n"
+    "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported).",
+)
+
+
+@app.callback()
+def _root() -> None:
+    """Keep ``solve`` a named command while it is the only one."""
+
+
+@app.command(epilog="Example: varcontact solve scene.toml --plot picture.png --json")
+def solve(
+    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    normal: Annotated[str | None, typer.Option(help="Method of the normal problem: auto, hertz, clarabel.")] = None,
+    tangential: Annotated[str | None, typer.Option(help="Method of the tangential problem: auto, clarabel.")] = None,
+    coupling: Annotated[str | None, typer.Option(help="For unlike bodies: auto, johnson, panagiotopoulos.")] = None,
+    tol: Annotated[float | None, typer.Option(help="Natural-map residual to reach.  [default: 1e-8]")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the solution to this netCDF file (.nc).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
+) -> None:
+    """Solve one scene and report forces, areas and the certificate."""
+    from varcontact.io.netcdf import check_writable
+    from varcontact.io.scenefile import read_scene
+    from varcontact.solve import solve as solve_scene
+
+    for name, path in (("--out", out), ("--plot", plot)):
+        if path is not None:
+            check_writable(name, path)
+    if plot is not None:
+        _check_picture(plot)
+    described, options = read_scene(scene)
+    given = {"normal": normal, "tangential": tangential, "coupling": coupling, "tol": tol}
+    options |= {name: value for name, value in given.items() if value is not None}
+    try:
+        solution = _with_progress(lambda progress: solve_scene(described, **options, progress=progress))
+    except NotConverged as failure:
+        if failure.solution is not None:
+            _deliver(failure.solution, out, plot, as_json)
+        raise
+    _deliver(solution, out, plot, as_json)
+
+
+def main() -> None:
+    """Entry point: errors become one line on standard error and an exit status."""
+    try:
+        app()
+    except NotConverged as error:
+        _fail(error, NOT_SOLVED)
+    except VarcontactError as error:
+        _fail(error, BAD_INPUT)
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+
+
+def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) -> None:
+    """Print, and write what was asked for."""
+    if out is not None:
+        solution.save(out)
+    if plot is not None:
+        _draw(solution, plot)
+    print(json.dumps(solution.summary(), indent=2) if as_json else solution.report())
+
+
+def _with_progress(work: Any) -> Any:
+    """Run with the name of the stage on standard error, where that is a terminal."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        return work(None)
+    with console.status("reading") as status:
+        return work(status.update)
+
+
+def _check_picture(path: Path) -> None:
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    kinds = FigureCanvasBase.get_supported_filetypes()
+    if path.suffix[1:].lower() not in kinds:
+        raise OutputError(
+            "--plot", path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}"
+        )
+
+
+def _draw(solution: Any, path: Path) -> None:
+    partial = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        solution.plot().savefig(partial, dpi=150)
+        partial.replace(path)
+    except OSError as error:
+        raise OutputError("--plot", path, f"cannot be written ({error.strerror})") from None
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _fail(error: object, status: int) -> None:
+    print(f"varcontact: {error}", file=sys.stderr)
+    raise SystemExit(status)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""Pictures of a solution in the field's way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.scene import Steady, Units
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from varcontact.solution import Solution
+
+_BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "fontsize": "small", "frameon": False}
+STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
+
+
+def plot(sol: Solution) -> Figure:
+    """Pressure; traction arrows over stick and slip areas; the section along x with the traction bound.
+
+    Parameters
+    ----------
+    sol : Solution
+
+    Returns
+    -------
+    matplotlib Figure
+        Not shown: call its ``savefig``, or ``plt.show()``.
+    """
+    from matplotlib import pyplot as plt
+
+    panels = 1 if sol.scene.motion is None else 2
+    figure, axes = plt.subplots(1, panels + 1, figsize=(5.2 * (panels + 1), 4.6), layout="constrained", squeeze=False)
+    draw_pressure(axes[0, 0], sol)
+    if panels == 2:
+        draw_areas(axes[0, 1], sol)
+    draw_section(axes[0, -1], sol)
+    return figure
+
+
+def draw_pressure(ax: Axes, sol: Solution) -> None:
+    """Pressure over the contact."""
+    left, right, bottom, top = sol.grid.box
+    pressure = np.ma.masked_less_equal(sol.pressure, 0)
+    image = ax.imshow(pressure, origin="lower", extent=(left, right, bottom, top), cmap="viridis")
+    assert ax.figure is not None
+    ax.figure.colorbar(image, ax=ax, shrink=0.8, label=_label("pressure", "pressure", sol))
+    ax.set_title("Pressure")
+    _frame(ax, sol)
+
+
+def draw_areas(ax: Axes, sol: Solution) -> None:
+    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture."""
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    left, right, bottom, top = sol.grid.box
+    areas = np.ma.masked_equal(sol.state, 0)
+    colours = ListedColormap([STICK_COLOUR, SLIP_COLOUR])
+    ax.imshow(areas, origin="lower", extent=(left, right, bottom, top), cmap=colours, vmin=1, vmax=2)
+    every = max(1, int(np.ceil(max(sol.grid.shape) / 26)))
+    iy, ix = np.nonzero(sol.state[every // 2 :: every, every // 2 :: every])
+    iy, ix = iy * every + every // 2, ix * every + every // 2
+    px, py = sol.traction[:, iy, ix]
+    largest = np.hypot(px, py).max(initial=0.0)
+    if largest > 0:
+        length = 1.6 * every * max(sol.grid.sides)
+        ax.quiver(
+            sol.grid.x[ix], sol.grid.y[iy], px, py, color=TRACTION_COLOUR, angles="xy", scale_units="xy",
+            scale=largest / length, width=0.004, pivot="tail",
+        )  # fmt: skip
+    handles: list[Artist] = [Patch(color=STICK_COLOUR, label="stick"), Patch(color=SLIP_COLOUR, label="slip")]
+    first, second, turn = sol.creepage
+    if turn != 0 and left < -second / turn < right and bottom < first / turn < top:
+        handles += ax.plot(-second / turn, first / turn, "k.", markersize=8, label="spin pole")
+    ax.legend(handles=handles, ncols=3, **_BELOW)
+    ax.set_title("Tangential traction on body 1")
+    _frame(ax, sol)
+
+
+def draw_section(ax: Axes, sol: Solution) -> None:
+    """The row of elements with the largest pressure: tractions between the traction bounds, or the pressure."""
+    row = int(np.argmax(sol.pressure.max(axis=1)))
+    contact = sol.pressure[row] > 0
+    ends = np.flatnonzero(contact)
+    shown = slice(max(ends[0] - 1, 0), ends[-1] + 2)
+    x = sol.grid.x[shown]
+    bound = sol.traction_bound[row, shown]
+    if sol.scene.motion is None:
+        ax.plot(x, sol.pressure[row, shown], "o-", color=TRACTION_COLOUR, markersize=3)
+        ax.set_ylabel(_label("pressure", "pressure", sol))
+    else:
+        if np.all(np.isfinite(bound)):
+            ax.fill_between(x, -bound, bound, color="0.92", label="within the traction bound")
+            ax.plot(x, bound, "0.5", x, -bound, "0.5", linewidth=1)
+        for component, name, style in ((0, "along x", "o-"), (1, "along y", "s--")):
+            ax.plot(x, sol.traction[component, row, shown], style, markersize=3, label=name)
+        ax.set_ylabel(_label("traction", "pressure", sol))
+        ax.legend(ncols=3, **_BELOW)
+    ax.axhline(0, color="k", linewidth=0.5)
+    ax.set_xlabel(_label("x", "length", sol))
+    ax.set_title(_label(f"Section along x at y = {sol.grid.y[row]:.3g}", "length", sol, brackets=False))
+
+
+def _frame(ax: Axes, sol: Solution) -> None:
+    """Labels, and the contact with a margin of two elements."""
+    ax.set_xlabel(
+        _label("x", "length", sol) + (", rolling to the right" if isinstance(sol.scene.motion, Steady) else "")
+    )
+    ax.set_ylabel(_label("y", "length", sol))
+    contact, (dx, dy) = sol.state > 0, sol.grid.sides
+    x, y = sol.grid.x[contact.any(axis=0)], sol.grid.y[contact.any(axis=1)]
+    ax.set_xlim(x[0] - 2.5 * dx, x[-1] + 2.5 * dx)
+    ax.set_ylim(y[0] - 2.5 * dy, y[-1] + 2.5 * dy)
+    ax.set_aspect("equal" if 0.2 < np.ptp(ax.get_xlim()) / np.ptp(ax.get_ylim()) < 5 else "auto")
+
+
+def _label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:
+    units: Units | None = sol.scene.units
+    if units is None:
+        return name
+    return f"{name} [{units.of(quantity)}]" if brackets else f"{name} {units.of(quantity)}"
