@@ -197,7 +197,9 @@ def _compliance(problem: TangentialProblem, outputs: np.ndarray) -> np.ndarray:
 
     if problem.size > DENSE_LIMIT:
         solution = solve_symmetric(problem.operator, outputs)
-        return np.full(len(outputs), np.inf) if solution is None else np.sum(outputs * solution, axis=(1, 2))
+        if solution is None:
+            return np.full(len(outputs), np.inf)
+        return 1.001 * np.sum(outputs * solution, axis=(1, 2))  # what CG still lacks is orders of magnitude less
     matrix = problem.operator.matrix
     try:
         factor = cho_factor((matrix + matrix.T) / 2, overwrite_a=True, check_finite=False)

@@ -120,7 +120,7 @@ class Steps:
             return solver(problem, Settings(tol=1e-12))
         enough = min(self.tol, 1e-9)
         best = None if start is None else polish(problem, start)
-        for asked in (1e-5, 1e-9):
+        for asked in (1e-3, 1e-6, 1e-9):
             if best is not None and residual(problem, best.traction, best.rigid) <= enough:
                 break
             raw = polish(problem, solver(problem, Settings(tol=asked)))

@@ -31,9 +31,13 @@ def _solve(program: ConicProgram, settings: Settings) -> RawSolution:
     options.max_iter = settings.max_iterations
     options.tol_gap_abs = options.tol_gap_rel = options.tol_feas = settings.tol
     options.presolve_enable = False
+    # The programs come well scaled: a rough answer needs neither of these, and a fifth of the time less.
+    options.equilibrate_enable = options.iterative_refinement_enable = settings.tol < 1e-5
     options.direct_solve_method = "faer"  # dense factors: several times faster than qdldl
     cones = [kinds[kind](size) for kind, size in program.cones]
     solver = clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options)
+    recover = program.recover
+    del program  # the solver has its own copy of the dense matrices
     result = solver.solve()
-    traction, rigid = program.recover(np.array(result.x), np.array(result.z))
+    traction, rigid = recover(np.array(result.x), np.array(result.z))
     return RawSolution(traction, rigid, int(result.iterations), str(result.status))

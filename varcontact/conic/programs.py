@@ -148,14 +148,14 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     from scipy.sparse import csc_matrix, hstack
 
     n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
-    scale, weight = _shift_scale(problem), bound / bound.max()
+    scale, weight, spare = _shift_scale(problem), bound / bound.max(), _spare_variables(problem.size)
     shift_rows, disk_rows = _cone_rows(n), 3 * n + _cone_rows(n)
     height = 6 * n + len(free)
 
     matrix = problem.operator.matrix * (bound / scale)
     quadratic = weight[:, None] * matrix
     quadratic += quadratic.T
-    P = _upper(quadratic, more=n + len(free))
+    P = _upper(quadratic, empty=n + len(free), squares=spare)
     del quadratic
 
     # Columns of the tractions: a dense part in the shifts' cones, one entry in the disks, the forces.
@@ -166,19 +166,19 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     del matrix
     width = entries.shape[1]
     tractions = csc_matrix((entries.ravel(), rows.ravel(), np.arange(2 * n + 1) * width), (height, 2 * n))
-    bounds_of_shift = _padded_diagonal(n, shift_rows[order], height)
+    bounds_of_shift = csc_matrix((-np.ones(n), 3 * np.arange(n), np.arange(n + 1)), (height, n))
     unknown = np.array([shift_rows[i * n : (i + 1) * n] for i in free], dtype=int).ravel()
     rigid_shifts = csc_matrix((-np.ones(unknown.size), unknown, np.arange(len(free) + 1) * n), (height, len(free)))
-    A = hstack([tractions, bounds_of_shift, rigid_shifts], format="csc")
+    A = hstack([tractions, bounds_of_shift, rigid_shifts, csc_matrix((height, spare))], format="csc")
 
     b = np.concatenate([np.zeros(3 * n), np.tile([1.0, 0.0, 0.0], n), _force_level(problem)])
     b[shift_rows] = problem.rigid_shift.ravel() / scale
     force_work = _force_level(problem) * problem.bound.sum() / bound.max()
-    q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work])
+    q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work, np.zeros(spare)])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rigid = np.zeros(2)
-        rigid[free] = x[3 * n :] * scale
+        rigid[free] = x[3 * n : 3 * n + len(free)] * scale
         return (x[: 2 * n] * bound).reshape(2, n), rigid
 
     return ConicProgram(P, q, A, b, [("second_order", 3)] * (2 * n) + _equalities(problem), recover)
@@ -193,15 +193,17 @@ def _shift_scale(problem: TangentialProblem) -> float:
     return max(rigid, float(elastic))
 
 
-def _upper(matrix: np.ndarray, more: int = 0) -> csc_matrix:
-    """Upper triangle of a symmetric dense matrix, with `more` empty columns behind."""
+def _upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
+    """Upper triangle of a symmetric dense matrix, with empty columns behind, then a unit diagonal."""
     from scipy.sparse import csc_matrix
 
     n = matrix.shape[0]
     lower = np.tri(n, dtype=bool)  # row by row below the diagonal = column by column above it
-    rows = np.nonzero(lower)[1].astype(np.int32)
-    ends = np.concatenate([np.cumsum(np.arange(n + 1)), np.full(more, n * (n + 1) // 2)])
-    return csc_matrix((matrix[lower], rows, ends), (n + more, n + more))
+    values = np.concatenate([matrix[lower], np.ones(squares)])
+    rows = np.concatenate([np.nonzero(lower)[1].astype(np.int32), n + empty + np.arange(squares, dtype=np.int32)])
+    full = n * (n + 1) // 2
+    ends = np.concatenate([np.cumsum(np.arange(n + 1)), np.full(empty, full), full + np.arange(1, squares + 1)])
+    return csc_matrix((values, rows, ends), (n + empty + squares, n + empty + squares))
 
 
 def _cone_rows(n: int) -> np.ndarray:
@@ -229,20 +231,15 @@ def _equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
     return [("zero", len(problem.free))] if problem.free else []
 
 
-def _padded_diagonal(n: int, dense_rows: np.ndarray, height: int) -> csc_matrix:
-    """Columns of the bounds t: -1 in the head of each shift's cone; some padded with zeros in the dense rows.
+def _spare_variables(n: int) -> int:
+    """How many spare variables make the gap program's factorisation fast.
 
-    Solvers order their factorisation by minimum degree and keep what has more than ``15 sqrt(size)`` entries
-    for last, as dense (Clarabel takes this rule from QDLDL). Between 250 and 500 elements the cone rows are
-    just below that: eliminated one by one they cost twice the time. The zeros lift them above it.
+    Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows with more
+    than ``15 sqrt(size)`` entries. Up to 500 elements that holds for the tractions (4 n entries) but not for the
+    shifts (2 n), and the order it then finds takes two to four times as long as with no row called dense. Spare
+    variables, alone in the objective as x^2, enlarge the size and cost nothing.
     """
-    from scipy.sparse import csc_matrix
-
-    lacking = int(15 * np.sqrt(9 * n)) + 8 - 2 * n
-    padded = lacking if 0 < lacking < 0.8 * n else 0
-    columns = [np.append(dense_rows, 3 * i) for i in range(padded)] + [np.array([3 * i]) for i in range(padded, n)]
-    data = [np.append(np.zeros(dense_rows.size), -1.0)] * padded + [np.array([-1.0])] * (n - padded)
-    ends = np.cumsum([0] + [column.size for column in columns])
-    padded_columns = csc_matrix((np.concatenate(data), np.concatenate(columns), ends), (height, n))
-    padded_columns.sort_indices()
-    return padded_columns
+    size = 9 * n
+    if 2 * n + 2 >= 15 * np.sqrt(size):
+        return 0
+    return max(int(((4 * n + 16) / 15) ** 2) - size, 0)

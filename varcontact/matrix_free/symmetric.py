@@ -16,7 +16,7 @@ def symmetric_part(operator: GridOperator) -> GridOperator:
 
 
 def solve_symmetric(
-    operator: RestrictedOperator, right: np.ndarray, tol: float = 1e-8, max_iterations: int = 5000
+    operator: RestrictedOperator, right: np.ndarray, tol: float = 1e-5, max_iterations: int = 5000
 ) -> np.ndarray | None:
     """Solve ``S x = right`` for the symmetric part S of an operator, positive definite, by FFT products only.
 
@@ -38,7 +38,8 @@ def solve_symmetric(
     Notes
     -----
     The inverse symbol of S on the periodic box, its smallest eigenvalues lifted to ``1/(20 n)`` of the largest,
-    is the preconditioner: 51 468 elements take 70-90 iterations to 1e-8 where none takes 1100-1300.
+    is the preconditioner: 51 468 elements take 70-90 iterations to 1e-8 where none takes 1100-1300. Energies
+    ``right'S^-1 right`` converge with the square of the residual.
     """
     symmetric = symmetric_part(operator.grid_operator)
     apply, precondition = symmetric.on(operator.elements).apply, _inverse_symbol(symmetric, operator.elements)
