@@ -17,6 +17,7 @@ class Clock:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
+        """Count what runs inside as part of `stage`."""
         if self._progress is not None:
             self._progress(stage)
         begun = time.perf_counter()

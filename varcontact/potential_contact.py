@@ -133,15 +133,16 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Gr
             "a potential contact (left, right, bottom, top) that contains the contact, which goes on at "
             f"{_rounded(overlap)}; where a body ends there, add elements with a large distance",
         )
+    surface = scene.surface
+    if isinstance(surface, SampledDistance) and _clipped(overlap, surface) != overlap:
+        raise SceneError(
+            "surface", _rounded(surface.box), "sampled beyond the contact, which reaches the samples' edge"
+        )
     inner = _contact_box(grid, pressure)
-    box = tuple(f(a, b) for f, a, b in zip((min, max, min, max), inner, overlap, strict=True))
-    wider = spec.spread((box[0], box[1], box[2], box[3]))
-    if not isinstance(scene.surface, SampledDistance):
-        return wider
-    wider = _within(wider, scene.surface)
-    if wider.box == grid.box:
-        raise SceneError("surface", scene.surface.box, "sampled beyond the contact, which reaches the samples' edge")
-    return wider
+    left, bottom = (min(inner[i], overlap[i]) for i in (0, 2))
+    right, top = (max(inner[i], overlap[i]) for i in (1, 3))
+    wider = spec.spread((left, right, bottom, top))
+    return _within(wider, surface) if isinstance(surface, SampledDistance) else wider
 
 
 def _contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:

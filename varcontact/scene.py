@@ -217,7 +217,7 @@ class Scene:
     ...     bodies=Bodies(G=82e9, nu=0.28), surface=Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
     ...     friction=0.33, motion=Steady(vx=1e-3), grid=Grid(nx=24, ny=24))
     >>> print(f"{scene.hertz.a * 1e3:.2f} x {scene.hertz.b * 1e3:.2f} mm")
-    7.22 x 5.48 mm
+    7.35 x 5.53 mm
     """
 
     bodies: Bodies

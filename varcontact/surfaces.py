@@ -41,8 +41,9 @@ class Paraboloids:
         --------
         A ball of radius 10 in a groove that is straight along x, hollow with radius 12 across.
 
-        >>> Paraboloids.from_bodies(Rx=(10.0, float("inf")), Ry=(10.0, -12.0))
-        Paraboloids(Rx=10.0, Ry=60.0)
+        >>> surface = Paraboloids.from_bodies(Rx=(10.0, float("inf")), Ry=(10.0, -12.0))
+        >>> print(f"{surface.Rx:.6g} {surface.Ry:.6g}")
+        10 60
         """
         combined = []
         for name, pair in (("Rx", Rx), ("Ry", Ry)):

@@ -78,7 +78,9 @@ def main(repeats: int = 5) -> None:
     for name, case in CASES.items():
         results = []
         for _ in range(repeats):
-            done = subprocess.run([sys.executable, __file__, "--case", case], capture_output=True, text=True, check=True)
+            done = subprocess.run(
+                [sys.executable, __file__, "--case", case], capture_output=True, text=True, check=True
+            )
             results.append(json.loads(done.stdout))
         seconds = [result["seconds"] for result in results]
         line = f"{name:<54}{statistics.median(seconds):7.2f} s ({min(seconds):.2f} to {max(seconds):.2f})"

@@ -116,7 +116,7 @@ def hertz(
     >>> from varcontact import Bodies
     >>> contact = hertz(0.5, 0.5, Bodies(G=80e9, nu=0.25), approach=2e-6)
     >>> print(f"{contact.a:.6f} {contact.force:.4f}")
-    0.001000 568.8889
+    0.001000 284.4444
     """
     Rx, Ry = positive("Rx", Rx), positive("Ry", Ry)
     ratio = _axial_ratio(max(Rx, Ry) / min(Rx, Ry))

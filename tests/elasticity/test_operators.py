@@ -1,0 +1,59 @@
+"""Products by FFT, dense blocks, and what the operators must be: symmetric, definite."""
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.elasticity.operators import influence_operator
+
+GRID = vc.Grid(nx=9, ny=7, dx=0.3, dy=0.5, x0=0.0, y0=0.0)
+
+
+@pytest.mark.parametrize("lag", [None, 0.3, 0.1])
+@pytest.mark.parametrize(("rows", "columns"), [("z", "z"), ("xy", "xy"), ("xy", "z"), ("z", "xy"), ("xyz", "xyz")])
+def test_fft_product_is_the_dense_product(rows, columns, lag):
+    operator = influence_operator(GRID, rows, columns, nu=0.3, K=0.2, lag=lag)
+    tractions = np.random.default_rng(1).normal(size=(len(columns), *GRID.shape))
+    dense = operator.dense(np.arange(63)) @ tractions.ravel()
+    np.testing.assert_allclose(operator.apply(tractions).ravel(), dense, atol=1e-14 * np.abs(dense).max())
+
+
+def test_dense_block_entry_by_entry():
+    """Rows by field element, columns by loaded element, the lag in x."""
+    operator = influence_operator(GRID, "xy", "xy", nu=0.3, lag=0.2)
+    elements = np.array([3, 40, 12])
+    x, y = (c.ravel()[elements] for c in np.meshgrid(GRID.x, GRID.y))
+    block = operator.dense(elements)
+    for i in range(3):
+        for j in range(3):
+            here = influence_numbers(x[i] - x[j], y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"])["xy"]
+            before = influence_numbers(x[i] - x[j] + 0.2, y[i] - y[j], 0.3, 0.5, nu=0.3, components=["xy"])["xy"]
+            assert block[i, 3 + j] == pytest.approx(here - before, rel=1e-12, abs=1e-15)
+
+
+def test_restricted_product():
+    operator = influence_operator(GRID, "xy", "xy", nu=0.3, lag=0.3)
+    elements = np.array([1, 5, 20, 21, 62])
+    restricted = operator.on(elements)
+    tractions = np.random.default_rng(2).normal(size=(2, 5))
+    expected = (restricted.matrix @ tractions.ravel()).reshape(2, 5)
+    np.testing.assert_allclose(restricted.apply(tractions), expected, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize(("nu", "K"), [(0.0, 0.0), (0.5, 0.0), (0.28, 0.2), (-0.9, 0.5)])
+def test_influence_is_symmetric_and_positive_definite(nu, K):
+    """Betti's theorem, and positive elastic energy, for all nine components together."""
+    matrix = influence_operator(GRID, "xyz", "xyz", nu=nu, K=K).dense(np.arange(63))
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-15)
+    assert np.linalg.eigvalsh(matrix).min() > 0
+
+
+@pytest.mark.parametrize("part", [0.1, 0.25, 0.5, 1.0, 2.0])
+def test_symmetric_part_of_steady_rolling_is_positive_definite(part):
+    """What makes the gap program convex and the solution unique; for steps of any size."""
+    grid = vc.Grid(nx=16, ny=14, dx=1.0, dy=1.0, x0=-8.0, y0=-7.0)
+    x, y = np.meshgrid(grid.x, grid.y)
+    disc = np.flatnonzero((x**2 + (y / 0.9) ** 2 < 49).ravel())
+    matrix = influence_operator(grid, "xy", "xy", nu=0.28, lag=part).dense(disc)
+    assert np.linalg.eigvalsh(matrix + matrix.T).min() > 1e-3 * part**2 * np.abs(matrix).max()

@@ -1,0 +1,139 @@
+"""Hertz's theory against the paper's table, closed forms, and its own integral equation."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import varcontact as vc
+from varcontact.reference import elliptic_integrals, hertz, hertz_ellipse
+
+STEEL = vc.Bodies(G=82e9, nu=0.28)
+
+
+def test_table_1(paper_table):
+    """Within a unit of the last digit printed. B(1.0) = .7864 is a misprint of pi/4 = .7854."""
+    for row in paper_table("table1_elliptic_integrals.csv"):
+        integrals = elliptic_integrals(row["axial_ratio"])
+        printed = {**row, "B": np.pi / 4 if row["axial_ratio"] == 1 else row["B"]}
+        for name in "BCDEK":
+            unit = 1e-3 if row["axial_ratio"] == 1 and name in "EK" else 1e-4
+            assert getattr(integrals, name) == pytest.approx(printed[name], abs=unit), (name, row)
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.5, 0.94, 0.9487, 0.95, 0.99999, 1.0])
+def test_elliptic_integrals_by_quadrature(ratio):
+    """The definitions (95)-(99), on both sides of where C changes its formula; the root written without loss."""
+    integrals = elliptic_integrals(ratio)
+
+    def root(t):
+        return np.hypot(np.cos(t), ratio * np.sin(t))
+
+    definitions = {
+        "B": lambda t: np.cos(t) ** 2 / root(t),
+        "C": lambda t: np.sin(t) ** 2 * np.cos(t) ** 2 / root(t) ** 3,
+        "D": lambda t: np.sin(t) ** 2 / root(t),
+        "E": root,
+        "K": lambda t: 1 / root(t),
+    }
+    for name, integrand in definitions.items():
+        breaks = np.pi / 2 - np.array([np.pi / 2, 1e-1, 1e-3, 1e-5, 1e-7, 0.0])
+        value = sum(quad(integrand, a, b, epsrel=1e-12)[0] for a, b in pairwise(breaks))
+        assert getattr(integrals, name) == pytest.approx(value, rel=1e-9), name
+
+
+def test_small_axial_ratio_limits():
+    """The first line of Table 1."""
+    ratio = 1e-5
+    integrals, log = elliptic_integrals(ratio), np.log(4 / ratio)
+    expected = {"B": 1.0, "C": log - 2, "D": log - 1, "E": 1.0, "K": log}
+    for name, value in expected.items():
+        assert getattr(integrals, name) == pytest.approx(value, rel=1e-8)
+
+
+def test_sphere():
+    """a^3 = 3 F R/(4 E*), d = a^2/R, p0 = 3 F/(2 pi a^2), with E* = G/(1 - nu) for like bodies."""
+    force, R = 123.0, 0.05
+    stiffness = 82e9 / 0.72
+    contact = hertz(R, R, STEEL, force=force)
+    a = (3 * force * R / (4 * stiffness)) ** (1 / 3)
+    assert contact.a == pytest.approx(a, rel=1e-14)
+    assert contact.b == pytest.approx(a, rel=1e-14)
+    assert contact.approach == pytest.approx(a**2 / R, rel=1e-14)
+    assert contact.peak_pressure == pytest.approx(1.5 * force / (np.pi * a**2), rel=1e-14)
+
+
+@given(
+    ratio=st.floats(-4, 4),
+    size=st.floats(-3, 3),
+    load=st.floats(-3, 6),
+    nu=st.floats(-0.9, 0.5),
+)
+def test_pressure_solves_the_contact_equation(ratio, size, load, nu):
+    """For curvature ratios 1e-4..1e4: displacement at the centre and its curvatures, by Hertz's potential.
+
+    The pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2) raises the surface by (Johnson, Contact Mechanics, 3.37)
+    ``(1 - nu)/(2 G) p0 a b int_0^inf (1 - x^2/(a^2 + w) - y^2/(b^2 + w)) dw / sqrt((a^2+w)(b^2+w) w)``
+    from each body.
+    """
+    bodies = vc.Bodies(G=3.0, nu=nu)
+    Rx, Ry = 10**size, 10 ** (size + ratio)
+    contact = hertz(Rx, Ry, bodies, force=10**load)
+    a, b = contact.a, contact.b
+
+    def integral(power_a: int, power_b: int) -> float:
+        """With w = exp(s)."""
+
+        def integrand(s: float) -> float:
+            w = np.exp(s)
+            return w / ((a**2 + w) ** (0.5 + power_a) * (b**2 + w) ** (0.5 + power_b) * np.sqrt(w))
+
+        low, high = 2 * np.log(min(a, b)), 2 * np.log(max(a, b))
+        breaks = [low - 70, low - 10, low, high, high + 10, high + 70]
+        return sum(quad(integrand, u, v, epsrel=1e-12)[0] for u, v in pairwise(breaks) if v > u)
+
+    factor = 2 * (1 - nu) / (4 * bodies.G) * contact.peak_pressure * a * b
+    assert factor * integral(0, 0) == pytest.approx(contact.approach, rel=1e-8)
+    assert factor * integral(1, 0) == pytest.approx(1 / (2 * Rx), rel=1e-8)
+    assert factor * integral(0, 1) == pytest.approx(1 / (2 * Ry), rel=1e-8)
+    assert contact.force == pytest.approx(2 / 3 * np.pi * a * b * contact.peak_pressure, rel=1e-12)
+
+
+@given(ratio=st.floats(-4, 4), load=st.floats(-3, 6))
+def test_force_and_approach_belong_together(ratio, load):
+    contact = hertz(1.0, 10**ratio, STEEL, force=10**load)
+    again = hertz(1.0, 10**ratio, STEEL, approach=contact.approach)
+    assert (again.a, again.b, again.force) == pytest.approx((contact.a, contact.b, contact.force), rel=1e-11)
+
+
+@given(ratio=st.floats(-3, 3))
+def test_ellipse_gives_its_radii_and_back(ratio):
+    given_ = hertz_ellipse(1e-3, 1e-3 * 10**ratio, STEEL, force=1e3)
+    assert hertz(given_.Rx, given_.Ry, STEEL, force=1e3).b == pytest.approx(given_.b, rel=1e-9)
+    by_approach = hertz_ellipse(1e-3, 1e-3 * 10**ratio, STEEL, approach=given_.approach)
+    assert by_approach.force == pytest.approx(1e3, rel=1e-12)
+
+
+def test_axes_swap_with_radii():
+    one, two = hertz(0.3, 0.7, STEEL, force=1e4), hertz(0.7, 0.3, STEEL, force=1e4)
+    assert (one.a, one.b) == pytest.approx((two.b, two.a), rel=1e-14)
+    assert one.a < one.b, "the sharper curvature makes the shorter axis"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        ({"Rx": -1.0, "Ry": 1.0, "force": 1.0}, "Rx"),
+        ({"Rx": 1.0, "Ry": np.inf, "force": 1.0}, "Ry"),
+        ({"Rx": 1.0, "Ry": 1.0}, "force, approach"),
+        ({"Rx": 1.0, "Ry": 1.0, "force": 1.0, "approach": 1.0}, "force, approach"),
+        ({"Rx": 1.0, "Ry": 1.0, "approach": 0.0}, "approach"),
+    ],
+)
+def test_bad_input(arguments, field):
+    with pytest.raises(vc.SceneError) as failure:
+        hertz(bodies=STEEL, **arguments)
+    assert failure.value.field == field

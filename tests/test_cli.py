@@ -1,0 +1,143 @@
+"""The command line as a process: output, files, exit statuses, and no traceback ever."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+SCENE = """
+normal_force = 1.0
+friction = 0.3
+[bodies]
+G = 1.0
+nu = 0.28
+[surface]
+kind = "ellipse"
+a = 1.0
+b = 1.0
+[motion]
+kind = "steady"
+vx = 0.05
+[grid]
+nx = 8
+ny = 8
+"""
+
+
+def run(*arguments, folder):
+    return subprocess.run(
+        [sys.executable, "-m", "varcontact", *map(str, arguments)],
+        cwd=folder, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "MPLBACKEND": "Agg"},
+    )  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    return tmp_path
+
+
+def test_json(folder):
+    done = run("solve", "scene.toml", "--json", folder=folder)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    expected = vc.solve(vc.read_scene(folder / "scene.toml")[0])
+    assert result["force"] == pytest.approx(list(expected.force), rel=1e-12, abs=1e-12)
+    assert result["normal_force"] == pytest.approx(1.0)
+    assert result["creepage"] == [0.05, 0.0, 0.0]
+    assert result["elements"] == {"contact": 52, "stick": 34, "slip": 18}
+    assert set(result["certificate"]) >= {"gap", "relative_gap", "force_bound", "residual"}
+    assert result["certificate"]["relative_gap"] < 1e-12
+    assert len(result["certificate"]["force_bound"]) == 3
+    assert result["method"] == {"normal": "hertz", "tangential": "clarabel", "coupling": "none"}
+    assert set(result) >= {"moment", "approach", "iterations", "seconds"}
+
+
+def test_report_file_and_picture(folder):
+    done = run("solve", "scene.toml", "--out", "result.nc", "--plot", "result.png", folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert "certificate" in done.stdout
+    assert "relative gap" in done.stdout
+    assert vc.load(folder / "result.nc").normal_force == pytest.approx(1.0)
+    assert (folder / "result.png").read_bytes().startswith(b"\x89PNG")
+    assert sorted(os.listdir(folder)) == ["result.nc", "result.png", "scene.toml"], "nothing half-written is left"
+
+
+def test_options_go_before_the_file(folder):
+    (folder / "scene.toml").write_text(SCENE + '[solve]\nnormal = "hertz"\n')
+    done = run("solve", "scene.toml", "--json", "--normal", "clarabel", folder=folder)
+    assert json.loads(done.stdout)["method"]["normal"] == "clarabel"
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "words"),
+    [
+        (SCENE.replace("nu = 0.28", "nu = 0.6"), (), ["bodies.nu", "0.6", "(-1, 0.5]"]),
+        (SCENE.replace("friction", "frictoin"), (), ["frictoin", "friction"]),
+        (SCENE.replace("nx = 8", "nx = 8\ndx = 0.1"), (), ["grid.dy"]),
+        ("no toml at all", (), ["scene.toml", "TOML"]),
+        (SCENE, ("--normal", "hertzz"), ["normal", "hertzz", "did you mean hertz"]),
+        (SCENE, ("--tangential", "magic"), ["tangential", "magic", "clarabel"]),
+        (SCENE, ("--tol", "-1"), ["tol", "-1"]),
+        (SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
+        (SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
+        (SCENE.replace("vx = 0.05", "Fx = 0.4"), (), ["0.4", "0.3"]),
+        (
+            SCENE.replace("nx = 8\nny = 8", "nx=4\nny=4\ndx=0.2\ndy=0.2\nx0=0\ny0=0"),
+            (),
+            ["grid", "contains the contact"],
+        ),
+        (SCENE.replace("normal_force = 1.0", "approach = -0.1"), (), ["approach", "-0.1"]),
+    ],
+)
+def test_bad_input(folder, scene, options, words):
+    (folder / "scene.toml").write_text(scene)
+    done = run("solve", "scene.toml", *options, folder=folder)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    for word in words:
+        assert word in done.stderr
+    assert os.listdir(folder) == ["scene.toml"]
+
+
+def test_not_solved_to_tolerance(folder):
+    """An impossible tolerance: status 3, the last residual, and the best iterate is delivered all the same."""
+    done = run("solve", "scene.toml", "--json", "--out", "result.nc", "--tol", "1e-30", folder=folder)
+    assert done.returncode == 3
+    assert "residual" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert json.loads(done.stdout)["converged"] is False
+    assert not vc.load(folder / "result.nc").converged
+
+
+def test_missing_scene_and_help(folder):
+    assert run("solve", "none.toml", folder=folder).returncode == 2
+    assert run("solv", folder=folder).returncode == 2
+    help_ = run("--help", folder=folder)
+    assert help_.returncode == 0
+    assert "varcontact solve scene.toml" in help_.stdout
+
+
+def test_import_is_light():
+    """Heavy packages are imported where they are used."""
+    heavy = ("scipy", "clarabel", "xarray", "matplotlib", "typer")
+    code = f"import sys, varcontact; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_unwritable_place(folder):
+    if os.geteuid() == 0:  # root may write anywhere: a file in place of the folder is refused all the same
+        done = run("solve", "scene.toml", "--out", "scene.toml/a.nc", folder=folder)
+    else:
+        (folder / "locked").mkdir(mode=0o500)
+        done = run("solve", "scene.toml", "--out", "locked/a.nc", folder=folder)
+    assert done.returncode == 2
+    assert "--out" in done.stderr
+    assert np.all([name in ("scene.toml", "locked") for name in os.listdir(folder)])

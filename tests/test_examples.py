@@ -1,0 +1,72 @@
+"""Every example runs as it is, and is held to a number."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def script(name):
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def solved(name):
+    scene, options = vc.read_scene(EXAMPLES / f"{name}.toml")
+    return vc.solve(scene, **options)
+
+
+def test_fig21_spin():
+    """The paper's FASTSIM has Fy = -18.12 kN; the exact theory is within the 10-15 % of f Fz that the paper grants."""
+    sol = solved("fig21_spin")
+    assert sol.traction_bound.sum() * sol.grid.area == pytest.approx(45e3)
+    assert sol.force[1] == pytest.approx(-18.6e3, abs=50)
+    assert abs(sol.force[1] + 18.12e3) < 0.1 * 45e3
+    assert abs(sol.force[0]) < 1e-6
+    assert sol.certificate.relative_gap < 1e-12
+
+
+def test_spheres_shift():
+    """a = 3.5, stick radius 0.7 a, and Cattaneo's shift to the grid's error (nu = 0.28: nearly exact)."""
+    sol = solved("spheres_shift")
+    assert sol.scene.hertz.a == pytest.approx(3.5, rel=1e-5)
+    assert sol.force[0] == pytest.approx(-0.657 * 0.4013 * 0.470508, rel=1e-5)
+    exact = vc.reference.cattaneo_mindlin(sol.scene.hertz, sol.scene.bodies, 0.4013, sol.force[0])
+    assert sol.creepage[0] == pytest.approx(exact.shift, rel=0.01)
+    assert np.sqrt(sol.areas["stick"] / np.pi) / 3.5 == pytest.approx(0.7, abs=0.02)
+
+
+def test_wheel_on_rail(tmp_path, capsys):
+    """80 kN on a contact that spans two arcs; the certificate guarantees the forces of this grid to 0.1 N."""
+    wheel = script("wheel_on_rail")
+    sol = wheel.main(str(tmp_path / "picture.png"))
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "certificate" in capsys.readouterr().out
+    assert sol.normal_force == pytest.approx(80e3)
+    junction = wheel.TANGENT_POINTS[0] - 300 * np.sin(np.arctan(wheel.CONICITY))
+    rows = sol.grid.y[(sol.pressure > 0).any(axis=1)]
+    assert rows.min() < junction - 1 < junction + 1 < rows.max()
+    assert sol.pressure.max() == pytest.approx(1155, abs=5)
+    assert sol.force == pytest.approx([8740, 7840], rel=0.01)
+    assert np.all(sol.certificate.force_bound[:2] < 0.1)
+
+
+def test_rail_profile_is_smooth():
+    """The arcs meet with a common tangent, and the head is 72 mm wide at flanks inclined 1:20."""
+    wheel = script("wheel_on_rail")
+    y = np.linspace(-25.0, 25.0, 20001)
+    z = wheel.rail_profile(y, 0.0)
+    slope = np.gradient(z, y)
+    assert np.abs(np.diff(slope)).max() < 2.1 * (y[1] - y[0]) / 13
+    np.testing.assert_allclose(z, z[::-1], atol=1e-9)
+    flank = np.arctan(20.0)
+    angles = np.arcsin(10.228 / 300), np.arcsin((26.0265 - 220 * 10.228 / 300) / 80)
+    end = 220 * np.sin(angles[0]) + 67 * np.sin(angles[1]) + 13 * np.sin(flank)
+    assert 2 * end == pytest.approx(72.0, abs=0.01)

@@ -1,0 +1,5 @@
+"""``python -m varcontact``: the command line."""
+
+from varcontact.cli import main
+
+main()
