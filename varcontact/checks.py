@@ -50,12 +50,27 @@ def whole(field: str, value: Any, least: int = 1) -> int:
     return int(result)
 
 
+def flag(field: str, value: Any) -> bool:
+    """True or False, nothing like it."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise SceneError(field, value, "true or false")
+    return bool(value)
+
+
+def is_array(value: Any) -> bool:
+    """Whether a value is meant as several numbers."""
+    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
 def array(field: str, value: Any, ndim: int) -> np.ndarray:
     """A read-only copy of a finite array of floats with `ndim` dimensions."""
     allowed = f"a {ndim}-dimensional array of finite numbers"
     try:
-        result = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+        given = np.asarray(value)
+        if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
+            raise SceneError(field, value, allowed)
+        result = np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
         raise SceneError(field, value, allowed) from None
     if result.ndim != ndim or result.size == 0:
         raise SceneError(field, f"array of shape {result.shape}", allowed)

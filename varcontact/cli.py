@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -54,6 +56,8 @@ def solve(
             check_writable(name, path)
     if plot is not None:
         _check_picture(plot)
+        if out is not None and out.resolve() == plot.resolve():
+            raise OutputError("--plot", plot, "is the file of --out as well")
     described, options = read_scene(scene)
     given = {"normal": normal, "tangential": tangential, "coupling": coupling, "tol": tol}
     options |= {name: value for name, value in given.items() if value is not None}
@@ -74,17 +78,28 @@ def main() -> None:
         _fail(error, NOT_SOLVED)
     except VarcontactError as error:
         _fail(error, BAD_INPUT)
+    except BrokenPipeError:  # the reader of our output has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(0) from None
     except KeyboardInterrupt:
         _fail("interrupted", INTERRUPTED)
 
 
 def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) -> None:
     """Print, and write what was asked for."""
+    from varcontact.io.netcdf import save
+
+    text = json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report()
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputError("standard output", "", f"cannot be written ({error.strerror})") from None
     if out is not None:
-        solution.save(out)
+        save(solution, out, "--out")
     if plot is not None:
         _draw(solution, plot)
-    print(json.dumps(solution.summary(), indent=2) if as_json else solution.report())
 
 
 def _with_progress(work: Any) -> Any:
@@ -112,14 +127,11 @@ def _check_picture(path: Path) -> None:
 
 
 def _draw(solution: Any, path: Path) -> None:
-    partial = path.with_name(f".{path.stem}.part{path.suffix}")
-    try:
-        solution.plot().savefig(partial, dpi=150)
-        partial.replace(path)
-    except OSError as error:
-        raise OutputError("--plot", path, f"cannot be written ({error.strerror})") from None
-    finally:
-        partial.unlink(missing_ok=True)
+    from varcontact.io.netcdf import write_whole
+
+    picture = io.BytesIO()
+    solution.plot().savefig(picture, format=path.suffix[1:].lower(), dpi=150)
+    write_whole("--plot", path, picture.getvalue())
 
 
 def _fail(error: object, status: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,32 +33,34 @@ class ContactState:
     changes: tuple[float, ...] = ()
 
 
-NormalStep = Callable[[ContactState], ContactState]
-TangentialStep = Callable[[ContactState], ContactState]
-
-
-def johnson(start: ContactState, normal: NormalStep, tangential: TangentialStep) -> ContactState:
-    """Normal problem without tractions, then the tangential problem: once (74)."""
-    return tangential(normal(start))
+Step = Callable[[ContactState], ContactState]
 
 
 def panagiotopoulos(
-    start: ContactState, normal: NormalStep, tangential: TangentialStep, tol: float, max_passes: int = 100
+    start: ContactState, normal: Step, tangential: Step, tol: float, max_passes: int = 100
 ) -> ContactState:
-    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until both stay.
+    """Tangential problem with the pressure fixed, normal problem with the tractions fixed, until both stay.
 
-    The paper's process (4.5), with a pass counted as one of each. It stops when the tractions change by less
-    than `tol`, or after `max_passes`; the certificate of the whole tells which.
+    The paper's process (4.5), from the pressure without tractions; a single tangential problem would be
+    Johnson's process (74). It stops when the tractions change by less than `tol`, or after `max_passes`; the
+    certificate of the whole tells which.
+
+    Parameters
+    ----------
+    start : ContactState
+        With the pressure that goes with no tractions.
+    normal, tangential : callable
+        The two problems, from one state to the next.
+    tol : float
+        Change of the tractions to stop at, by the largest traction.
+    max_passes : int
     """
-    state = start
-    changes: list[float] = []
+    state, changes = tangential(start), [1.0]
     for _ in range(max_passes):
         after = tangential(normal(state))
         size = max(float(np.abs(after.traction).max()), np.finfo(float).tiny)
         changes.append(float(np.abs(after.traction - state.traction).max()) / size)
-        state = ContactState(
-            after.pressure, after.approach, after.traction, after.rigid, after.iterations, tuple(changes)
-        )
+        state = replace(after, changes=tuple(changes))
         if changes[-1] < tol:
             break
     return state

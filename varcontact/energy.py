@@ -37,10 +37,10 @@ class Certificate:
         depends on the tractions and no such bound is known.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
-        tangential and the normal one. (Where Hertz's closed form stands for the pressure the normal one is
-        left out: it is the grid's error, and is found in `normal_residual`.)
-    normal_relative_gap, normal_residual : float
-        The same measures of the normal problem.
+        tangential and the normal one. With Hertz's closed form as the pressure of a tangential problem the
+        normal one is left out: it is the grid's error, and found in `normal_residual`.
+    normal_relative_gap, normal_residual, tangential_residual : float
+        The same measures of the two problems.
     """
 
     gap: float
@@ -49,6 +49,7 @@ class Certificate:
     residual: float
     normal_relative_gap: float
     normal_residual: float
+    tangential_residual: float
 
 
 def certify_problems(
@@ -67,23 +68,38 @@ def certify_problems(
     normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
     level = np.array([approach])
     normal_error = normal_residual(normal, pressure.ravel(), level)
-    absolute, relative = normal_gap(normal, pressure.ravel(), level)
+    absolute, normal_relative = normal_gap(normal, pressure.ravel(), level)
     energy = disc.force * disc.displacement
-    tangential = None if plan.tangential == "none" else disc.tangential_problem(pressure)
-    if tangential is None or tangential.size == 0:
-        return Certificate(absolute * energy, relative, np.zeros(3), normal_error, relative, normal_error)
-    tractions = traction.reshape(2, -1)[:, tangential.operator.elements]
-    residual = tangential_residual(tangential, tractions, rigid)
-    absolute, tangential_relative = gap(tangential, project(tractions, tangential.bound), rigid)
     scales = disc.force * np.array([1.0, 1.0, disc.length])
-    bound = np.full(3, np.inf) if coupled else force_bound(tangential, tractions, rigid) * scales
+    tangential = disc.tangential_problem(pressure) if disc.scene.motion is not None else None
+    bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
+    flat = traction.reshape(2, -1)
+    stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
+    excess = disc.lattice.area * np.abs(_outputs(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
+    largest = float(np.hypot(*flat).max())
+    residual = _relative(float(np.hypot(*stray).max(initial=0.0)), largest)
+    if tangential is None or tangential.size == 0:
+        return Certificate(
+            gap=absolute * energy,
+            relative_gap=normal_relative,
+            force_bound=excess * scales,
+            residual=max(residual, normal_error),
+            normal_relative_gap=normal_relative,
+            normal_residual=normal_error,
+            tangential_residual=residual,
+        )
+    tractions = flat[:, bearing]
+    residual = max(residual, tangential_residual(tangential, tractions, rigid))
+    absolute, relative = gap(tangential, project(tractions, tangential.bound), rigid)
+    bound = np.full(3, np.inf) if coupled else (force_bound(tangential, tractions, rigid) + excess) * scales
     return Certificate(
         gap=absolute * energy,
-        relative_gap=tangential_relative,
+        relative_gap=relative,
         force_bound=bound,
         residual=residual if plan.normal == "hertz" else max(residual, normal_error),
-        normal_relative_gap=relative,
+        normal_relative_gap=normal_relative,
         normal_residual=normal_error,
+        tangential_residual=residual,
     )
 
 
@@ -162,11 +178,16 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
     admissible = project(traction, problem.bound)
     x, y = problem.points
     one, zero = np.ones(problem.size), np.zeros(problem.size)
-    outputs = np.array([[one, zero], [zero, one], [-y, x]])
-    compliance = _compliance(problem, outputs)
+    compliance = _compliance(problem, np.array([[one, zero], [zero, one], [-y, x]]))
     error = gap(problem, admissible, rigid)[0] / problem.area
-    moved = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
+    moved = np.abs(_outputs(problem.points, traction - admissible))
     return problem.area * (np.sqrt(compliance * error) + moved)
+
+
+def _outputs(points: np.ndarray, traction: np.ndarray) -> np.ndarray:
+    """Sums of tractions (2, n) along x, along y, and of their moments, shape (3,)."""
+    moment = points[0] * traction[1] - points[1] * traction[0]
+    return np.array([traction[0].sum(), traction[1].sum(), moment.sum()])
 
 
 def normal_gap(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:

@@ -68,11 +68,12 @@ def draw_areas(ax: Axes, sol: Solution) -> None:
     px, py = sol.traction[:, iy, ix]
     largest = np.hypot(px, py).max(initial=0.0)
     if largest > 0:
-        length = 1.6 * every * max(sol.grid.sides)
-        ax.quiver(
-            sol.grid.x[ix], sol.grid.y[iy], px, py, color=TRACTION_COLOUR, angles="xy", scale_units="xy",
-            scale=largest / length, width=0.004, pivot="tail",
-        )  # fmt: skip
+        if _equal_axes(sol):
+            length = 1.6 * every * max(sol.grid.sides)
+            lengths = {"angles": "xy", "scale_units": "xy", "scale": largest / length}
+        else:  # directions are kept on the page, and the longest arrow is a twentieth of its width
+            lengths = {"angles": "uv", "scale_units": "width", "scale": 20 * largest}
+        ax.quiver(sol.grid.x[ix], sol.grid.y[iy], px, py, color=TRACTION_COLOUR, width=0.004, pivot="tail", **lengths)
     handles: list[Artist] = [Patch(color=STICK_COLOUR, label="stick"), Patch(color=SLIP_COLOUR, label="slip")]
     first, second, turn = sol.creepage
     if turn != 0 and left < -second / turn < right and bottom < first / turn < top:
@@ -112,11 +113,22 @@ def _frame(ax: Axes, sol: Solution) -> None:
         _label("x", "length", sol) + (", rolling to the right" if isinstance(sol.scene.motion, Steady) else "")
     )
     ax.set_ylabel(_label("y", "length", sol))
+    left, right, bottom, top = _contact_box(sol)
+    ax.set_xlim(left, right)
+    ax.set_ylim(bottom, top)
+    ax.set_aspect("equal" if _equal_axes(sol) else "auto")
+
+
+def _contact_box(sol: Solution) -> tuple[float, float, float, float]:
+    """The contact with a margin of two elements."""
     contact, (dx, dy) = sol.state > 0, sol.grid.sides
     x, y = sol.grid.x[contact.any(axis=0)], sol.grid.y[contact.any(axis=1)]
-    ax.set_xlim(x[0] - 2.5 * dx, x[-1] + 2.5 * dx)
-    ax.set_ylim(y[0] - 2.5 * dy, y[-1] + 2.5 * dy)
-    ax.set_aspect("equal" if 0.2 < np.ptp(ax.get_xlim()) / np.ptp(ax.get_ylim()) < 5 else "auto")
+    return x[0] - 2.5 * dx, x[-1] + 2.5 * dx, y[0] - 2.5 * dy, y[-1] + 2.5 * dy
+
+
+def _equal_axes(sol: Solution) -> bool:
+    left, right, bottom, top = _contact_box(sol)
+    return 0.2 < (right - left) / (top - bottom) < 5
 
 
 def _label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact import memory
 from varcontact.coupling import ContactState
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.errors import SceneError
@@ -24,8 +25,8 @@ Box = tuple[float, float, float, float]
 def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactState]) -> Grid:
     """An explicit grid for a scene: its own, or one across the bounding box of the contact.
 
-    A Hertzian contact has its ellipse. For sampled distances the box is found by two coarse looks: the
-    frictionless contact on 24 x 24 elements across all samples, then across the box that it showed.
+    A Hertzian contact has its ellipse. For sampled distances the box is found by looks at the frictionless
+    contact, first across all samples, then closer and closer.
 
     Parameters
     ----------
@@ -33,8 +34,8 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     pressure_on : callable
         Solves the frictionless normal problem of a discretisation.
     """
-    spec = AUTO if scene.grid == "auto" else scene.grid
-    assert isinstance(spec, Grid)
+    spec = _spec(scene)
+    memory.need("a grid of this size", 400.0 * spec.nx * spec.ny, "a grid with fewer elements would fit")
     if spec.explicit:
         return spec
     hertz = scene.hertz
@@ -43,11 +44,50 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     surface = scene.surface
     assert isinstance(surface, SampledDistance)
     box = surface.box
-    for _ in range(2):
+    for _ in range(60):
         look = Grid(nx=24, ny=24, margin=0).spread(box)
-        state = pressure_on(discretise(scene, look))
+        lowest = SampledDistance(_lowest_in_elements(surface, look))
+        state = pressure_on(discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look))
+        contact = _contact_box(look, state.pressure)
+        if min(_across(state.pressure)) >= 8:
+            break
         box = _clipped(_contact_box(look, state.pressure, around=1), surface)
-    return _within(spec.spread(_contact_box(look, state.pressure)), surface)
+    return _within(spec.spread(contact), surface)
+
+
+def fitted(scene: Scene, grid: Grid, pressure: np.ndarray) -> Grid | None:
+    """A grid that lies closer around the contact, where the scene's number of elements across it is not met."""
+    spec, surface = _spec(scene), scene.surface
+    columns, rows = _across(pressure)
+    if spec.explicit or not isinstance(surface, SampledDistance):
+        return None
+    if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.ny:
+        return None
+    return _within(spec.spread(_contact_box(grid, pressure)), surface)
+
+
+def _spec(scene: Scene) -> Grid:
+    return scene.grid if isinstance(scene.grid, Grid) else AUTO
+
+
+def _across(pressure: np.ndarray) -> tuple[int, int]:
+    """Columns and rows with contact in them."""
+    contact = pressure > 0
+    return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
+
+
+def _lowest_in_elements(surface: SampledDistance, grid: Grid) -> np.ndarray:
+    """The lowest distance known in each element: no summit falls between the centres of a coarse look."""
+    distance = surface.distance(grid).copy()
+    assert surface.x is not None
+    assert surface.y is not None
+    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
+    ix, iy = (np.floor((surface.x - x0) / dx).astype(int), np.floor((surface.y - y0) / dy).astype(int))
+    ix[surface.x == grid.box[1]], iy[surface.y == grid.box[3]] = grid.nx - 1, grid.ny - 1
+    columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.ny)
+    flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
+    np.minimum.at(distance.ravel(), flat, surface.h[np.ix_(rows, columns)].ravel())
+    return distance
 
 
 def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
@@ -83,7 +123,7 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
 def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
     """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
     wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid))
-    distance = wider.distance / disc.displacement - state.approach
+    distance = (wider.distance - disc.base) / disc.displacement - state.approach
     distance = distance + wider.normal_operator.apply(np.pad(state.pressure, 1)[None])[0]
     if disc.scene.bodies.K != 0 and np.any(state.traction):
         distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, ((0, 0), (1, 1), (1, 1))))[0]
@@ -91,29 +131,53 @@ def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) ->
 
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
-    """The box of the samples outside the potential contact where the bodies would overlap."""
+    """The box of the samples away from the contact elements where the bodies would overlap."""
     surface = disc.scene.surface
     if not isinstance(surface, SampledDistance) or surface.x is None or surface.y is None:
         return None
-    left, right, bottom, top = disc.grid.box
-    X, Y = np.meshgrid(surface.x, surface.y)
-    beyond = (X < left) | (X > right) | (Y < bottom) | (Y > top)
-    distance = surface.h / disc.displacement - state.approach
-    suspects = np.flatnonzero((beyond & (distance < 0)).ravel())  # pressures only push apart
-    x, y = X.ravel()[suspects] / disc.length, Y.ravel()[suspects] / disc.length
-    elements = np.flatnonzero(state.pressure)
-    centres, bodies = disc.points.reshape(2, -1)[:, elements], disc.scene.bodies
-    dx, dy = disc.lattice.sides
-    overlaps = []
-    for k, suspect in enumerate(suspects):
-        zz = influence_numbers(x[k] - centres[0], y[k] - centres[1], dx, dy, nu=bodies.combined_nu, components=["zz"])
-        raised = distance.ravel()[suspect] + zz["zz"] @ state.pressure.ravel()[elements]
-        if raised < -1e-9 * abs(state.approach):
-            overlaps.append(suspect)
-    if not overlaps:
+    distance = (surface.h - disc.base) / disc.displacement - state.approach
+    suspects = (distance < 0) & ~_near_contact(disc, state, surface)  # pressures only push apart
+    if not suspects.any():
         return None
-    x, y = X.ravel()[overlaps], Y.ravel()[overlaps]
-    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+    iy, ix = np.nonzero(suspects)
+    x, y, below = surface.x[ix], surface.y[iy], distance[iy, ix]
+    raised = below + _raised_about(disc, state, x, y)
+    lowest = np.argsort(raised)[:500]
+    doubtful = lowest[raised[lowest] < 0.02 * float(np.abs(below).max())]
+    elements = np.flatnonzero(state.pressure)
+    centres = disc.points.reshape(2, -1)[:, elements, None]
+    (dx, dy), nu = disc.lattice.sides, disc.scene.bodies.combined_nu
+    x, y = x[doubtful], y[doubtful]
+    numbers = influence_numbers(
+        x / disc.length - centres[0], y / disc.length - centres[1], dx, dy, nu=nu, components=["zz"]
+    )
+    over = below[doubtful] + state.pressure.ravel()[elements] @ numbers["zz"] < -1e-9 * abs(state.approach)
+    if not over.any():
+        return None
+    return float(x[over].min()), float(x[over].max()), float(y[over].min()), float(y[over].max())
+
+
+def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
+    """The samples in contact elements and in those next to them, where displacements are known at centres only."""
+    assert surface.x is not None
+    assert surface.y is not None
+    wide = np.pad(state.pressure > 0, 2)
+    shifts = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    near = np.any([np.roll(wide, shift, axis=(0, 1)) for shift in shifts], axis=0)
+    (dx, dy), (x0, _, y0, _) = disc.grid.sides, disc.grid.box
+    column = np.clip(np.floor((surface.x - x0) / dx).astype(int) + 2, 0, wide.shape[1] - 1)
+    row = np.clip(np.floor((surface.y - y0) / dy).astype(int) + 2, 0, wide.shape[0] - 1)
+    return np.asarray(near[np.ix_(row, column)])
+
+
+def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Normal displacement at points away from the contact, each element's pressure as a point force."""
+    elements = np.flatnonzero(state.pressure)
+    centres, load = disc.points.reshape(2, -1)[:, elements, None], state.pressure.ravel()[elements] * disc.lattice.area
+    raised = np.empty(x.size)
+    for part in np.array_split(np.arange(x.size), 1 + x.size * elements.size // 2_000_000):
+        raised[part] = load @ (1 / np.hypot(x[part] / disc.length - centres[0], y[part] / disc.length - centres[1]))
+    return (1 - disc.scene.bodies.combined_nu) / np.pi * raised
 
 
 def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Grid:
@@ -124,8 +188,11 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Gr
     SceneError
         If the scene's own explicit grid does not hold the contact, or the samples end within it.
     """
-    spec = AUTO if scene.grid == "auto" else scene.grid
-    assert isinstance(spec, Grid)
+    spec = _spec(scene)
+    left, right, bottom, top = grid.box
+    if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
+        place = f"({(overlap[0] + overlap[1]) / 2:.6g}, {(overlap[2] + overlap[3]) / 2:.6g})"
+        raise SceneError("grid", grid, f"finer: the contact at {place} falls between the centres of the elements")
     if spec.explicit:
         raise SceneError(
             "grid",

@@ -13,10 +13,14 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator, influence_operator
+from varcontact.errors import NoContact, SceneError
 from varcontact.grid import Grid
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene import Scene, Steady
 from varcontact.surfaces import Paraboloids, SampledDistance
+
+LEAST_STEP = 1e-6
+"""Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +108,60 @@ class TangentialProblem:
         """Whether the traction bound is infinite."""
         return bool(np.isinf(self.bound).all())
 
+    @property
+    def monotone(self) -> bool:
+        """Whether the symmetric part of M is positive definite: then the solution is the only one.
+
+        It always is in a shift. In steady rolling it is not where the step is shorter than about half an element
+        and the elements three times as long as wide, or more.
+        """
+        from scipy.linalg import LinAlgError, cholesky
+
+        try:
+            cholesky(self.operator.matrix + self.operator.matrix.T, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            return False
+        return True
+
     def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
         """Local shift E = W + M p, (2, n), by FFT; `free_shift` (2,) is the unknown part of W."""
         return self.operator.apply(traction) + self.rigid_shift + free_shift[:, None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What every solver is told.
+
+    Attributes
+    ----------
+    tol : float
+        Accuracy asked of the solver itself, relative.
+    max_iterations : int
+    """
+
+    tol: float = 1e-9
+    max_iterations: int = 200
+
+
+@dataclass(frozen=True, eq=False)
+class RawSolution:
+    """What a solver returns: dimensionless, as it is, not yet judged.
+
+    Attributes
+    ----------
+    traction : ndarray, shape (n,) or (2, n)
+        Pressures, or tangential tractions.
+    rigid : ndarray, shape (1,) or (2,)
+        The approach, or the uniform rigid shift where the force is prescribed (0 where not).
+    iterations : int
+    status : str
+        The solver's own word.
+    """
+
+    traction: np.ndarray
+    rigid: np.ndarray
+    iterations: int
+    status: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +197,11 @@ class Discretisation:
         """Scale of forces."""
         return self.pressure * self.length**2
 
+    @property
+    def base(self) -> float:
+        """Least undeformed distance on the grid: dimensionless distances and approaches count from there."""
+        return float(self.distance.min())
+
     @cached_property
     def lattice(self) -> Grid:
         """The dimensionless grid."""
@@ -154,7 +214,10 @@ class Discretisation:
         motion = self.scene.motion
         if not isinstance(motion, Steady):
             return None
-        return (motion.dq if motion.dq is not None else self.grid.sides[0]) / self.length
+        dx = self.grid.sides[0]
+        if motion.dq is not None and motion.dq < LEAST_STEP * dx:
+            raise SceneError("motion.dq", motion.dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
+        return (motion.dq if motion.dq is not None else dx) / self.length
 
     @cached_property
     def normal_operator(self) -> GridOperator:
@@ -182,7 +245,7 @@ class Discretisation:
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
         """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""
-        distance = (self.distance / self.displacement).ravel()
+        distance = ((self.distance - self.base) / self.displacement).ravel()
         if traction is not None:
             distance = distance + self.traction_to_distance.apply(traction).ravel()
         force, approach = self.scene.normal_force, self.scene.approach
@@ -191,7 +254,7 @@ class Discretisation:
             distance=distance,
             area=self.lattice.area,
             force=None if force is None else force / self.force,
-            approach=None if approach is None else approach / self.displacement,
+            approach=None if approach is None else (approach - self.base) / self.displacement,
         )
 
     def tangential_problem(self, pressure: np.ndarray) -> TangentialProblem:
@@ -236,13 +299,46 @@ class Discretisation:
         return np.array([along_x - turn * y, along_y + turn * x]) / self.displacement
 
 
+def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
+    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
+    left, right, bottom, top = grid.box
+    x = y = 0.0
+    surface = scene.surface
+    if isinstance(surface, SampledDistance):
+        iy, ix = np.unravel_index(np.argmin(surface.h), surface.h.shape)
+        if scene.approach is not None and scene.approach <= surface.h[iy, ix]:
+            return NoContact(
+                "approach", scene.approach, f"above the least undeformed distance, {surface.h[iy, ix]:.6g}"
+            )
+        if surface.x is not None and surface.y is not None:
+            x, y = float(surface.x[ix]), float(surface.y[iy])
+        else:
+            x, y = left, bottom
+    if not (left <= x <= right and bottom <= y <= top):
+        return SceneError(
+            "grid", grid.box, f"a potential contact that contains the contact, which is at ({x:.6g}, {y:.6g})"
+        )
+    return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
+
+
 def discretise(scene: Scene, grid: Grid) -> Discretisation:
-    """A scene on an explicit grid."""
-    hertz = scene.hertz
+    """A scene on an explicit grid.
+
+    Raises
+    ------
+    SceneError
+        If the grid cannot hold the contact: elements larger than it, or a distance beyond the approach all over.
+    """
+    hertz, (dx, dy) = scene.hertz, grid.sides
+    if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
+        raise SceneError(
+            "grid",
+            (dx, dy),
+            f"fine enough to hold one contact element: the contact is {2 * hertz.a:.6g} by {2 * hertz.b:.6g}",
+        )
     surface = Paraboloids(hertz.Rx, hertz.Ry) if hertz is not None else scene.surface
     assert isinstance(surface, (Paraboloids, SampledDistance))
     distance = surface.distance(grid)
-    dx, dy = grid.sides
     length = math.sqrt(grid.nx * dx * grid.ny * dy)
     if hertz is not None:
         pressure = hertz.peak_pressure
@@ -250,5 +346,8 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
         pressure = scene.normal_force / length**2
     else:
         assert scene.approach is not None
-        pressure = scene.bodies.combined_G * max(scene.approach - distance.min(), scene.approach * 1e-12) / length
+        overlap = scene.approach - float(distance.min())
+        if overlap <= 0:
+            raise out_of_reach(scene, grid)
+        pressure = scene.bodies.combined_G * overlap / length
     return Discretisation(scene, grid, hertz, distance, length, pressure)

@@ -66,18 +66,30 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
     rows = [("certificate", f"relative gap {certificate.relative_gap:.1e}, residual {certificate.residual:.1e}")]
-    bound = certificate.force_bound
-    if sol.scene.motion is not None and np.all(np.isfinite(bound)) and np.any(bound > 0):
-        rows.append(
-            (
-                "",
-                f"guaranteed on this grid: Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, "
-                f"Mz to {bound[2]:.1e}{unit('moment')}",
-            )
-        )
+    bound, reason = certificate.force_bound, no_guarantee(sol)
+    if reason:
+        rows.append(("", f"no guaranteed bound: {reason}"))
+    elif sol.plan.tangential != "none":
+        guaranteed = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
+        rows.append(("", f"guaranteed on this grid: {guaranteed}"))
     if sol.plan.normal == "hertz":
-        rows.append(("", f"Hertz's pressure meets this grid's own equations to {certificate.normal_residual:.1e}"))
+        rows.append(("", "(Hertz's pressure is exact but for the grid, whose own equations it meets "
+                         f"to {certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
+
+
+def no_guarantee(sol: Solution) -> str:
+    """Why no bound on the forces is known, or nothing where one is."""
+    if np.all(np.isfinite(sol.certificate.force_bound)):
+        return ""
+    if sol.scene.bodies.K != 0:
+        return "the bodies are unlike, and the traction bound depends on the solution"
+    dx, dy = sol.grid.sides
+    step = sol.scene.motion.dq if isinstance(sol.scene.motion, Steady) else None
+    return (
+        "the symmetric part of the problem is not positive definite, and there may be several solutions or none: "
+        f"motion.dq = {step if step is not None else dx:.3g} is too short for elements with sides {dx:.3g} by {dy:.3g}"
+    )
 
 
 def _methods(sol: Solution) -> list[tuple[str, str]]:

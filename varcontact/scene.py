@@ -175,6 +175,11 @@ class Units:
     length: str
     force: str
 
+    def __post_init__(self) -> None:
+        for name in ("length", "force"):
+            if not isinstance(getattr(self, name), str):
+                raise SceneError(f"units.{name}", getattr(self, name), "a name, in quotes")
+
     def of(self, quantity: str) -> str:
         """Unit of "length", "force", "pressure", "moment", "spin", "area", or "1"."""
         L, F = self.length, self.force
@@ -237,13 +242,13 @@ class Scene:
             _instance("motion", self.motion, (Steady, Shift))
         if self.units is not None:
             _instance("units", self.units, (Units,))
-        if self.grid != "auto":
+        if not (isinstance(self.grid, str) and self.grid == "auto"):
             _instance("grid", self.grid, (Grid,), ' or "auto"')
         self._check_load()
         if self.friction is None:
             if self.motion is not None:
                 raise SceneError("friction", None, "given where there is a motion (a number, inf, or an array)")
-        elif np.ndim(self.friction) == 0:
+        elif not checks.is_array(self.friction):
             allowed = "zero or positive (inf: no slip)"
             f = checks.real("friction", self.friction, allowed)
             if f < 0:
@@ -335,7 +340,7 @@ def _poisson(field: str, value: Any) -> float:
 
 def _pair(field: str, value: Any, check: Any) -> tuple[float, float]:
     """One value for both bodies, or a pair."""
-    if isinstance(value, (tuple, list, np.ndarray)) and np.ndim(value) > 0:
+    if checks.is_array(value):
         if len(value) != 2:
             raise SceneError(field, value, "one value, or a pair (upper, lower)")
         return check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1])

@@ -128,10 +128,9 @@ class Solution:
     def summary(self) -> dict[str, Any]:
         """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
 
-        A bound that is not known is None.
+        What is not known (an infinite bound) is None.
         """
         certificate = self.certificate
-        bound = [float(b) if np.isfinite(b) else None for b in certificate.force_bound]
         return {
             "normal_force": self.normal_force,
             "force": [float(F) for F in self.force],
@@ -140,12 +139,13 @@ class Solution:
             "creepage": [float(c) for c in self.creepage],
             "elements": self.elements,
             "certificate": {
-                "gap": certificate.gap,
-                "relative_gap": certificate.relative_gap,
-                "force_bound": bound,
-                "residual": certificate.residual,
-                "normal_relative_gap": certificate.normal_relative_gap,
-                "normal_residual": certificate.normal_residual,
+                "gap": _known(certificate.gap),
+                "relative_gap": _known(certificate.relative_gap),
+                "force_bound": [_known(bound) for bound in certificate.force_bound],
+                "residual": _known(certificate.residual),
+                "normal_relative_gap": _known(certificate.normal_relative_gap),
+                "normal_residual": _known(certificate.normal_residual),
+                "tangential_residual": _known(certificate.tangential_residual),
             },
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
@@ -178,6 +178,10 @@ class Solution:
         return plot(self)
 
 
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
 def solution_of(
     disc: Discretisation,
     plan: Plan,
@@ -188,7 +192,7 @@ def solution_of(
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
     scene, contact = disc.scene, state.pressure > 0
-    distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + disc.distance
+    distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
     if scene.bodies.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
     shift, areas = _shift_and_areas(disc, state, contact)
@@ -203,7 +207,7 @@ def solution_of(
         slip=shift / rolled,
         distance=distance - state.approach * disc.displacement,
         state=areas,
-        approach=state.approach * disc.displacement,
+        approach=state.approach * disc.displacement + disc.base,
         creepage=(rigid[0] + float(state.rigid[0]) / rolled, rigid[1] + float(state.rigid[1]) / rolled, rigid[2]),
         certificate=certificate,
         converged=converged,

@@ -9,13 +9,14 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.clock import Clock
-from varcontact.coupling import ContactState, johnson, panagiotopoulos
-from varcontact.energy import Certificate, certify_problems
+from varcontact.coupling import ContactState, panagiotopoulos
+from varcontact.energy import Certificate, certify_problems, normal_residual
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.grid import Grid
-from varcontact.plan import make_plan
-from varcontact.potential_contact import enlarged, first_grid, outside
+from varcontact.plan import Plan, make_plan
+from varcontact.potential_contact import enlarged, first_grid, fitted, outside
 from varcontact.problem import Discretisation, discretise
+from varcontact.report import no_guarantee
 from varcontact.scene import Scene
 from varcontact.solution import Solution, solution_of
 from varcontact.steps import Steps, hertz_pressure, unloaded
@@ -62,7 +63,8 @@ def solve(
     Saturated
         If a prescribed tangential force is beyond what friction can carry.
     NotConverged
-        If the tolerance is not reached; its `solution` is the best iterate.
+        If the tolerance is not reached; its `solution` is the best iterate. Johnson's process is held to the two
+        problems as it poses them; what the whole lacks stands in the certificate.
     TooLarge
         If the matrices would not fit into memory.
 
@@ -76,19 +78,40 @@ def solve(
     >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
     -0.392 True
     """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling)
-    tol = checks.positive("tol", tol)
+    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
     _check_saturation(scene)
     clock = Clock(progress)
     steps = Steps(plan, tol, polish, clock)
     disc, state = _on_a_grid_that_holds_it(scene, steps)
     with clock("certificate"):
         certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
-    by_formula = plan.normal == "hertz" and plan.tangential == "none"
-    solution = solution_of(disc, plan, state, certificate, by_formula or certificate.residual <= tol, clock.timing())
+    residual = _residual_as_posed(disc, plan, state, certificate)
+    solution = solution_of(disc, plan, state, certificate, residual <= tol, clock.timing())
     if not solution.converged:
-        raise NotConverged(f"residual not below tol = {tol:.3g}", certificate.residual, solution)
+        reason = no_guarantee(solution) or (
+            f"the last of {len(state.changes)} passes changed the tractions by {state.changes[-1]:.1e}"
+            if state.changes
+            else ""
+        )
+        raise NotConverged(f"residual not below tol = {tol:.3g}{'; ' * bool(reason)}{reason}", residual, solution)
     return solution
+
+
+def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
+    """The residual by which a solution is accepted: of the problems that the plan poses.
+
+    Hertz's pressure without a tangential problem is a formula; Johnson's process poses the normal problem
+    without tractions, and what the whole then lacks is its own approximation, found in the certificate.
+    """
+    if plan.normal == "hertz" and plan.tangential == "none":
+        return 0.0
+    if plan.coupling != "johnson":
+        return certificate.residual
+    alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
+    return max(alone, certificate.tangential_residual)
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
@@ -133,30 +156,46 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
-        state = _given_pressure(disc, _field("pressure", pressure, grid.shape) / disc.pressure)
+        pressures = _field("pressure", pressure, grid.shape)
+        if np.any(pressures < 0) or not np.any(pressures):
+            raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
+        state = _given_pressure(disc, pressures / disc.pressure)
     tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
     return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
 
 
 def _on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:
-    """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again."""
+    """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
+
+    The contact without tangential tractions settles the grid; unlike bodies are looked at once more at the end.
+    """
+    closed_form = steps.plan.normal == "hertz"
     with steps.clock("grid"):
         looks = Steps(replace(steps.plan, normal="clarabel"), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
-    for _ in range(20):
+    for attempt in range(20):
         disc = discretise(scene, grid)
-        state = _contact(disc, steps)
+        state = steps.pressure(disc, unloaded(grid))
         with steps.clock("grid"):
-            overlap = outside(disc, state, closed_form=steps.plan.normal == "hertz")
+            overlap = outside(disc, state, closed_form)
+            closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
+        if overlap is None and closer is None:
+            state = _contact(disc, steps, state)
+            if steps.plan.coupling == "none":
+                return disc, state
+            with steps.clock("grid"):
+                overlap = outside(disc, state)
             if overlap is None:
                 return disc, state
+        if overlap is not None:
             grid = enlarged(scene, grid, state.pressure, overlap)
+        elif closer is not None:
+            grid = closer
     raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
 
 
-def _contact(disc: Discretisation, steps: Steps) -> ContactState:
-    """Pressure and traction, by the plan's coupling."""
-    start = unloaded(disc.grid)
+def _contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
+    """Pressure and traction by the plan's coupling, from the pressure without traction."""
 
     def normal(state: ContactState) -> ContactState:
         return steps.pressure(disc, state)
@@ -165,10 +204,10 @@ def _contact(disc: Discretisation, steps: Steps) -> ContactState:
         return steps.traction(disc, state)
 
     if steps.plan.tangential == "none":
-        return normal(start)
+        return start
     if steps.plan.coupling == "panagiotopoulos":
         return panagiotopoulos(start, normal, tangential, tol=steps.tol / 10)
-    return johnson(start, normal, tangential)
+    return tangential(start)
 
 
 def _check_saturation(scene: Scene) -> None:

@@ -9,17 +9,16 @@ from typing import TypeVar
 import numpy as np
 
 from varcontact import memory
+from varcontact.active_set.norm import norm
+from varcontact.active_set.tang import no_slip, tang_safeguarded
 from varcontact.clock import Clock
 from varcontact.conic.clarabel import solve_normal, solve_tangential
-from varcontact.conic.polish import no_slip, polish_normal, polish_tangential
-from varcontact.conic.programs import RawSolution, Settings
 from varcontact.coupling import ContactState
 from varcontact.energy import normal_residual, project, tangential_residual
-from varcontact.errors import NoContact, Saturated, SceneError
+from varcontact.errors import Saturated
 from varcontact.grid import Grid
 from varcontact.plan import Plan
-from varcontact.problem import Discretisation, NormalProblem, TangentialProblem
-from varcontact.surfaces import SampledDistance
+from varcontact.problem import Discretisation, NormalProblem, RawSolution, Settings, TangentialProblem, out_of_reach
 
 NORMAL_SOLVERS: dict[str, Callable[[NormalProblem, Settings], RawSolution]] = {"clarabel": solve_normal}
 TANGENTIAL_SOLVERS: dict[str, Callable[[TangentialProblem, Settings], RawSolution]] = {"clarabel": solve_tangential}
@@ -60,12 +59,12 @@ class Steps:
             problem = disc.normal_problem(state.traction if coupled else None).reachable()
             elements = problem.operator.elements
             if elements.size == 0:
-                raise _nothing_touches(disc)
+                raise out_of_reach(disc.scene, disc.grid)
             memory.need("the normal QP", 120.0 * elements.size**2, "a grid with fewer elements would fit")
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = self._finish(problem, NORMAL_SOLVERS[self.plan.normal], polish_normal, normal_residual, start)
+            raw = self._finish(problem, NORMAL_SOLVERS[self.plan.normal], norm, normal_residual, start)
             pressure = np.zeros(disc.grid.nx * disc.grid.ny)
             pressure[elements] = raw.traction
             return replace(
@@ -97,12 +96,14 @@ class Steps:
         sticking = no_slip(problem)
         if np.all(np.hypot(*sticking.traction) <= problem.bound):
             return sticking  # friction is nowhere exhausted: the linear solution is the solution
+        if not problem.monotone:  # no convex program: what finds a solution is tried, the certificate judges it
+            return tang_safeguarded(problem)
         start = None
         if np.any(state.traction):
             known = state.traction.reshape(2, -1)[:, problem.operator.elements]
             start = RawSolution(project(known, problem.bound), state.rigid, 0, "start")
         solver = TANGENTIAL_SOLVERS[self.plan.tangential]
-        return self._finish(problem, solver, polish_tangential, tangential_residual, start)
+        return self._finish(problem, solver, tang_safeguarded, tangential_residual, start)
 
     def _finish(
         self,
@@ -119,11 +120,12 @@ class Steps:
         if not self.polish:
             return solver(problem, Settings(tol=1e-12))
         enough = min(self.tol, 1e-9)
-        best = None if start is None else polish(problem, start)
+        best = None if start is None else replace(polish(problem, start), iterations=0)
         for asked in (1e-3, 1e-6, 1e-9):
             if best is not None and residual(problem, best.traction, best.rigid) <= enough:
                 break
-            raw = polish(problem, solver(problem, Settings(tol=asked)))
+            answer = solver(problem, Settings(tol=asked))
+            raw = replace(polish(problem, answer), iterations=answer.iterations)
             if best is None or residual(problem, raw.traction, raw.rigid) < residual(
                 problem, best.traction, best.rigid
             ):
@@ -137,21 +139,10 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     assert disc.hertz is not None
     pressure = disc.hertz.pressure(disc.grid.x[None, :], disc.grid.y[:, None])
     if not pressure.any():
-        raise _nothing_touches(disc)
+        raise out_of_reach(disc.scene, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
-    return replace(state, pressure=pressure / disc.pressure, approach=disc.hertz.approach / disc.displacement)
-
-
-def _nothing_touches(disc: Discretisation) -> SceneError:
-    """Why no element is in contact."""
-    left, right, bottom, top = disc.grid.box
-    if disc.hertz is None and isinstance(disc.scene.surface, SampledDistance):
-        least = disc.scene.surface.h.min()
-        if disc.scene.approach is not None and disc.scene.approach <= least:
-            return NoContact("approach", disc.scene.approach, f"above the least distance on the grid, {least:.6g}")
-    elif not (left <= 0 <= right and bottom <= 0 <= top):
-        return SceneError("grid", disc.grid.box, "a potential contact that contains the contact, at x = y = 0")
-    return SceneError("grid", disc.grid, "fine enough to hold one contact element (no element's centre is in contact)")
+    approach = (disc.hertz.approach - disc.base) / disc.displacement
+    return replace(state, pressure=pressure / disc.pressure, approach=approach)
 
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:

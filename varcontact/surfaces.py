@@ -47,8 +47,10 @@ class Paraboloids:
         """
         combined = []
         for name, pair in (("Rx", Rx), ("Ry", Ry)):
+            if not checks.is_array(pair) or len(pair) != 2:
+                raise SceneError(f"surface.{name}", pair, "a pair of radii, (body 1, body 2)")
             radii = [checks.real(f"surface.{name}", r, "a radius, not zero (inf is flat)") for r in pair]
-            if len(radii) != 2 or 0.0 in radii:
+            if 0.0 in radii:
                 raise SceneError(f"surface.{name}", pair, "a pair of radii, not zero (inf is flat)")
             curvature = 1 / radii[0] + 1 / radii[1]
             if curvature <= 0:
@@ -93,8 +95,9 @@ class SampledDistance:
     h : array_like, shape (ny, nx)
         Undeformed distance [length], indexed [iy, ix].
     x, y : array_like, shape (nx,) and (ny,), optional
-        Where the samples were taken [length], ascending. Given, they serve any grid within them, by cubic
-        spline; not given, the samples are those at the element centres of the scene's explicit grid.
+        Where the samples were taken [length], ascending. Given, they serve any grid within them, by
+        interpolation (`distance`); not given, the samples are those at the element centres of the scene's
+        explicit grid.
 
     Raises
     ------
@@ -134,7 +137,11 @@ class SampledDistance:
         return float(self.x[0]), float(self.x[-1]), float(self.y[0]), float(self.y[-1])
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance at the element centres, shape (ny, nx) [length]."""
+        """Undeformed distance at the element centres, shape (ny, nx) [length].
+
+        A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which
+        does not.
+        """
         if self.x is None or self.y is None:
             if self.h.shape != grid.shape:
                 raise SceneError("surface.h", f"array of shape {self.h.shape}", f"of the grid's shape {grid.shape}")
@@ -144,10 +151,31 @@ class SampledDistance:
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
             raise SceneError("grid", tuple(round(v, 12) for v in grid.box), f"within the samples, {self.box}")
-        from scipy.interpolate import RectBivariateSpline
+        return _interpolated(self.x, self.y, self.h, grid.x, grid.y)
 
-        orders = {"kx": min(3, self.y.size - 1), "ky": min(3, self.x.size - 1)}
-        return np.asarray(RectBivariateSpline(self.y, self.x, self.h, s=0, **orders)(grid.y, grid.x))
+
+def _interpolated(x: np.ndarray, y: np.ndarray, h: np.ndarray, at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
+    """Samples h on (y, x) at the points of a grid: see `SampledDistance.distance`."""
+    from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
+    from scipy.ndimage import maximum_filter, minimum_filter
+
+    spline = RectBivariateSpline(y, x, h, s=0, kx=min(3, y.size - 1), ky=min(3, x.size - 1))
+
+    def calm(at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
+        return np.asarray(Akima1DInterpolator(x, Akima1DInterpolator(y, h)(at_y), axis=1)(at_x))
+
+    # A cliff shows in a cell's middle, where the two differ by more than a twentieth of the range of the samples
+    # around; the spline's swing has died out twelve cells from there.
+    middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
+    around = (maximum_filter(h, 4) - minimum_filter(h, 4))[1:, 1:]
+    cliffs = np.abs(spline(middle_y, middle_x) - calm(middle_x, middle_y)) > 0.05 * around
+    if not cliffs.any():
+        return np.asarray(spline(at_y, at_x))
+    at_x, at_y = np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1])
+    column = np.clip(np.searchsorted(x, at_x) - 1, 0, x.size - 2)
+    row = np.clip(np.searchsorted(y, at_y) - 1, 0, y.size - 2)
+    beside = maximum_filter(cliffs, 25)[np.ix_(row, column)]
+    return np.where(beside, calm(at_x, at_y), spline(at_y, at_x))
 
 
 Surface = Paraboloids | Ellipse | SampledDistance

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.active_set.norm import norm
+from varcontact.active_set.tang import no_slip, tang_safeguarded
 from varcontact.conic.clarabel import solve_normal, solve_tangential
-from varcontact.conic.polish import no_slip, polish_normal, polish_tangential
-from varcontact.conic.programs import Settings, gap_program, normal_program, shift_program
+from varcontact.conic.programs import gap_program, normal_program, shift_program
 from varcontact.energy import gap, normal_residual, project, tangential_residual
-from varcontact.problem import discretise
+from varcontact.problem import Settings, discretise
 from varcontact.steps import hertz_pressure, unloaded
 
 TIGHT = Settings(tol=1e-10)
@@ -44,11 +45,11 @@ def test_raw_answers(scene):
 def test_polish_reaches_rounding_from_a_rough_answer(scene):
     normal, tangential = problems(scene)
     raw = solve_normal(normal.reachable(), Settings(tol=1e-3))
-    polished = polish_normal(normal.reachable(), raw)
+    polished = norm(normal.reachable(), raw)
     assert normal_residual(normal.reachable(), raw.traction, raw.rigid) > 1e-8
     assert normal_residual(normal.reachable(), polished.traction, polished.rigid) < 1e-12
     raw = solve_tangential(tangential, Settings(tol=1e-3))
-    polished = polish_tangential(tangential, raw)
+    polished = tang_safeguarded(tangential, raw)
     assert tangential_residual(tangential, raw.traction, raw.rigid) > 1e-8
     assert tangential_residual(tangential, polished.traction, polished.rigid) < 1e-13
 
@@ -71,7 +72,7 @@ def test_multiplier_of_the_force_is_the_creepage(rolling, kind, direction):
     """Raw: the rigid shift that comes out of a prescribed force is the one that gives this force."""
     motion = vc.Steady(vx=0.04, vy=0.03, spin=0.05) if kind == "rolling" else vc.Shift(ux=0.1, uy=-0.1, rotation=0.05)
     _, given = problems(rolling(motion=motion))
-    exact = polish_tangential(given, solve_tangential(given, TIGHT))
+    exact = tang_safeguarded(given, solve_tangential(given, TIGHT))
     uniform = np.zeros(2)
     uniform[direction] = 0.7 * np.abs(given.rigid_shift).max()
     forces = [None, None]
@@ -79,7 +80,7 @@ def test_multiplier_of_the_force_is_the_creepage(rolling, kind, direction):
     asked = dataclasses.replace(given, rigid_shift=given.rigid_shift - uniform[:, None], force=tuple(forces))
     raw = solve_tangential(asked, TIGHT)
     assert raw.rigid[direction] == pytest.approx(uniform[direction], rel=1e-5)
-    polished = polish_tangential(asked, raw)
+    polished = tang_safeguarded(asked, raw)
     assert polished.rigid[direction] == pytest.approx(uniform[direction], rel=1e-11)
     np.testing.assert_allclose(polished.traction, exact.traction, atol=1e-11)
 
@@ -117,7 +118,7 @@ def test_reachable_elements_hold_the_contact(rolling):
     problem = discretise(rolling(normal_force=None, approach=0.5, motion=None), wide).normal_problem()
     fewer = problem.reachable()
     assert fewer.distance.size < problem.distance.size
-    few, all_ = (polish_normal(p, solve_normal(p, TIGHT)) for p in (fewer, problem))
+    few, all_ = (norm(p, solve_normal(p, TIGHT)) for p in (fewer, problem))
     expected = np.zeros(problem.distance.size)
     expected[fewer.operator.elements] = few.traction
     np.testing.assert_allclose(all_.traction, expected, atol=1e-12)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.conic.programs import ConicProgram, RawSolution, Settings, gap_program, normal_program, shift_program
-from varcontact.problem import NormalProblem, TangentialProblem
+from varcontact.conic.programs import ConicProgram, gap_program, normal_program, shift_program
+from varcontact.problem import NormalProblem, RawSolution, Settings, TangentialProblem
 
 
 def solve_normal(problem: NormalProblem, settings: Settings) -> RawSolution:

@@ -19,42 +19,6 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What every solver is told.
-
-    Attributes
-    ----------
-    tol : float
-        Accuracy asked of the solver itself, relative.
-    max_iterations : int
-    """
-
-    tol: float = 1e-9
-    max_iterations: int = 200
-
-
-@dataclass(frozen=True, eq=False)
-class RawSolution:
-    """What a solver returns: dimensionless, as it is, not yet judged.
-
-    Attributes
-    ----------
-    traction : ndarray, shape (n,) or (2, n)
-        Pressures, or tangential tractions.
-    rigid : ndarray, shape (1,) or (2,)
-        The approach, or the uniform rigid shift where the force is prescribed (0 where not).
-    iterations : int
-    status : str
-        The solver's own word.
-    """
-
-    traction: np.ndarray
-    rigid: np.ndarray
-    iterations: int
-    status: str
-
-
 @dataclass(frozen=True, eq=False)
 class ConicProgram:
     """A convex program as plain data.

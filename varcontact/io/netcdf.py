@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from pathlib import Path
@@ -71,16 +72,23 @@ def dataset(sol: Solution) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
 
 
-def save(sol: Solution, path: str | Path) -> None:
+def save(sol: Solution, path: str | Path, field: str = "path") -> None:
     """Write a solution to a netCDF file, whole or not at all."""
     path = Path(path)
-    check_writable("path", path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    check_writable(field, path)
+    buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
+    dataset(sol).to_netcdf(buffer, engine="h5netcdf")
+    write_whole(field, path, buffer.getvalue())
+
+
+def write_whole(field: str, path: Path, content: bytes) -> None:
+    """Write a file under another name, then rename it: whole or not at all."""
+    temporary = path.with_name(f".{os.getpid()}.part")
     try:
-        dataset(sol).to_netcdf(temporary, engine="h5netcdf")
+        temporary.write_bytes(content)
         os.replace(temporary, path)
     except OSError as error:
-        raise OutputError("path", path, f"cannot be written ({error.strerror or error})") from error
+        raise OutputError(field, path, f"cannot be written ({error.strerror or error})") from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -102,14 +110,14 @@ def load(path: str | Path) -> Solution:
     try:
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             data = opened.load()
-    except (OSError, ValueError) as error:
-        raise OutputError("path", path, f"cannot be read as netCDF ({error})") from None
+    except (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError) as error:  # all seen from HDF5
+        raise OutputError("path", path, f"cannot be read as netCDF ({_first_line(error)})") from None
     if data.attrs.get("format") != FORMAT:
         raise OutputError("path", path, f"is not a {FORMAT!r} file")
     try:
         return _solution(data)
-    except (KeyError, TypeError, json.JSONDecodeError, VarcontactError) as error:
-        raise OutputError("path", path, f"is damaged ({error})") from None
+    except (KeyError, TypeError, ValueError, VarcontactError) as error:
+        raise OutputError("path", path, f"is damaged ({_first_line(error)})") from None
 
 
 def _solution(data: xr.Dataset) -> Solution:
@@ -117,9 +125,12 @@ def _solution(data: xr.Dataset) -> Solution:
     certificate = {**record["certificate"], "force_bound": np.array(record["certificate"]["force_bound"])}
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     vx, vy, spin = (float(value) for value in data["creepage"].values)
+    grid = Grid(**record["grid"])
+    if any(field.shape[-2:] != grid.shape for field in fields.values()):
+        raise ValueError("fields that are not of the grid's shape")
     return Solution(
         scene=scene_from(record["scene"]),
-        grid=Grid(**record["grid"]),
+        grid=grid,
         plan=Plan(**record["plan"]),
         **fields,
         approach=float(data["approach"].values),
@@ -134,9 +145,24 @@ def _solution(data: xr.Dataset) -> Solution:
 def check_writable(field: str, path: Path) -> None:
     """Raise `OutputError` where a file could not be written, before any work is done for it."""
     folder = path.parent
-    if not folder.is_dir():
-        raise OutputError(field, path, f"there is no folder {str(folder)!r}")
-    if path.is_dir():
-        raise OutputError(field, path, "is a folder")
-    if not os.access(path if path.exists() else folder, os.W_OK):
-        raise OutputError(field, path, "may not be written")
+    try:
+        if not folder.is_dir():
+            raise OutputError(field, path, f"there is no folder {str(folder)!r}")
+        if path.is_dir():
+            raise OutputError(field, path, "is a folder")
+        if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+            raise OutputError(field, path, "may not be written")
+        trial = folder / f".{os.getpid()}.part"
+        trial.touch()
+        trial.unlink()
+        path.stat()
+    except FileNotFoundError:
+        pass
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(field, path, f"cannot be written ({error.strerror or error})") from None
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).split("\n")[0]

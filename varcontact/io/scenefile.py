@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -70,6 +70,8 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
         raise SceneError("scene file", str(path), "a TOML file (this is no UTF-8 text)") from None
     except tomllib.TOMLDecodeError as error:
         raise SceneError("scene file", str(path), f"a TOML file ({error})") from None
+    except RecursionError:
+        raise SceneError("scene file", str(path), "a TOML file (this one is nested too deep)") from None
     options = table.pop("solve", {})
     _known("solve", _table("solve", options), SOLVE_KEYS)
     return scene_from(table, path.parent), options
@@ -156,9 +158,10 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path) -> np.ndarray
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
-        text = path.read_text(encoding="utf-8").replace(",", " ")
-        return np.loadtxt(text.splitlines(), ndmin=1 if field.endswith((".x", ".y")) else 2)
-    except (OSError, ValueError) as error:
+        text = path.read_text(encoding="utf-8")
+        dimensions: Literal[1, 2] = 1 if field.endswith((".x", ".y")) else 2
+        return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=dimensions)
+    except (OSError, ValueError, EOFError) as error:
         raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({error})") from None
 
 

@@ -33,7 +33,7 @@ def solve_symmetric(
     Returns
     -------
     ndarray, shape (k, 2, n), or None
-        None if conjugate gradients do not get there.
+        None if S turns out not to be positive definite, or conjugate gradients do not get there.
 
     Notes
     -----
@@ -67,7 +67,10 @@ def _conjugate_gradients(
     weight = np.sum(residual * direction)
     for _ in range(max_iterations):
         image = apply(direction)
-        step = weight / np.sum(direction * image)
+        curvature = np.sum(direction * image)
+        if not curvature > 0:
+            return None
+        step = weight / curvature
         x += step * direction
         residual -= step * image
         if np.linalg.norm(residual) <= goal:

@@ -1,0 +1,258 @@
+"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and safeguarded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.energy import project, tangential_residual
+from varcontact.problem import RawSolution, TangentialProblem
+
+MAX_EXCHANGES = 200
+MAX_NEWTON = 30
+ENOUGH = 1e-14
+"""Residual at which the safeguarded version stops: rounding."""
+
+
+def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSolution:
+    """TANG as the paper prints it.
+
+    It begins with every element in the stick area. On given areas it solves ``E = 0`` in the stick area (linear)
+    and ``|p| = g`` with p along E in the slip area (nonlinear, by Newton's method); then it moves all stick
+    elements beyond the bound to the slip area or, where there are none, all slip elements whose slip goes with
+    the traction instead of against it back to the stick area. Prescribed forces are further equations (5.3.1).
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    start : RawSolution, optional
+        Its areas and directions in place of the printed start.
+
+    Returns
+    -------
+    RawSolution
+        The best iterate by its residual. `status` is "Solved", "Cycled" (areas come that were there before),
+        "NewtonFailed" or "MaxIterations": there is no proof of convergence. `iterations` counts Newton steps.
+    """
+    if problem.no_slip:
+        return no_slip(problem)
+    at = _Point(np.zeros((2, problem.size)), np.zeros(2))
+    sticks = np.ones(problem.size, dtype=bool)
+    if start is not None:
+        at = _Point(start.traction, start.rigid)
+        sticks = np.hypot(*_trial(problem, at)) <= problem.bound
+    seen: set[bytes] = set()
+    best, newton, status = start, 0, "MaxIterations"
+    for _ in range(MAX_EXCHANGES):
+        if sticks.tobytes() in seen:
+            status = "Cycled"
+            break
+        seen.add(sticks.tobytes())
+        at, steps, solved = _on_areas(problem, sticks, at)
+        newton += steps
+        best = _better(problem, best, at)
+        if not solved:
+            status = "NewtonFailed"
+            break
+        beyond = sticks & (np.hypot(*at.traction) > problem.bound)  # point 4
+        if beyond.any():
+            sticks = sticks & ~beyond
+            continue
+        forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
+        if not forward.any():
+            status = "Solved"
+            break
+        sticks = sticks | forward
+    assert best is not None
+    return replace(best, iterations=newton, status=status)
+
+
+def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60) -> RawSolution:
+    """TANG with the areas renewed after each Newton step, and steps shortened until they help.
+
+    An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which is the paper's
+    points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
+    friction, cut off at the bound; where no way leads down from there, the rigid shift is applied in parts.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    start : RawSolution, optional
+        Where to begin in place of that.
+    max_steps : int
+        Newton steps from one start.
+
+    Returns
+    -------
+    RawSolution
+        The best iterate by its residual; `status` is "Solved" or "MaxIterations".
+    """
+    if problem.no_slip:
+        return no_slip(problem)
+    if start is not None:
+        return _descend(problem, _Point(project(start.traction, problem.bound), start.rigid), max_steps)
+    sticking = no_slip(problem)
+    begin = _Point(project(sticking.traction, problem.bound), sticking.rigid)
+    best = _descend(problem, begin, max_steps)
+    newton = best.iterations
+    for parts in (4, 16):
+        if best.status == "Solved":
+            break
+        at = _Point(np.zeros((2, problem.size)), np.zeros(2))
+        for k in range(1, parts + 1):
+            share = k / parts
+            forces = tuple(None if F is None else share * F for F in problem.force)
+            raw = _descend(
+                replace(problem, rigid_shift=share * problem.rigid_shift, force=(forces[0], forces[1])), at, max_steps
+            )
+            at = _Point(raw.traction, raw.rigid)
+            newton += raw.iterations
+        if raw.status == "Solved" or tangential_residual(problem, raw.traction, raw.rigid) < tangential_residual(
+            problem, best.traction, best.rigid
+        ):
+            best = raw
+    return replace(best, iterations=newton)
+
+
+def no_slip(problem: TangentialProblem) -> RawSolution:
+    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
+    sticks, at = np.ones(problem.size, dtype=bool), _Point(np.zeros((2, problem.size)), np.zeros(2))
+    at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
+    return RawSolution(at.traction, at.rigid, 1, "Solved")
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Tractions (2, n) and missing rigid shifts (2,)."""
+
+    traction: np.ndarray
+    rigid: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Changes of the stick tractions (2, nH), of the slip tractions' directions (nS,), of the rigid shifts (2,)."""
+
+    stick: np.ndarray
+    angle: np.ndarray
+    rigid: np.ndarray
+
+
+def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
+    """E by the dense matrix, which is there anyway."""
+    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(2, -1)
+    return elastic + problem.rigid_shift + at.rigid[:, None]
+
+
+def _trial(problem: TangentialProblem, at: _Point) -> np.ndarray:
+    """The natural map before its projection, ``p - E/rho``."""
+    return at.traction - _shift(problem, at) / problem.operator.diagonal
+
+
+def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: _Point, towards: np.ndarray) -> _Point:
+    """The tractions with those of the slip area on the bound, in the directions of `towards`."""
+    size = np.hypot(*towards)
+    on_bound = towards * (problem.bound / np.where(size > 0, size, 1.0))
+    return replace(at, traction=np.where(sticks, at.traction, on_bound))
+
+
+def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Step:
+    """Newton's step for given areas, from tractions on the bound in the slip area.
+
+    Equations: E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: both
+    components of the traction where it sticks, its direction where it slips, the missing rigid shifts.
+    """
+    n, free, matrix = problem.size, problem.free, problem.operator.matrix
+    H, S = np.flatnonzero(sticks), np.flatnonzero(~sticks)
+    shift, g = _shift(problem, at), problem.bound[S]
+    cos, sin = at.traction[:, S] / g
+    columns = np.concatenate(
+        [matrix[:, H], matrix[:, n + H], matrix[:, S] * (-g * sin) + matrix[:, n + S] * (g * cos)], axis=1
+    )
+    h, k = H.size, 2 * H.size + S.size
+    jacobian = np.zeros((k + len(free), k + len(free)))
+    jacobian[:h, :k] = columns[H]
+    jacobian[h : 2 * h, :k] = columns[n + H]
+    jacobian[2 * h : k, :k] = cos[:, None] * columns[n + S] - sin[:, None] * columns[S]
+    slip_rows = np.arange(2 * h, k)
+    jacobian[slip_rows, slip_rows] -= shift[0, S] * cos + shift[1, S] * sin
+    across = cos * shift[1, S] - sin * shift[0, S]
+    error = np.concatenate([shift[0, H], shift[1, H], across, np.zeros(len(free))])
+    for i, direction in enumerate(free):
+        force = problem.force[direction]
+        assert force is not None
+        component = slice(direction * h, (direction + 1) * h)
+        jacobian[component, k + i] = jacobian[k + i, component] = 1.0
+        jacobian[2 * h : k, k + i] = (-sin, cos)[direction]
+        jacobian[k + i, 2 * h : k] = (-g * sin, g * cos)[direction]
+        error[k + i] = at.traction[direction].sum() - force / problem.area
+    try:
+        step = np.linalg.solve(jacobian, -error)
+    except np.linalg.LinAlgError:
+        step = np.zeros(error.size)
+    rigid = np.zeros(2)
+    rigid[free] = step[k:]
+    return _Step(step[: 2 * h].reshape(2, h), step[2 * h : k], rigid)
+
+
+def _moved(problem: TangentialProblem, sticks: np.ndarray, at: _Point, step: _Step, part: float = 1.0) -> _Point:
+    """A part of a step, turning the slip tractions on their bound."""
+    traction, slips = at.traction.copy(), ~sticks
+    traction[:, sticks] += part * step.stick
+    cos, sin = traction[:, slips]
+    angle = np.arctan2(sin, cos) + part * step.angle
+    traction[:, slips] = problem.bound[slips] * np.array([np.cos(angle), np.sin(angle)])
+    return _Point(traction, at.rigid + part * step.rigid)
+
+
+def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> tuple[_Point, int, bool]:
+    """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
+    at, slips = _on_bound(problem, sticks, at, at.traction), ~sticks
+    scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
+    error, count = np.inf, 0
+    while count < MAX_NEWTON and error > 1e-13:
+        count += 1
+        at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
+        shift, direction = _shift(problem, at), at.traction[:, slips] / problem.bound[slips]
+        across = shift[1, slips] * direction[0] - shift[0, slips] * direction[1]
+        error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(across).max(initial=0.0)) / scale
+    return at, count, bool(error < 1e-9)
+
+
+def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:
+    """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
+    best, trial, count = _better(problem, None, at), _trial(problem, at), 0
+    merit = _merit(problem, at, trial)
+    while count < max_steps and tangential_residual(problem, best.traction, best.rigid) > ENOUGH:
+        count += 1
+        sticks = np.hypot(*trial) <= problem.bound
+        begin = _on_bound(problem, sticks, at, trial)
+        step = _newton_step(problem, sticks, begin)
+        step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))
+        least = np.inf
+        for part in (1.0, 0.5, 0.25, 0.1, 0.03):
+            there = _moved(problem, sticks, begin, step, part)
+            there_trial = _trial(problem, there)
+            there_merit = _merit(problem, there, there_trial)
+            if there_merit < least:
+                least, at, trial = there_merit, there, there_trial
+            if least < (1 - 0.1 * part) * merit:
+                break
+        merit, best = least, _better(problem, best, at)
+    residual = tangential_residual(problem, best.traction, best.rigid)
+    return replace(best, iterations=count, status="Solved" if residual <= 100 * ENOUGH else "MaxIterations")
+
+
+def _merit(problem: TangentialProblem, at: _Point, trial: np.ndarray) -> float:
+    """Size of the natural map's residual."""
+    return float(np.linalg.norm(at.traction - project(trial, problem.bound)))
+
+
+def _better(problem: TangentialProblem, best: RawSolution | None, at: _Point) -> RawSolution:
+    """The better of two by the residual."""
+    traction = project(at.traction, problem.bound)
+    residual = tangential_residual(problem, traction, at.rigid)
+    if best is not None and not residual < tangential_residual(problem, best.traction, best.rigid):
+        return best
+    return RawSolution(traction, at.rigid, 0, "")
