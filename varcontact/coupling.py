@@ -21,6 +21,8 @@ class ContactState:
         Uniform rigid shift where a force is prescribed, else 0.
     iterations : dict
         Solver iterations by problem, summed over the passes.
+    status : dict
+        The solvers' own words on the last pass, by problem.
     changes : tuple of float
         Change of the tractions in each pass, by the largest traction.
     """
@@ -30,6 +32,7 @@ class ContactState:
     traction: np.ndarray
     rigid: np.ndarray
     iterations: dict[str, int] = field(default_factory=dict)
+    status: dict[str, str] = field(default_factory=dict)
     changes: tuple[float, ...] = ()
 
 

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.matrix_free.symmetric import solve_symmetric
-from varcontact.plan import Plan
 from varcontact.problem import Discretisation, NormalProblem, TangentialProblem
+
+if TYPE_CHECKING:
+    from varcontact.plan import Plan
 
 DENSE_LIMIT = 1200
 """Elements up to which the symmetric part is factored densely for the bound on forces; beyond, CG by FFT."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
+from varcontact.methods import available, normal_methods, states_programs, tangential_methods
 from varcontact.scene import Scene, Steady
 from varcontact.surfaces import SampledDistance
 
-NORMAL_METHODS = ("hertz", "clarabel")
-TANGENTIAL_METHODS = ("clarabel",)
 COUPLING_METHODS = ("johnson", "panagiotopoulos")
+FORMULATIONS = ("complementary", "potential", "gap", "marching")
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class Plan:
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
         "none" for quasi-identical bodies and without friction, else "johnson" or "panagiotopoulos".
+    formulation : str
+        Of the tangential problem: "complementary", "potential", "gap" or "marching"; "none" where there is none.
     reasons : dict
         For each of them, in one line, why.
     """
@@ -33,22 +35,27 @@ class Plan:
     normal: str
     tangential: str
     coupling: str
+    formulation: str = "none"
     reasons: dict[str, str] = field(default_factory=dict)
 
 
-def make_plan(scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto") -> Plan:
+def make_plan(
+    scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", formulation: str = "auto"
+) -> Plan:
     """Choose the methods for a scene.
 
     Parameters
     ----------
     scene : Scene
-    normal, tangential, coupling : str
+    normal, tangential, coupling, formulation : str
         A method by name, or "auto".
 
     Raises
     ------
     SceneError
         For a method that does not exist or cannot treat the scene; the error lists what can.
+    SolverUnavailable
+        For a method whose package is not installed.
 
     Examples
     --------
@@ -63,11 +70,12 @@ def make_plan(scene: Scene, normal: str = "auto", tangential: str = "auto", coup
     chosen["normal"], reasons["normal"] = _normal(scene, normal)
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
+    chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen["tangential"], formulation)
     return Plan(**chosen, reasons=reasons)
 
 
 def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
-    choice("normal", wanted, ("auto", *NORMAL_METHODS))
+    available("normal", wanted, ("auto", *normal_methods()))
     coupled = scene.bodies.K != 0 and not scene.frictionless
     hertzian = not isinstance(scene.surface, SampledDistance)
     if wanted == "hertz":
@@ -91,15 +99,37 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
 
 
 def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
-    choice("tangential", wanted, ("auto", *TANGENTIAL_METHODS))
+    available("tangential", wanted, ("auto", *tangential_methods()))
     if scene.motion is None:
         return "none", "no motion"
     if scene.frictionless:
         return "none", "no friction, no traction"
     if scene.no_slip:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
+    if wanted != "auto":
+        return wanted, "asked for"
     program = "the gap SOCP of steady rolling" if isinstance(scene.motion, Steady) else "the SOCP of a shift"
     return "clarabel", program
+
+
+def _formulation(scene: Scene, tangential: str, wanted: str) -> tuple[str, str]:
+    choice("formulation", wanted, ("auto", *FORMULATIONS))
+    steady = isinstance(scene.motion, Steady)
+    if tangential in ("none", "no-slip"):
+        return "none", "no program"
+    if not states_programs(tangential):
+        if wanted == "marching" and steady:
+            return wanted, "asked for: steps until nothing changes"
+        if wanted != "auto":
+            raise SceneError("formulation", wanted, f"auto{' or marching' * steady} with {tangential!r}, which states no program")
+        return "none", "an active-set method states no program"
+    allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
+    if wanted == "auto":
+        return allowed[0], "the only convex program of steady rolling" if steady else "the fewest unknowns"
+    if wanted not in allowed:
+        reason = "steady rolling is no minimum of an energy" if steady else "a shift has no steps"
+        raise SceneError("formulation", wanted, f"{' or '.join(allowed)} here: {reason}")
+    return wanted, "asked for"
 
 
 def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from varcontact.grid import Grid
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene import Scene, Steady
 from varcontact.surfaces import Paraboloids, SampledDistance
+
+if TYPE_CHECKING:
+    from varcontact.conic.setups import Setups
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -82,7 +86,9 @@ class TangentialProblem:
     force : (float or None, float or None)
         Prescribed ``area * sum(p)`` by direction; a uniform rigid shift in that direction is then unknown.
     symmetric : bool
-        Whether M is symmetric (a shift).
+        Whether M is symmetric (a shift, or one step of a march).
+    instant : RestrictedOperator, optional
+        A of steady rolling, for a march; then ``A - M`` is C.
     """
 
     operator: RestrictedOperator
@@ -92,6 +98,7 @@ class TangentialProblem:
     area: float
     force: tuple[float | None, float | None] = (None, None)
     symmetric: bool = False
+    instant: RestrictedOperator | None = None
 
     @property
     def size(self) -> int:
@@ -135,12 +142,16 @@ class Settings:
     Attributes
     ----------
     tol : float
-        Accuracy asked of the solver itself, relative.
-    max_iterations : int
+        Accuracy wanted of the tractions, relative; `varcontact.conic.accuracy` says what that means to each.
+    formulation : str
+        The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
+    setups : Setups, optional
+        Where solvers keep their set-ups for the next problem of the same structure.
     """
 
-    tol: float = 1e-9
-    max_iterations: int = 200
+    tol: float = 1e-8
+    formulation: str = "auto"
+    setups: Setups | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +241,11 @@ class Discretisation:
         return self._operator("xy", "xy", self.step)
 
     @cached_property
+    def instant_operator(self) -> GridOperator:
+        """A_tt of steady rolling, which only a march needs by itself."""
+        return self._operator("xy", "xy")
+
+    @cached_property
     def pressure_to_shift(self) -> GridOperator:
         """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
         return self._operator("xy", "z", self.step)
@@ -257,7 +273,7 @@ class Discretisation:
             approach=None if approach is None else (approach - self.base) / self.displacement,
         )
 
-    def tangential_problem(self, pressure: np.ndarray) -> TangentialProblem:
+    def tangential_problem(self, pressure: np.ndarray, marching: bool = False) -> TangentialProblem:
         """The tangential problem on the elements with a traction bound, for a pressure (ny, nx)."""
         scene, motion = self.scene, self.scene.motion
         assert motion is not None
@@ -277,6 +293,7 @@ class Discretisation:
             area=self.lattice.area,
             force=(forces[0], forces[1]),
             symmetric=not isinstance(motion, Steady),
+            instant=self.instant_operator.on(elements) if marching else None,
         )
 
     @property

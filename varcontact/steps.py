@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -12,16 +13,15 @@ from varcontact import memory
 from varcontact.active_set.norm import norm
 from varcontact.active_set.tang import no_slip, tang_safeguarded
 from varcontact.clock import Clock
-from varcontact.conic.clarabel import solve_normal, solve_tangential
+from varcontact.conic.setups import Setups
 from varcontact.coupling import ContactState
 from varcontact.energy import normal_residual, project, tangential_residual
-from varcontact.errors import Saturated
+from varcontact.errors import Saturated, SceneError
+from varcontact.evolution import march
 from varcontact.grid import Grid
+from varcontact.methods import normal_solver, states_programs, tangential_solver
 from varcontact.plan import Plan
 from varcontact.problem import Discretisation, NormalProblem, RawSolution, Settings, TangentialProblem, out_of_reach
-
-NORMAL_SOLVERS: dict[str, Callable[[NormalProblem, Settings], RawSolution]] = {"clarabel": solve_normal}
-TANGENTIAL_SOLVERS: dict[str, Callable[[TangentialProblem, Settings], RawSolution]] = {"clarabel": solve_tangential}
 
 _Problem = TypeVar("_Problem", NormalProblem, TangentialProblem)
 
@@ -41,14 +41,17 @@ class Steps:
     tol : float
         Natural-map residual to reach.
     polish : bool
-        Whether solvers' answers are taken to rounding.
+        Whether the answers of solvers of programs are taken to rounding.
     clock : Clock
+    setups : Setups, optional
+        Where solvers keep their set-ups.
     """
 
     plan: Plan
     tol: float
     polish: bool
     clock: Clock
+    setups: Setups | None = None
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions."""
@@ -64,7 +67,7 @@ class Steps:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = self._finish(problem, NORMAL_SOLVERS[self.plan.normal], norm, normal_residual, start)
+            raw = self._normal(problem, start)
             pressure = np.zeros(disc.grid.nx * disc.grid.ny)
             pressure[elements] = raw.traction
             return replace(
@@ -72,12 +75,13 @@ class Steps:
                 pressure=pressure.reshape(disc.grid.shape),
                 approach=float(raw.rigid[0]),
                 iterations=_counted(state, "normal", raw.iterations),
+                status={**state.status, "normal": raw.status},
             )
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure."""
         with self.clock("tangential"):
-            problem = disc.tangential_problem(state.pressure)
+            problem = disc.tangential_problem(state.pressure, marching=self.plan.formulation == "marching")
             _check_force(problem, disc.force)
             raw = self._tractions(problem, state)
             traction = np.zeros((2, disc.grid.nx * disc.grid.ny))
@@ -87,28 +91,46 @@ class Steps:
                 traction=traction.reshape(2, *disc.grid.shape),
                 rigid=raw.rigid,
                 iterations=_counted(state, "tangential", raw.iterations),
+                status={**state.status, "tangential": raw.status},
             )
+
+    def _normal(self, problem: NormalProblem, start: RawSolution | None) -> RawSolution:
+        solver = normal_solver(self.plan.normal)
+        if not (self.polish and states_programs(self.plan.normal)):
+            return solver(problem, self._settings(self.tol), start)
+        return self._polished(problem, solver, norm, normal_residual, start)
 
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
             return RawSolution(np.zeros((2, problem.size)), np.zeros(2), 0, "nothing moves")
         memory.need("the tangential SOCP", 30 * 8 * 4.0 * problem.size**2, "a grid with fewer elements would fit")
+        if problem.no_slip:
+            return no_slip(problem)
+        start = None
+        if np.any(state.traction):
+            known = state.traction.reshape(2, -1)[:, problem.operator.elements]
+            start = RawSolution(project(known, problem.bound), state.rigid, 0, "start")
+        solver = tangential_solver(self.plan.tangential)
+        if self.plan.formulation == "marching":
+            solver = partial(march, solver)
+        if not (self.polish and states_programs(self.plan.tangential)):
+            if self.plan.formulation == "gap" and not problem.monotone:
+                raise SceneError("formulation", "gap", "another: the gap is not convex for so long elements and short dq")
+            return solver(problem, self._settings(self.tol), start)
         sticking = no_slip(problem)
         if np.all(np.hypot(*sticking.traction) <= problem.bound):
             return sticking  # friction is nowhere exhausted: the linear solution is the solution
         if not problem.monotone:  # no convex program: what finds a solution is tried, the certificate judges it
             return tang_safeguarded(problem)
-        start = None
-        if np.any(state.traction):
-            known = state.traction.reshape(2, -1)[:, problem.operator.elements]
-            start = RawSolution(project(known, problem.bound), state.rigid, 0, "start")
-        solver = TANGENTIAL_SOLVERS[self.plan.tangential]
-        return self._finish(problem, solver, tang_safeguarded, tangential_residual, start)
+        return self._polished(problem, solver, tang_safeguarded, tangential_residual, start)
 
-    def _finish(
+    def _settings(self, tol: float) -> Settings:
+        return Settings(tol, self.plan.formulation, self.setups)
+
+    def _polished(
         self,
         problem: _Problem,
-        solver: Callable[[_Problem, Settings], RawSolution],
+        solver: Callable[[_Problem, Settings, RawSolution | None], RawSolution],
         polish: Callable[[_Problem, RawSolution], RawSolution],
         residual: Callable[[_Problem, np.ndarray, np.ndarray], float],
         start: RawSolution | None,
@@ -117,21 +139,22 @@ class Steps:
 
         Where the polish takes a start (the pass before) to the tolerance, no solver is needed at all.
         """
-        if not self.polish:
-            return solver(problem, Settings(tol=1e-12))
         enough = min(self.tol, 1e-9)
         best = None if start is None else replace(polish(problem, start), iterations=0)
-        for asked in (1e-3, 1e-6, 1e-9):
+        answer = start
+        for asked in (1e-2, 1e-4, 1e-6):
             if best is not None and residual(problem, best.traction, best.rigid) <= enough:
                 break
-            answer = solver(problem, Settings(tol=asked))
+            answer = solver(problem, self._settings(asked), start)
+            if not (np.isfinite(answer.traction).all() and np.isfinite(answer.rigid).all()):
+                continue
             raw = replace(polish(problem, answer), iterations=answer.iterations)
             if best is None or residual(problem, raw.traction, raw.rigid) < residual(
                 problem, best.traction, best.rigid
             ):
                 best = raw
-        assert best is not None
-        return best
+        assert answer is not None
+        return answer if best is None else best
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:

@@ -13,6 +13,9 @@ MAX_EXCHANGES = 200
 MAX_NEWTON = 30
 ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
+SOLVED = 1e-11
+"""Residual from which it calls a problem solved: near saturation rounding leaves more."""
+SPLITTING_ROUNDS = (50, 200, 800)
 
 
 def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSolution:
@@ -69,11 +72,12 @@ def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSol
 
 
 def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60) -> RawSolution:
-    """TANG with the areas renewed after each Newton step, and steps shortened until they help.
+    """TANG with the areas renewed after each Newton step, steps shortened until they help, and a way back.
 
     An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which is the paper's
     points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
-    friction, cut off at the bound; where no way leads down from there, the rigid shift is applied in parts.
+    friction, cut off at the bound. Where no way leads down from there, Douglas and Rachford's splitting, which
+    converges from anywhere but slowly, comes near enough for Newton's method.
 
     Parameters
     ----------
@@ -86,33 +90,27 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     Returns
     -------
     RawSolution
-        The best iterate by its residual; `status` is "Solved" or "MaxIterations".
+        The best iterate by its residual; `status` is "Solved" or "MaxIterations". `iterations` counts Newton
+        steps.
     """
     if problem.no_slip:
         return no_slip(problem)
     if start is not None:
         return _descend(problem, _Point(project(start.traction, problem.bound), start.rigid), max_steps)
     sticking = no_slip(problem)
-    begin = _Point(project(sticking.traction, problem.bound), sticking.rigid)
-    best = _descend(problem, begin, max_steps)
-    newton = best.iterations
-    for parts in (4, 16):
-        if best.status == "Solved":
-            break
-        at = _Point(np.zeros((2, problem.size)), np.zeros(2))
-        for k in range(1, parts + 1):
-            share = k / parts
-            forces = tuple(None if F is None else share * F for F in problem.force)
-            raw = _descend(
-                replace(problem, rigid_shift=share * problem.rigid_shift, force=(forces[0], forces[1])), at, max_steps
-            )
-            at = _Point(raw.traction, raw.rigid)
-            newton += raw.iterations
-        if raw.status == "Solved" or tangential_residual(problem, raw.traction, raw.rigid) < tangential_residual(
-            problem, best.traction, best.rigid
-        ):
-            best = raw
-    return replace(best, iterations=newton)
+    at = _Point(project(sticking.traction, problem.bound), sticking.rigid)
+    best = _descend(problem, at, max_steps)
+    if best.status == "Solved":
+        return best
+    splitting, newton = _Splitting.of(problem), best.iterations
+    for rounds in SPLITTING_ROUNDS:
+        at = splitting.moved(at, rounds)
+        raw = _descend(problem, at, max_steps)
+        newton += raw.iterations
+        if raw.status == "Solved":
+            return replace(raw, iterations=newton)
+        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+    return replace(best, iterations=newton, status="MaxIterations")
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
@@ -120,6 +118,46 @@ def no_slip(problem: TangentialProblem) -> RawSolution:
     sticks, at = np.ones(problem.size, dtype=bool), _Point(np.zeros((2, problem.size)), np.zeros(2))
     at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
     return RawSolution(at.traction, at.rigid, 1, "Solved")
+
+
+@dataclass(frozen=True, eq=False)
+class _Splitting:
+    """Douglas and Rachford's splitting of ``0 in W + M p + normal cone of the disks``: it converges wherever M is
+    monotone, from anywhere, but slowly; one factorisation of ``M + weight`` serves all rounds.
+    """
+
+    problem: TangentialProblem
+    weight: float
+    factors: tuple[np.ndarray, np.ndarray]
+
+    @classmethod
+    def of(cls, problem: TangentialProblem) -> _Splitting:
+        from scipy.linalg import lu_factor
+
+        n, free = problem.size, problem.free
+        weight = problem.operator.diagonal
+        system = np.zeros((2 * n + len(free), 2 * n + len(free)))
+        system[: 2 * n, : 2 * n] = problem.operator.matrix + weight * np.eye(2 * n)
+        for i, direction in enumerate(free):
+            part = slice(direction * n, (direction + 1) * n)
+            system[part, 2 * n + i] = system[2 * n + i, part] = 1.0
+        return cls(problem, weight, lu_factor(system, overwrite_a=True, check_finite=False))
+
+    def moved(self, at: _Point, rounds: int) -> _Point:
+        """Tractions after so many rounds."""
+        from scipy.linalg import lu_solve
+
+        problem, weight, free = self.problem, self.weight, self.problem.free
+        forces = np.array([F / problem.area for F in problem.force if F is not None])
+        rigid = at.rigid.copy()
+        auxiliary = at.traction - _shift(problem, at) / weight
+        for _ in range(rounds):
+            traction = project(auxiliary, problem.bound)
+            right = (weight * (2 * traction - auxiliary) - problem.rigid_shift).ravel()
+            step = lu_solve(self.factors, np.concatenate([right, forces]), check_finite=False)
+            auxiliary += step[: 2 * problem.size].reshape(2, -1) - traction
+            rigid[free] = step[2 * problem.size :]
+        return _Point(project(auxiliary, problem.bound), rigid)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +214,7 @@ def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> 
     jacobian[h : 2 * h, :k] = columns[n + H]
     jacobian[2 * h : k, :k] = cos[:, None] * columns[n + S] - sin[:, None] * columns[S]
     slip_rows = np.arange(2 * h, k)
-    jacobian[slip_rows, slip_rows] -= shift[0, S] * cos + shift[1, S] * sin
+    jacobian[slip_rows, slip_rows] += np.hypot(*shift[:, S])
     across = cos * shift[1, S] - sin * shift[0, S]
     error = np.concatenate([shift[0, H], shift[1, H], across, np.zeros(len(free))])
     for i, direction in enumerate(free):
@@ -241,7 +279,7 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
                 break
         merit, best = least, _better(problem, best, at)
     residual = tangential_residual(problem, best.traction, best.rigid)
-    return replace(best, iterations=count, status="Solved" if residual <= 100 * ENOUGH else "MaxIterations")
+    return replace(best, iterations=count, status="Solved" if residual <= SOLVED else "MaxIterations")
 
 
 def _merit(problem: TangentialProblem, at: _Point, trial: np.ndarray) -> float:

@@ -7,6 +7,7 @@ rigid shift.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -33,7 +34,8 @@ class ConicProgram:
         ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 3)``, in the order of the rows; a
         second-order cone is ``s[0] >= |s[1:]|``.
     recover : callable
-        From the program's (x, z) to the problem's (traction, rigid).
+        From the program's variables and multipliers (x, z), ``P x + q + A'z = 0``, to the problem's
+        (traction, rigid).
     """
 
     P: csc_matrix
@@ -42,6 +44,11 @@ class ConicProgram:
     b: np.ndarray
     cones: list[tuple[str, int]]
     recover: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """Kind of each row's cone."""
+        return np.repeat([kind for kind, _ in self.cones], [size for _, size in self.cones])
 
 
 def normal_program(problem: NormalProblem) -> ConicProgram:
@@ -52,16 +59,9 @@ def normal_program(problem: NormalProblem) -> ConicProgram:
     from scipy.sparse import csc_matrix
 
     n, force = problem.distance.size, problem.force
-    least = float(problem.distance.min())
-    if force is None:
-        assert problem.approach is not None
-        distance = problem.distance - problem.approach
-        displacement = problem.approach - least
-    else:
-        distance = problem.distance - least
-        displacement = float(np.abs(problem.operator.matrix).sum(axis=0).max()) * force / problem.area / n
-    pressure = displacement / problem.operator.diagonal
-    P = _upper(problem.operator.matrix * (pressure / displacement))
+    level, displacement = _normal_scales(problem)
+    distance, pressure = problem.distance - level, displacement / problem.operator.diagonal
+    P = upper(problem.operator.matrix * (pressure / displacement))
     ones = -np.ones(n)
     if force is None:
         A, b, cones = csc_matrix((ones, np.arange(n), np.arange(n + 1))), np.zeros(n), [("nonnegative", n)]
@@ -73,10 +73,44 @@ def normal_program(problem: NormalProblem) -> ConicProgram:
         cones = [("zero", 1), ("nonnegative", n)]
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        approach = problem.approach if force is None else least - z[0] * displacement / n
+        approach = level if force is None else level - z[0] * displacement / n
         return np.maximum(x, 0.0) * pressure, np.array([approach], dtype=float)
 
     return ConicProgram(P, distance / displacement, A, b, cones, recover)
+
+
+def normal_potential(problem: NormalProblem) -> ConicProgram:
+    """The normal problem by its potential energy (214): ``min 1/2 w'A^-1 w, h - d + w >= 0`` over displacements w.
+
+    They are written ``w = A p``; the pressures are the multipliers. A prescribed force works against the approach d.
+    """
+    from scipy.sparse import csc_matrix
+
+    n, force = problem.distance.size, problem.force
+    level, displacement = _normal_scales(problem)
+    pressure = displacement / problem.operator.diagonal
+    matrix = problem.operator.matrix / problem.operator.diagonal
+    if force is None:
+        P, q, A = upper(matrix), np.zeros(n), csc_matrix(-matrix)
+    else:
+        P, q = upper(matrix, empty=1), np.append(np.zeros(n), -force / (problem.area * pressure))
+        A = csc_matrix(np.concatenate([-matrix, np.ones((n, 1))], axis=1))
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        approach = level if force is None else level + x[n] * displacement
+        return np.maximum(z, 0.0) * pressure, np.array([approach], dtype=float)
+
+    return ConicProgram(P, q, A, (problem.distance - level) / displacement, [("nonnegative", n)], recover)
+
+
+def _normal_scales(problem: NormalProblem) -> tuple[float, float]:
+    """The level from which distances count (the approach where it is known), and the scale of displacements."""
+    least = float(problem.distance.min())
+    if problem.force is None:
+        assert problem.approach is not None
+        return problem.approach, problem.approach - least
+    mean = problem.force / (problem.area * problem.distance.size)
+    return least, float(np.abs(problem.operator.matrix).sum(axis=0).max()) * mean
 
 
 def shift_program(problem: TangentialProblem) -> ConicProgram:
@@ -87,12 +121,12 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
     from scipy.sparse import csc_matrix
 
     n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
-    scale, weight = _shift_scale(problem), bound / bound.max()
-    P = _upper(weight[:, None] * (problem.operator.matrix * (bound / scale)))
-    rows, entries = _columns(_cone_rows(n), -np.ones(2 * n), 3 * n, problem)
+    scale, weight = shift_scale(problem), bound / bound.max()
+    P = upper(weight[:, None] * (problem.operator.matrix * (bound / scale)))
+    rows, entries = _columns(cone_rows(n), -np.ones(2 * n), 3 * n, problem)
     A = csc_matrix((entries.ravel(), rows.ravel(), np.arange(2 * n + 1) * entries.shape[1]), (3 * n + len(free), 2 * n))
-    b = np.concatenate([np.tile([1.0, 0.0, 0.0], n), _force_level(problem)])
-    cones = [("second_order", 3)] * n + _equalities(problem)
+    b = np.concatenate([np.tile([1.0, 0.0, 0.0], n), force_level(problem)])
+    cones = [("second_order", 3)] * n + equalities(problem)
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rigid = np.zeros(2)
@@ -112,32 +146,23 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     from scipy.sparse import csc_matrix, hstack
 
     n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
-    scale, weight, spare = _shift_scale(problem), bound / bound.max(), _spare_variables(problem.size)
-    shift_rows, disk_rows = _cone_rows(n), 3 * n + _cone_rows(n)
+    scale, weight, spare = shift_scale(problem), bound / bound.max(), _spare_variables(problem.size)
+    shift_rows, disk_rows = cone_rows(n), 3 * n + cone_rows(n)
     height = 6 * n + len(free)
 
     matrix = problem.operator.matrix * (bound / scale)
     quadratic = weight[:, None] * matrix
     quadratic += quadratic.T
-    P = _upper(quadratic, empty=n + len(free), squares=spare)
+    P = upper(quadratic, empty=n + len(free), squares=spare)
     del quadratic
 
-    # Columns of the tractions: a dense part in the shifts' cones, one entry in the disks, the forces.
-    order = np.argsort(shift_rows)
     rows, entries = _columns(disk_rows, -np.ones(2 * n), 6 * n, problem)
-    rows = np.concatenate([np.broadcast_to(shift_rows[order].astype(np.int32), (2 * n, 2 * n)), rows], axis=1)
-    entries = np.concatenate([-matrix.T[:, order], entries], axis=1)
-    del matrix
-    width = entries.shape[1]
-    tractions = csc_matrix((entries.ravel(), rows.ravel(), np.arange(2 * n + 1) * width), (height, 2 * n))
-    bounds_of_shift = csc_matrix((-np.ones(n), 3 * np.arange(n), np.arange(n + 1)), (height, n))
-    unknown = np.array([shift_rows[i * n : (i + 1) * n] for i in free], dtype=int).ravel()
-    rigid_shifts = csc_matrix((-np.ones(unknown.size), unknown, np.arange(len(free) + 1) * n), (height, len(free)))
-    A = hstack([tractions, bounds_of_shift, rigid_shifts, csc_matrix((height, spare))], format="csc")
+    A = hstack([_shift_cones(problem, matrix, rows, entries), csc_matrix((height, spare))], format="csc")
+    del matrix, rows, entries
 
-    b = np.concatenate([np.zeros(3 * n), np.tile([1.0, 0.0, 0.0], n), _force_level(problem)])
+    b = np.concatenate([np.zeros(3 * n), np.tile([1.0, 0.0, 0.0], n), force_level(problem)])
     b[shift_rows] = problem.rigid_shift.ravel() / scale
-    force_work = _force_level(problem) * problem.bound.sum() / bound.max()
+    force_work = force_level(problem) * problem.bound.sum() / bound.max()
     q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work, np.zeros(spare)])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,19 +170,65 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
         rigid[free] = x[3 * n : 3 * n + len(free)] * scale
         return (x[: 2 * n] * bound).reshape(2, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 3)] * (2 * n) + _equalities(problem), recover)
+    return ConicProgram(P, q, A, b, [("second_order", 3)] * (2 * n) + equalities(problem), recover)
 
 
-def _shift_scale(problem: TangentialProblem) -> float:
-    """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions."""
-    rigid = float(np.abs(problem.rigid_shift).max())
-    if not problem.free and rigid > 0:
-        return rigid
-    elastic = np.abs(problem.operator.matrix @ np.tile(problem.bound, 2)).max()
-    return max(rigid, float(elastic))
+def shift_potential(problem: TangentialProblem) -> ConicProgram:
+    """A shift by its potential energy (214): ``min 1/2 u'A^-1 u + sum(g_i |W + u|_i)`` over displacements u.
+
+    They are written ``u = A p``, and p, which nothing bounds, turns out to be the tractions. A prescribed force
+    works against the unknown part of the shift.
+    """
+    n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
+    scale, weight = shift_scale(problem), bound / bound.max()
+    matrix = problem.operator.matrix * (bound / scale)
+    P = upper(weight[:, None] * matrix, empty=n + len(free))
+    A = _shift_cones(problem, matrix, np.zeros((2 * n, 0), dtype=np.int32), np.zeros((2 * n, 0)))
+    b = np.zeros(3 * n)
+    b[cone_rows(n)] = problem.rigid_shift.ravel() / scale
+    force_work = force_level(problem) * problem.bound.sum() / bound.max()
+    q = np.concatenate([np.zeros(2 * n), weight[:n], force_work])
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rigid = np.zeros(2)
+        rigid[free] = x[3 * n :] * scale
+        return (x[: 2 * n] * bound).reshape(2, n), rigid
+
+    return ConicProgram(P, q, A, b, [("second_order", 3)] * n, recover)
 
 
-def _upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
+def _shift_cones(problem: TangentialProblem, matrix: np.ndarray, rows: np.ndarray, entries: np.ndarray) -> csc_matrix:
+    """Columns for cones ``t_i >= |E_i|`` in the first 3 n rows: of the tractions, of t, of the unknown shifts.
+
+    `rows` and `entries`, (2 n, k), are what else the columns of the tractions have, further down.
+    """
+    from scipy.sparse import csc_matrix, hstack
+
+    n, free, shift_rows = problem.size, problem.free, cone_rows(problem.size)
+    height = int(rows.max(initial=3 * n - 1)) + 1
+    order = np.argsort(shift_rows)
+    rows = np.concatenate([np.broadcast_to(shift_rows[order].astype(np.int32), (2 * n, 2 * n)), rows], axis=1)
+    entries = np.concatenate([-matrix.T[:, order], entries], axis=1)
+    starts = np.arange(2 * n + 1) * entries.shape[1]
+    tractions = csc_matrix((entries.ravel(), rows.ravel(), starts), (height, 2 * n))
+    bounds_of_shift = csc_matrix((-np.ones(n), 3 * np.arange(n), np.arange(n + 1)), (height, n))
+    unknown = np.array([shift_rows[i * n : (i + 1) * n] for i in free], dtype=int).ravel()
+    rigid_shifts = csc_matrix((-np.ones(unknown.size), unknown, np.arange(len(free) + 1) * n), (height, len(free)))
+    return hstack([tractions, bounds_of_shift, rigid_shifts], format="csc")
+
+
+def shift_scale(problem: TangentialProblem) -> float:
+    """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions.
+
+    To the next power of four, so that problems with neighbouring creepages have the same matrices.
+    """
+    scale = float(np.abs(problem.rigid_shift).max())
+    if problem.free or scale == 0:
+        scale = max(scale, float(np.abs(problem.operator.matrix @ np.tile(problem.bound, 2)).max()))
+    return 4.0 ** round(math.log(scale, 4))
+
+
+def upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
     """Upper triangle of a symmetric dense matrix, with empty columns behind, then a unit diagonal."""
     from scipy.sparse import csc_matrix
 
@@ -170,7 +241,7 @@ def _upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
     return csc_matrix((values, rows, ends), (n + empty + squares, n + empty + squares))
 
 
-def _cone_rows(n: int) -> np.ndarray:
+def cone_rows(n: int) -> np.ndarray:
     """Rows of the 2 n vector components (all x, then all y) in n cones (radius, x, y)."""
     return np.concatenate([3 * np.arange(n) + 1, 3 * np.arange(n) + 2])
 
@@ -185,13 +256,13 @@ def _columns(
     return rows.astype(np.int32), np.stack([entries, *forces], axis=1)
 
 
-def _force_level(problem: TangentialProblem) -> np.ndarray:
+def force_level(problem: TangentialProblem) -> np.ndarray:
     """Prescribed forces as parts of what the bound can carry."""
     limit = problem.area * problem.bound.sum()
     return np.array([F / limit for F in problem.force if F is not None])
 
 
-def _equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
+def equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
     return [("zero", len(problem.free))] if problem.free else []
 
 

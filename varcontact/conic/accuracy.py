@@ -1,0 +1,109 @@
+"""What one requested accuracy means to each solver: one table, and what has to be installed for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Backend:
+    """A solver behind one of the interfaces.
+
+    Attributes
+    ----------
+    install : str
+        Name of its wheel.
+    options : callable
+        From the accuracy wanted of the tractions, relative, to the solver's own keywords.
+    cones : bool
+        Whether it takes second-order cones, which Coulomb's disks need.
+    """
+
+    install: str
+    options: Callable[[float], dict[str, Any]]
+    cones: bool = False
+
+
+def _interior(tol: float) -> float:
+    """Interior points: tractions are as wrong as the gap is to the power 2/3 or less (1e-8 for a gap of 1e-12)."""
+    return max(tol**1.5, 1e-14)
+
+
+def _splitting(tol: float) -> float:
+    """Operator splitting: residuals fall linearly, and to 1e-12 at the best."""
+    return max(0.1 * tol, 1e-12)
+
+
+def _clarabel(tol: float) -> dict[str, Any]:
+    asked = _interior(tol)
+    # The programs come well scaled: a rough answer needs neither of the last two, and a fifth of the time less.
+    return {
+        "tol_gap_abs": asked,
+        "tol_gap_rel": asked,
+        "tol_feas": asked,
+        "max_iter": 200,
+        "presolve_enable": False,
+        "equilibrate_enable": asked < 1e-5,
+        "iterative_refinement_enable": asked < 1e-5,
+        "direct_solve_method": "faer",  # dense factors: several times faster than qdldl
+    }
+
+
+def _osqp(tol: float) -> dict[str, Any]:
+    asked = _splitting(tol)
+    return {"eps_abs": asked, "eps_rel": asked, "polishing": True, "max_iter": 20_000, "scaled_termination": False}
+
+
+def _scs(tol: float) -> dict[str, Any]:
+    asked = _splitting(tol)
+    return {"eps_abs": asked, "eps_rel": asked, "max_iters": 50_000}
+
+
+def _piqp(tol: float) -> dict[str, Any]:
+    asked = _interior(tol)
+    return {"eps_abs": asked, "eps_rel": asked, "check_duality_gap": True, "max_iter": 200}
+
+
+def _proxqp(tol: float) -> dict[str, Any]:
+    return {"eps_abs": _splitting(tol), "eps_rel": 0.0, "max_iter": 10_000}
+
+
+def _daqp(tol: float) -> dict[str, Any]:
+    asked = max(0.1 * tol, 1e-13)
+    return {"primal_tol": asked, "dual_tol": asked, "iter_limit": 100_000}
+
+
+def _ecos(tol: float) -> dict[str, Any]:
+    asked = _interior(tol)
+    return {"abstol": asked, "reltol": asked, "feastol": asked}
+
+
+def _highs(tol: float) -> dict[str, Any]:
+    asked = max(0.1 * tol, 1e-10)
+    return {"primal_feasibility_tolerance": asked, "dual_feasibility_tolerance": asked}
+
+
+def _cvxopt(tol: float) -> dict[str, Any]:
+    return _ecos(tol)
+
+
+def _exact(_: float) -> dict[str, Any]:
+    """An active-set method without a tolerance."""
+    return {}
+
+
+BACKENDS: dict[str, Backend] = {
+    "clarabel": Backend("clarabel", _clarabel, cones=True),
+    "osqp": Backend("osqp", _osqp),
+    "scs": Backend("scs", _scs, cones=True),
+    "piqp": Backend("piqp", _piqp),
+    "proxqp": Backend("proxsuite", _proxqp),
+    "daqp": Backend("daqp", _daqp),
+    "quadprog": Backend("quadprog", _exact),
+    "ecos": Backend("ecos", _ecos, cones=True),
+    "highs": Backend("highspy", _highs),
+    "cvxopt": Backend("cvxopt", _cvxopt, cones=True),
+}
+"""By the name in lower case, whether called directly, by qpsolvers or by CVXPY."""

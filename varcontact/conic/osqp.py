@@ -1,0 +1,32 @@
+"""OSQP: operator splitting for quadratic programs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varcontact.conic.accuracy import BACKENDS
+from varcontact.conic.programs import ConicProgram
+from varcontact.conic.setups import Setups
+from varcontact.problem import RawSolution
+
+
+def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+    """Solve a program without second-order cones; a set-up with the same structure starts at its last answer."""
+    import osqp
+
+    key = ("osqp", tol)
+    lower = np.where(program.kinds == "zero", program.b, -np.inf)
+    found = setups.find(key, program) if setups is not None else None
+    if found is not None:
+        solver, same = found
+        matrices = {} if same else {"Px": program.P.data, "Ax": program.A.data}
+        solver.update(q=program.q, l=lower, u=program.b, **matrices)
+    else:
+        solver = osqp.OSQP()
+        options = BACKENDS["osqp"].options(tol)
+        solver.setup(program.P, program.q, program.A, lower, program.b, verbose=False, **options)
+    if setups is not None:
+        setups.keep(key, program, solver)
+    result = solver.solve(raise_error=False)
+    traction, rigid = program.recover(np.array(result.x), np.array(result.y))
+    return RawSolution(traction, rigid, int(result.info.iter), str(result.info.status))

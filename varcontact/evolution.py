@@ -1,0 +1,62 @@
+"""Rolling in time: steps from one state of the tractions to the next, until the steady state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.problem import RawSolution, Settings, TangentialProblem
+
+Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
+
+MAX_STEPS = 2000
+
+
+def march(solver: Solver, problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+    """Steady rolling without the gap program: transient steps, from no traction at all, until nothing changes.
+
+    In a step the displacements ``u' = C p'`` of the step before are known, and the problem is that of a shift
+    with the rigid shift ``W - u'``: symmetric, and an optimisation.
+
+    Parameters
+    ----------
+    solver : callable
+        Of the problem of one step.
+    problem : TangentialProblem
+        Of steady rolling, with `instant`.
+    settings : Settings
+    start : RawSolution, optional
+        Tractions to begin with.
+
+    Returns
+    -------
+    RawSolution
+        `iterations` counts the solver's over all steps; `status` is "Steady", the solver's own word where that
+        gave no number, or "MaxSteps".
+    """
+    assert problem.instant is not None
+    inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
+    at = start if start is not None else RawSolution(np.zeros((2, problem.size)), np.zeros(2), 0, "")
+    iterations, status = 0, "MaxSteps"
+    for _ in range(MAX_STEPS):
+        carried = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
+        step = replace(
+            problem,
+            operator=problem.instant,
+            rigid_shift=problem.rigid_shift - carried,
+            symmetric=True,
+            instant=None,
+        )
+        raw = solver(step, inner, at)
+        iterations += raw.iterations
+        if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+            status = raw.status
+            break
+        change = float(np.abs(raw.traction - at.traction).max())
+        at = raw
+        if change <= settings.tol * float(np.abs(raw.traction).max()):
+            status = "Steady"
+            break
+    return RawSolution(at.traction, at.rigid, iterations, status)

@@ -1,0 +1,89 @@
+"""The methods by name: one dict per kind, and two families behind an interface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from importlib.util import find_spec
+
+from varcontact import checks
+from varcontact.active_set.norm import norm
+from varcontact.active_set.tang import tang, tang_safeguarded
+from varcontact.conic.accuracy import BACKENDS
+from varcontact.conic.solvers import solve_normal, solve_tangential
+from varcontact.errors import SolverUnavailable
+from varcontact.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+
+NormalSolver = Callable[[NormalProblem, Settings, RawSolution | None], RawSolution]
+TangentialSolver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
+
+NORMAL: dict[str, NormalSolver] = {
+    "norm": lambda problem, settings, start: norm(problem, start),
+    "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
+}
+TANGENTIAL: dict[str, TangentialSolver] = {
+    "tang": lambda problem, settings, start: tang(problem, start),
+    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start),
+}
+
+PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
+"""Called directly; others through the families."""
+
+CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "ECOS", "HIGHS", "CVXOPT")
+
+
+def normal_methods() -> list[str]:
+    """Names of all methods of the normal problem, installed or not; "hertz" is the closed form."""
+    families = [f"qpsolvers:{name}" for name in BACKENDS] + [f"cvxpy:{name}" for name in CVXPY_SOLVERS]
+    return ["hertz", *NORMAL, *PROGRAM_SOLVERS, *families]
+
+
+def tangential_methods() -> list[str]:
+    """Names of the methods that solve the tangential problem itself, installed or not."""
+    conic = [name for name in PROGRAM_SOLVERS if BACKENDS[name].cones]
+    return [*TANGENTIAL, *conic, *(f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones)]
+
+
+def normal_solver(name: str) -> NormalSolver:
+    """The solver of the normal problem of that name."""
+    return NORMAL[name] if name in NORMAL else partial(_program, partial(solve_normal, name))
+
+
+def tangential_solver(name: str) -> TangentialSolver:
+    """The solver of the tangential problem of that name."""
+    return TANGENTIAL[name] if name in TANGENTIAL else partial(_program, partial(solve_tangential, name))
+
+
+def states_programs(name: str) -> bool:
+    """Whether a method hands a convex program to a solver, whose answer then can be polished."""
+    return name.split(":")[0] in (*PROGRAM_SOLVERS, "qpsolvers", "cvxpy")
+
+
+def available(field: str, name: str, known: Iterable[str]) -> str:
+    """A method's name, if there is such a method and what it needs is installed.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name; the nearest is suggested.
+    SolverUnavailable
+        With what to install.
+    """
+    checks.choice(field, name, known)
+    family, _, solver = name.partition(":")
+    if states_programs(name):
+        packages = [family, *([BACKENDS[solver.lower()].install] if solver else [])]
+        missing = [package for package in packages if find_spec(package) is None]
+        if missing:
+            raise SolverUnavailable(name, f"pip install {' '.join(missing)}")
+    return name
+
+
+def _program(
+    solve: Callable[[NormalProblem | TangentialProblem, Settings], RawSolution],
+    problem: NormalProblem | TangentialProblem,
+    settings: Settings,
+    start: RawSolution | None,
+) -> RawSolution:
+    """Solvers of programs begin where `settings.setups` remembers them to have ended, or nowhere."""
+    return solve(problem, settings)
