@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import number, positives
-from varcontact.errors import SceneError
+from varcontact.checks import positive, positives
 from varcontact.theories.inputs import Resultants, either, triples
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def linear_creepage(
     >>> print(" ".join(f"{value:.6f}" for value in creepage))
     0.001000 -0.000391 0.001000
     """
-    size = float(np.sqrt(positives("a", a) * positives("b", b)))
+    size = math.sqrt(positive("a", a) * positive("b", b))
     pairs = [either("vx", vx, "Fx", Fx), either("vy", vy, "Fy", Fy), either("spin", spin, "Mz", Mz)]
     given, prescribed = zip(*pairs, strict=True)
     # F/(G ab) = -matrix @ (vx, vy, size * spin), and the moment divided by size too
@@ -109,7 +109,7 @@ def linear_creepage(
     units = np.array([1.0, 1.0, size])
     creepage = np.array(given) * units
     unknown = [i for i, value in enumerate(prescribed) if value is not None]
-    force = np.array([0.0 if value is None else value for value in prescribed]) / (positive_G(G) * size**2 * units)
+    force = np.array([0.0 if value is None else value for value in prescribed]) / (positive("G", G) * size**2 * units)
     missing = -force - matrix @ creepage
     creepage[unknown] = np.linalg.solve(matrix[np.ix_(unknown, unknown)], missing[unknown])
     return creepage / units
