@@ -86,6 +86,12 @@ def test_options_go_before_the_file(folder):
         (SCENE, ("--tol", "-1"), ["tol", "-1"]),
         (SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
         (SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
+        (SCENE, ("--out", "a.png", "--plot", "a.png"), ["--plot", "a.png", "--out"]),
+        (SCENE, ("--out", "a.png", "--plot", "../{folder}/a.png"), ["--plot", "a.png", "--out"]),
+        (SCENE, ("--out", "a" * 300), ["--out", "cannot be written"]),
+        (SCENE.replace("nx = 8", "nx = 100000000"), (), ["grid of this size", "GiB"]),
+        ("a = " + "[" * 5000 + "]" * 5000, (), ["scene.toml", "nested too deep"]),
+        (SCENE + "[solve]\npolish = 0\n", (), ["polish", "true or false"]),
         (SCENE.replace("vx = 0.05", "Fx = 0.4"), (), ["0.4", "0.3"]),
         (
             SCENE.replace("nx = 8\nny = 8", "nx=4\nny=4\ndx=0.2\ndy=0.2\nx0=0\ny0=0"),
@@ -97,6 +103,7 @@ def test_options_go_before_the_file(folder):
 )
 def test_bad_input(folder, scene, options, words):
     (folder / "scene.toml").write_text(scene)
+    options = [option.replace("{folder}", folder.name) for option in options]
     done = run("solve", "scene.toml", *options, folder=folder)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
@@ -114,6 +121,49 @@ def test_not_solved_to_tolerance(folder):
     assert "Traceback" not in done.stderr
     assert json.loads(done.stdout)["converged"] is False
     assert not vc.load(folder / "result.nc").converged
+
+
+def strict(text):
+    """Strict JSON: NaN and Infinity, which Python would take, are refused."""
+
+    def refuse(word):
+        raise AssertionError(f"{word} in JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_json_has_no_nan_where_numbers_overflow(folder):
+    """Not solved, status 3, and what is printed can be read all the same."""
+    scene = SCENE.replace("friction = 0.3", "friction = 1e300").replace("vx = 0.05", "vx = 1e308\nspin = 1e308")
+    (folder / "scene.toml").write_text(scene)
+    done = run("solve", "scene.toml", "--json", folder=folder)
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    assert strict(done.stdout)["converged"] is False
+
+
+@pytest.mark.parametrize("options", [(), ("--json", "--out", "a.nc")])
+def test_reader_that_has_gone(folder, options):
+    """As in ``varcontact solve ... | true``: no complaint, and the files are written."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "varcontact", "solve", "scene.toml", *options]
+    done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert sorted(os.listdir(folder)) == (["a.nc", "scene.toml"] if options else ["scene.toml"])
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+def test_output_that_cannot_be_written(folder):
+    """A full disk behind standard output: one line, and the file of --out is written all the same."""
+    command = [sys.executable, "-m", "varcontact", "solve", "scene.toml", "--out", "a.nc"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, cwd=folder, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert "standard output" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert vc.load(folder / "a.nc").converged
 
 
 def test_missing_scene_and_help(folder):

@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.energy import (
+    certify_problems,
     complementary_energy,
+    force_bound,
     gap,
     normal_gap,
     normal_residual,
@@ -17,6 +19,7 @@ from varcontact.energy import (
     project,
     tangential_residual,
 )
+from varcontact.plan import make_plan
 from varcontact.potential_contact import first_grid
 from varcontact.problem import discretise
 
@@ -191,3 +194,93 @@ def test_certify_given_pressure(rolling):
 def test_first_grid_of_a_hertzian_scene(rolling):
     scene = rolling()
     assert first_grid(scene, None).shape == (14, 14)
+
+
+# ----------------------------------------------------------------------------- what must never pass as exact
+
+LATTICE = vc.Grid(nx=12, ny=12, dx=0.2, dy=0.15, x0=-1.2, y0=-0.9)
+
+
+def test_traction_outside_the_contact_counts_as_error(rolling):
+    """A traction where no pressure can carry it: all of it is error, of the residual and of force and moment."""
+    sol = vc.solve(rolling())
+    field = sol.traction.copy()
+    field[0, 0, 0] = 0.5 * np.abs(sol.traction).max()
+    assert sol.pressure[0, 0] == 0
+    certificate = vc.certify(sol.scene, field)
+    added = field[0, 0, 0] * sol.grid.area
+    assert certificate.residual >= 0.4
+    assert certificate.tangential_residual >= 0.4
+    assert certificate.force_bound[0] >= added
+    assert certificate.force_bound[2] >= added * abs(sol.grid.y[0])
+    assert certificate.force_bound[1] < 1e-3 * added, "nothing was added along y"
+
+
+@pytest.mark.parametrize("part", ["all", "half"])
+def test_traction_on_elements_without_friction_counts_as_error(rolling, part):
+    """The tractions of a solution with friction, judged where all or half of the contact has none."""
+    sol = vc.solve(rolling(grid=LATTICE), normal="clarabel")
+    friction = np.zeros((12, 12))
+    if part == "half":
+        friction[:, 6:] = 0.3
+    scene = rolling(grid=LATTICE, friction=friction)
+    certificate = vc.certify(scene, sol.traction, sol.pressure)
+    assert certificate.residual > 0.9
+    right = vc.solve(scene, normal="clarabel")
+    errors = np.abs((sol.traction - right.traction).sum(axis=(1, 2))) * sol.grid.area
+    assert np.all(errors <= certificate.force_bound[:2] * (1 + 1e-9))
+    assert np.all(errors > 0)
+
+
+@pytest.mark.parametrize("change", [lambda p: -p, lambda p: 0 * p, lambda p: np.where(p == p.max(), -1e-3, p)])
+def test_pressures_that_pull_or_vanish_are_refused(rolling, change):
+    sol = vc.solve(rolling(grid=LATTICE), normal="clarabel")
+    with pytest.raises(vc.SceneError, match="positive somewhere") as failure:
+        vc.certify(sol.scene, sol.traction, change(sol.pressure))
+    assert failure.value.field == "pressure"
+
+
+@pytest.mark.parametrize("dense_limit", [10_000, 0])
+def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(rolling, monkeypatch, dense_limit):
+    """By Cholesky factor and by conjugate gradients: infinite, neither a number made up nor a crash."""
+    monkeypatch.setattr("varcontact.energy.DENSE_LIMIT", dense_limit)
+    a, b = np.sqrt(5), 1 / np.sqrt(5)
+    motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.2 * a / 5)
+    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=10, ny=10))
+    grid = first_grid(scene, None)
+    pressure = scene.hertz.pressure(grid.x[None, :], grid.y[:, None])
+    for field in (-0.2 * np.array([pressure, 0 * pressure]), np.zeros((2, *grid.shape))):
+        certificate = vc.certify(scene, field)
+        assert np.all(np.isposinf(certificate.force_bound))
+        assert np.isfinite(certificate.residual)
+
+
+def test_no_force_bound_even_where_the_gap_is_zero(rolling):
+    """Full slip, the gap exactly zero: times an infinite compliance that is no number, and must read infinite."""
+    motion = vc.Steady(vx=1e6, dq=0.1 * np.sqrt(5) / 5)
+    scene = rolling(surface=vc.Ellipse(a=np.sqrt(5), b=1 / np.sqrt(5)), motion=motion, grid=vc.Grid(nx=10, ny=10))
+    grid = first_grid(scene, None)
+    disc = discretise(scene, grid)
+    problem = disc.tangential_problem(scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.pressure)
+    opposed = np.array([-problem.bound, 0 * problem.bound])
+    rigid_only = dataclasses.replace(problem, rigid_shift=1e30 * np.sign(problem.rigid_shift))
+    assert gap(rigid_only, opposed, STILL)[0] == 0
+    assert np.all(np.isposinf(force_bound(rigid_only, opposed, STILL)))
+
+
+def test_no_number_is_no_small_residual(rolling):
+    """NaN in tractions or pressures stays NaN in every residual: compared with a tolerance it never passes."""
+    scene = rolling()
+    sol = vc.solve(scene)
+    disc = discretise(scene, sol.grid)
+    pressure = sol.pressure / disc.pressure
+    tangential, normal = disc.tangential_problem(pressure), disc.normal_problem()
+    for traction in (np.full((2, tangential.size), np.nan), np.where(np.arange(tangential.size) == 3, np.nan, 0.01)):
+        assert np.isnan(tangential_residual(tangential, np.broadcast_to(traction, (2, tangential.size)), STILL))
+    assert np.isnan(normal_residual(normal, np.full(normal.distance.size, np.nan), np.zeros(1)))
+    plan = make_plan(scene)
+    for bad in (np.full_like(sol.traction, np.nan), np.where(np.isclose(sol.pressure, sol.pressure.max()), np.nan, 0)):
+        bad = np.broadcast_to(bad, sol.traction.shape)
+        certificate = certify_problems(disc, pressure, 0.0, bad, STILL, plan)
+        assert not certificate.residual <= 1.0
+        assert not certificate.tangential_residual <= 1.0

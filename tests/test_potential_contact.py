@@ -160,3 +160,102 @@ def test_few_elements(cells):
         sol = vc.solve(scene, normal=normal)
         assert sol.normal_force == pytest.approx(1.0)
         assert sol.certificate.residual < 1e-10
+
+
+# ----------------------------------------------------------------------------- small, sharp and offset contacts
+
+
+@pytest.mark.parametrize(
+    ("centre", "force", "samples", "cells"),
+    [
+        ((0.01, 0.0), 1e-6, 201, (16, 16)),
+        ((0.3, 0.0), 1e-6, 81, (15, 17)),
+        ((0.37, 0.11), 1e-9, 41, (16, 16)),
+    ],
+)
+def test_small_contact_is_found_and_spread_over_the_cells(centre, force, samples, cells):
+    """A contact of 1/120 to 1/1250 of the samples' width, off the middle: so many elements across as were asked."""
+    x = np.linspace(-1.0, 1.0, samples)
+    surface = vc.SampledDistance(paraboloid(x - centre[0], x - centre[1], 1, 1), x, x)
+    sol = vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=force, grid=vc.Grid(nx=cells[0], ny=cells[1])))
+    hertz = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1, 1), normal_force=force).hertz
+    contact = sol.pressure > 0
+    assert contact.any(axis=0).sum() == pytest.approx(cells[0], abs=1)
+    assert contact.any(axis=1).sum() == pytest.approx(cells[1], abs=1)
+    assert sol.areas["contact"] == pytest.approx(np.pi * hertz.a**2, rel=0.1)
+    assert sol.approach == pytest.approx(hertz.approach, rel=4e-3)
+
+
+def test_sharp_summit_between_the_centres_of_the_first_look_is_found():
+    """A spike of a few samples on a wide bowl: the first contact, though no centre of 24 x 24 elements meets it."""
+    x = np.linspace(-1.0, 1.0, 401)
+    spike = 200.0 * (((x - 0.2) ** 2)[None, :] + ((x + 0.4) ** 2)[:, None]) - 0.02
+    surface = vc.SampledDistance(np.minimum(paraboloid(x, x, 1, 1), spike), x, x)
+    sol = vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=1e-7, grid=vc.Grid(nx=12, ny=12)))
+    left, right, bottom, top = sol.grid.box
+    assert left < 0.2 < right < 0.25
+    assert bottom < -0.4 < top < -0.35
+    assert sol.approach < 0
+
+
+def test_body_with_a_cliff_around_it_touches_everywhere_and_nowhere_else():
+    """A flat square of half side 0.5 that ends in a cliff: no contact beyond it, and all of it in contact."""
+    x = np.linspace(-1.0, 1.0, 41)
+    inside = (np.abs(x) < 0.51)[None, :] & (np.abs(x) < 0.51)[:, None]
+    surface = vc.SampledDistance(np.where(inside, 0.0, 1.0), x, x)
+    scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=vc.Grid(nx=16, ny=16))
+    sol = vc.solve(scene)
+    contact = sol.pressure > 0
+    X, Y = np.meshgrid(sol.grid.x, sol.grid.y)
+    beyond = (np.abs(X) > 0.55) | (np.abs(Y) > 0.55)
+    assert not contact[beyond].any()
+    assert contact[(np.abs(X) < 0.45) & (np.abs(Y) < 0.45)].all()
+    assert sol.areas["contact"] == pytest.approx(1.0, abs=0.15)
+
+
+def test_contact_between_the_centres_of_an_explicit_grid_is_refused():
+    """A needle beside the contact, missed by all centres: the overlap there is no solution."""
+    x = np.linspace(-1.0, 1.0, 401)
+    bowl = paraboloid(x - 0.25, x - 0.05, 1, 1)
+    needle = paraboloid(x + 0.3, x, 1e-3, 1e-3) - 0.004
+    surface = vc.SampledDistance(np.minimum(bowl, needle), x, x)
+    grid = vc.Grid(nx=10, ny=10, dx=0.1, dy=0.1, x0=-0.5, y0=-0.5)
+    with pytest.raises(vc.SceneError, match=r"finer: the contact at \(-0.3,") as failure:
+        vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=grid))
+    assert failure.value.field == "grid"
+
+
+def test_height_far_from_zero_changes_nothing():
+    """The distance measured from a million lengths away: the same contact, the approach shifted."""
+    x, far = np.linspace(-1.0, 1.0, 41), 1e6
+    near, off = (
+        vc.solve(
+            vc.Scene(
+                bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x) + c, x, x), normal_force=0.02,
+                grid=vc.Grid(nx=12, ny=12),
+            )
+        )
+        for c in (0.0, far)
+    )  # fmt: skip
+    assert off.grid.box == pytest.approx(near.grid.box, abs=1e-9)
+    assert off.approach - far == pytest.approx(near.approach, rel=1e-7)
+    np.testing.assert_allclose(off.pressure, near.pressure, atol=1e-6 * near.pressure.max())
+    np.testing.assert_allclose(off.distance, near.distance, atol=1e-8 * near.approach + 1e-9)
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        vc.Grid(nx=10**6, ny=10**6),
+        vc.Grid(nx=10**6, ny=10**6, dx=1e-5, dy=1e-5, x0=-5.0, y0=-5.0),
+        vc.Grid(nx=2, ny=2, margin=10**6),
+    ],
+)
+def test_grids_beyond_memory_are_refused_before_anything_is_allocated(grid):
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Ellipse(1, 1), normal_force=1.0, friction=0.3, motion=vc.Steady(vx=0.1), grid=grid
+    )
+    with pytest.raises(vc.TooLarge, match="a grid of this size"):
+        vc.solve(scene)
+    with pytest.raises(vc.TooLarge, match="a grid of this size"):
+        vc.certify(scene, np.zeros((2, 1, 1)))

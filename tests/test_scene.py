@@ -29,6 +29,8 @@ NAN, INF = float("nan"), float("inf")
         (lambda: vc.Bodies(G=1.0, nu=-1.0), "bodies.nu"),
         (lambda: vc.Bodies(G=1.0, nu=(0.3, NAN)), "bodies.nu[1]"),
         (lambda: vc.Bodies.from_young(E=-1.0, nu=0.3), "bodies.E"),
+        (lambda: vc.Bodies.from_young(E=(1.0, (2.0, 3.0)), nu=0.3), "bodies.E[1]"),
+        (lambda: vc.Bodies.from_young(E=1.0, nu=(0.3, [0.2])), "bodies.nu[1]"),
         (lambda: vc.Paraboloids(Rx=-1.0, Ry=1.0), "surface.Rx"),
         (lambda: vc.Paraboloids(Rx=1.0, Ry=0.0), "surface.Ry"),
         (lambda: vc.Paraboloids(Rx=INF, Ry=1.0), "surface.Rx"),
@@ -58,6 +60,8 @@ NAN, INF = float("nan"), float("inf")
         (lambda: vc.Steady(Fy=INF), "motion.Fy"),
         (lambda: vc.Shift(uy=0.1, Fy=3.0), "motion.Fy, motion.uy"),
         (lambda: vc.Shift(rotation="left"), "motion.rotation"),
+        (lambda: vc.Units(length=3, force="N"), "units.length"),
+        (lambda: vc.Units(length="m", force=None), "units.force"),
     ],
 )
 def test_parts_refuse(make, field):
@@ -87,6 +91,9 @@ def test_parts_refuse(make, field):
         ({"friction": np.full((3, 4), -1.0), "grid": vc.Grid(**LATTICE)}, "friction"),
         ({"grid": "fine"}, "grid"),
         ({"grid": (3, 4)}, "grid"),
+        ({"grid": np.zeros(3)}, "grid"),
+        ({"grid": np.array(["auto"])}, "grid"),
+        ({"friction": [[0.3], [0.3, 0.2]]}, "friction"),
         ({"motion": {"vx": 1e-3}, "friction": 0.3}, "motion"),
         ({"surface": 0.3}, "surface"),
         ({"bodies": 82e9}, "bodies"),
@@ -126,6 +133,10 @@ def test_combined_constants():
 
 def test_young():
     assert vc.Bodies.from_young(E=(210.0, INF), nu=0.25).pairs[0] == (84.0, INF)
+
+
+def test_pairs_may_be_arrays():
+    assert vc.Bodies.from_young(E=np.array([210.0, 105.0]), nu=0.25).pairs[0] == (84.0, 42.0)
 
 
 def test_scenes_cannot_be_changed():

@@ -78,6 +78,21 @@ def test_unwritable(sol, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["folder.nc"]
 
 
+@pytest.mark.parametrize("name", ["a" * 300 + ".nc", "a\0b.nc"])
+def test_names_that_no_file_can_have(sol, tmp_path, name):
+    with pytest.raises(vc.OutputError, match="cannot be written"):
+        sol.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_longest_name_can_be_written(sol, tmp_path):
+    """The temporary file beside it must not be what is too long."""
+    path = tmp_path / ("a" * 252 + ".nc")
+    sol.save(path)
+    assert vc.load(path).normal_force == sol.normal_force
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_interrupted_writing_leaves_the_old_file(sol, tmp_path, monkeypatch):
     path = tmp_path / "a.nc"
     sol.save(path)
@@ -103,6 +118,75 @@ def test_foreign_files_are_refused(tmp_path, sol):
     for path in (text, foreign, damaged, tmp_path / "none.nc"):
         with pytest.raises(vc.OutputError):
             vc.load(path)
+
+
+DAMAGES = {
+    "cut in x": lambda data: data.isel(x=slice(0, 5)),
+    "one component": lambda data: data.isel(component=slice(0, 1)),
+    "turned": lambda data: data.assign(traction=data["traction"].transpose("y", "x", "component")),
+    "two creepages": lambda data: data.isel(rigid=slice(0, 2)),
+    "no pressure": lambda data: data.drop_vars("pressure"),
+    "another grid": lambda data: edited(data, grid={"nx": 3, "ny": 14, "dx": 1.0, "dy": 1.0, "x0": 0.0, "y0": 0.0}),
+    "no certificate": lambda data: edited(data, certificate=3),
+    "no scene": lambda data: edited(data, scene=[]),
+    "no record": lambda data: data.assign(record=((), "{")),
+}
+
+
+def edited(data, **changes):
+    """The dataset with other entries in its JSON record."""
+    return data.assign(record=((), json.dumps({**json.loads(str(data["record"].values)), **changes})))
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damaged_files_are_refused(tmp_path, sol, damage):
+    """Variables missing, or of other shapes than the file's own grid: refused when loaded, not when used."""
+    path = tmp_path / "a.nc"
+    DAMAGES[damage](sol.to_xarray()).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(vc.OutputError, match="is damaged"):
+        vc.load(path)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # h5netcdf's own half-open file
+def test_files_with_changed_bytes_are_refused_or_read(tmp_path, sol):
+    """Whatever HDF5 stumbles over comes as one kind of error."""
+    path = tmp_path / "a.nc"
+    sol.save(path)
+    whole, random = path.read_bytes(), np.random.default_rng(0)
+    refused = 0
+    for _ in range(20):
+        changed = bytearray(whole)
+        for place in random.integers(0, len(whole), 20):
+            changed[place] = random.integers(0, 256)
+        path.write_bytes(bytes(changed))
+        try:
+            vc.load(path)
+        except vc.OutputError:
+            refused += 1
+    assert refused > 10
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_summary_is_strict_json_whatever_came_out(sol, value):
+    """What is no finite number is None: the JSON that is printed has no NaN and no Infinity."""
+    bad = dataclasses.replace(
+        sol,
+        traction=np.full_like(sol.traction, value),
+        pressure=np.full_like(sol.pressure, value),
+        approach=value,
+        creepage=(value, 0.0, 0.0),
+        certificate=dataclasses.replace(
+            sol.certificate, gap=value, relative_gap=value, residual=value, force_bound=np.array([value, 0.1, value])
+        ),
+    )
+    with np.errstate(invalid="ignore"):
+        summary = json.loads(json.dumps(bad.summary(), allow_nan=False))
+    assert summary["certificate"]["force_bound"] == [None, 0.1, None]
+    for name in ("gap", "relative_gap", "residual"):
+        assert summary["certificate"][name] is None
+    assert summary["creepage"] == [None, 0.0, 0.0]
+    assert summary["normal_force"] is None
+    assert summary["approach"] is None
 
 
 def test_report_says_what_matters(sol, rolling):
@@ -145,4 +229,30 @@ def test_picture(rolling, changes, panels):
     if arrows:
         assert arrows[0].N == solution.elements["contact"]
     figure.canvas.draw()
+    plt.close(figure)
+
+
+@pytest.mark.parametrize("surface", [vc.Ellipse(a=1.2, b=0.9), vc.Ellipse(a=8.0, b=0.4), vc.Ellipse(a=0.4, b=8.0)])
+def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
+    """Also where the contact is so long that the axes are not equal: otherwise all arrows look along it."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+    from matplotlib.quiver import Quiver
+
+    sol = vc.solve(rolling(surface=surface, motion=vc.Steady(vx=0.3, vy=-0.2, spin=0.05)))
+    figure = sol.plot()
+    figure.canvas.draw()
+    (ax,) = (ax for ax in figure.axes if ax.get_title().startswith("Tangential"))
+    (arrows,) = (artist for artist in ax.get_children() if isinstance(artist, Quiver))
+    to_page = arrows.get_transform()
+    u, v = np.asarray(arrows.U), np.asarray(arrows.V)
+    long = np.hypot(u, v) > 0.5 * np.hypot(u, v).max()
+    for k in np.flatnonzero(long):
+        corners = to_page.transform(arrows.get_paths()[k].vertices) - to_page.transform((0, 0))
+        tip = corners[np.argmax(np.hypot(*corners.T))]
+        along = tip @ (u[k], v[k]) / np.hypot(u[k], v[k])
+        assert along > 0.99 * np.hypot(*tip)
+        assert along < 0.25 * min(ax.bbox.size)
     plt.close(figure)

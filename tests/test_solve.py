@@ -360,12 +360,20 @@ def test_hertz_and_the_program_agree_to_the_grids_error(rolling):
         ({"tangential": "clarable"}, "tangential", "did you mean clarabel"),
         ({"coupling": "tight"}, "coupling", "panagiotopoulos"),
         ({"tol": 0.0}, "tol", "positive"),
+        ({"polish": "no"}, "polish", "true or false"),
+        ({"polish": 1}, "polish", "true or false"),
     ],
 )
 def test_unknown_methods(rolling, arguments, field, words):
     with pytest.raises(vc.SceneError, match=words) as failure:
         vc.solve(rolling(), **arguments)
     assert failure.value.field == field
+
+
+@pytest.mark.parametrize("scene", [None, "scene.toml", {"normal_force": 1.0}])
+def test_what_is_no_scene_is_refused(scene):
+    with pytest.raises(vc.SceneError, match="must be a Scene"):
+        vc.solve(scene)
 
 
 def test_hertz_is_refused_where_it_is_wrong(rolling):
@@ -381,6 +389,15 @@ def test_not_converged_keeps_the_best_iterate(rolling):
         vc.solve(rolling(), tol=1e-30)
     assert failure.value.residual < 1e-12
     assert failure.value.solution.force[0] < 0
+    assert not failure.value.solution.converged
+
+
+def test_overflow_is_never_taken_for_convergence(rolling):
+    """Finite input, infinite shifts: residuals that are not numbers do not count as small."""
+    motion = vc.Steady(vx=1e308, spin=1e308)
+    with np.errstate(all="ignore"), pytest.raises(vc.NotConverged) as failure:
+        vc.solve(rolling(motion=motion, friction=1e300, grid=vc.Grid(nx=6, ny=6)))
+    assert np.isnan(failure.value.residual)
     assert not failure.value.solution.converged
 
 
@@ -424,3 +441,45 @@ def test_johnson_is_one_pass(rolling):
     assert one.certificate.residual > 1e-3
     without = vc.solve(dataclasses.replace(scene, motion=None), normal="clarabel")
     np.testing.assert_allclose(one.pressure, without.pressure, atol=1e-12)
+
+
+def test_passes_that_do_not_reach_the_tolerance_are_named(rolling):
+    """How many passes, and what the last one still changed: the user learns where it hangs."""
+    scene = rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=vc.Grid(nx=4, ny=4))
+    with pytest.raises(vc.NotConverged, match=r"the last of \d+ passes changed the tractions by \d"):
+        vc.solve(scene, tol=1e-17)
+
+
+# ----------------------------------------------------------------------------- elements too long for the step
+
+
+def long_elements(rolling, ratio, part, cells, **motion):
+    """Rolling on elements with dx/dy = ratio, in steps of `part` elements."""
+    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+    step = vc.Steady(dq=part * 2 * a / cells, **motion)
+    return rolling(surface=vc.Ellipse(a=a, b=b), motion=step, grid=vc.Grid(nx=cells, ny=cells))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "part", "motion"),
+    [
+        (3, 0.3, {"vx": 0.016, "spin": 0.001}),
+        (5, 0.4, {"vx": 0.04, "vy": -0.02, "spin": 0.05}),
+        (10, 0.1, {"Fx": -0.25}),
+    ],
+)
+def test_solved_without_a_guarantee(rolling, ratio, part, motion):
+    """S not positive definite: a solution to rounding, no bound, and the report says why there is none."""
+    sol = vc.solve(long_elements(rolling, ratio, part, 8, **motion))
+    assert sol.certificate.residual < 1e-12
+    assert np.all(np.isposinf(sol.certificate.force_bound))
+    assert sol.summary()["certificate"]["force_bound"] == [None, None, None]
+    assert "no guaranteed bound: the symmetric part of the problem is not positive definite" in sol.report()
+    assert f"motion.dq = {sol.scene.motion.dq:.3g} is too short for elements" in sol.report()
+
+
+def test_guarantee_returns_with_a_longer_step(rolling):
+    """The same elements in steps of a whole one: a finite bound again."""
+    sol = vc.solve(long_elements(rolling, 5, 1.0, 8, vx=0.04, vy=-0.02, spin=0.05))
+    assert np.all(sol.certificate.force_bound < 1e-6)
+    assert "guaranteed on this grid" in sol.report()

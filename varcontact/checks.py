@@ -82,6 +82,39 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
     return result
 
 
+def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarray:
+    """Finite real numbers of any shape (also a single one), as an array of floats."""
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise SceneError(field, value, allowed) from None
+    if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
+        raise SceneError(field, value, allowed)
+    result = given.astype(float)
+    bad = ~np.isfinite(result)
+    if bad.any():
+        raise SceneError(field, float(result[bad][0]), allowed)
+    return result
+
+
+def numbers_within(field: str, value: Any, least: float, greatest: float) -> np.ndarray:
+    """Finite numbers of any shape in [least, greatest]."""
+    allowed = f"in [{least:g}, {greatest:g}]"
+    result = numbers(field, value, allowed)
+    outside = (result < least) | (result > greatest)
+    if outside.any():
+        raise SceneError(field, float(result[outside][0]), allowed)
+    return result
+
+
+def positives(field: str, value: Any, allowed: str = "positive, finite numbers") -> np.ndarray:
+    """Finite numbers above zero, of any shape."""
+    result = numbers(field, value, allowed)
+    if (result <= 0).any():
+        raise SceneError(field, float(result[result <= 0][0]), allowed)
+    return result
+
+
 def choice(field: str, value: Any, options: Iterable[str]) -> str:
     """One of the named options; the error suggests the nearest."""
     names = list(options)

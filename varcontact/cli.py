@@ -78,9 +78,6 @@ def main() -> None:
         _fail(error, NOT_SOLVED)
     except VarcontactError as error:
         _fail(error, BAD_INPUT)
-    except BrokenPipeError:  # the reader of our output has gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0) from None
     except KeyboardInterrupt:
         _fail("interrupted", INTERRUPTED)
 
@@ -89,17 +86,22 @@ def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) 
     """Print, and write what was asked for."""
     from varcontact.io.netcdf import save
 
-    text = json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report()
+    try:
+        _print(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
+    finally:  # what was computed is not lost with its reader
+        if out is not None:
+            save(solution, out, "--out")
+        if plot is not None:
+            _draw(solution, plot)
+
+
+def _print(text: str) -> None:
     try:
         print(text, flush=True)
-    except BrokenPipeError:
-        raise
+    except BrokenPipeError:  # the reader has gone: nothing wrong, and nothing more to say
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         raise OutputError("standard output", "", f"cannot be written ({error.strerror})") from None
-    if out is not None:
-        save(solution, out, "--out")
-    if plot is not None:
-        _draw(solution, plot)
 
 
 def _with_progress(work: Any) -> Any:

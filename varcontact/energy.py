@@ -36,8 +36,8 @@ class Certificate:
         The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against the rigid shift.
     force_bound : ndarray, shape (3,)
         Guaranteed bounds on the errors of Fx, Fy and Mz against the exact solution of the discrete tangential
-        problem with the same pressure, ``sqrt(c'S^-1 c gap)``. Infinite for unlike bodies, where the pressure
-        depends on the tractions and no such bound is known.
+        problem with the same pressure, ``sqrt(c'S^-1 c gap)``. Infinite where no such bound is known: for unlike
+        bodies, whose pressure depends on the tractions, and where S is not positive definite.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
         tangential and the normal one. With Hertz's closed form as the pressure of a tangential problem the
@@ -86,20 +86,20 @@ def certify_problems(
             gap=absolute * energy,
             relative_gap=normal_relative,
             force_bound=excess * scales,
-            residual=max(residual, normal_error),
+            residual=_worst(residual, normal_error),
             normal_relative_gap=normal_relative,
             normal_residual=normal_error,
             tangential_residual=residual,
         )
     tractions = flat[:, bearing]
-    residual = max(residual, tangential_residual(tangential, tractions, rigid))
+    residual = _worst(residual, tangential_residual(tangential, tractions, rigid))
     absolute, relative = gap(tangential, project(tractions, tangential.bound), rigid)
     bound = np.full(3, np.inf) if coupled else (force_bound(tangential, tractions, rigid) + excess) * scales
     return Certificate(
         gap=absolute * energy,
         relative_gap=relative,
         force_bound=bound,
-        residual=residual if plan.normal == "hertz" else max(residual, normal_error),
+        residual=residual if plan.normal == "hertz" else _worst(residual, normal_error),
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
         tangential_residual=residual,
@@ -117,9 +117,9 @@ def normal_residual(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndar
     """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks."""
     distance = problem.distance - rigid[0] + problem.operator.apply(pressure[None])[0]
     image = np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
-    residual = _relative(np.abs(pressure - image).max(), max(np.abs(pressure).max(), image.max()))
+    residual = _relative(np.abs(pressure - image).max(), _worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
-        residual = max(residual, abs(pressure.sum() * problem.area / problem.force - 1))
+        residual = _worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
     return residual
 
 
@@ -127,18 +127,23 @@ def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid:
     """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack."""
     shift = problem.shift(traction, rigid)
     image = project(traction - shift / problem.operator.diagonal, problem.bound)
-    size = max(np.hypot(*traction).max(), np.hypot(*image).max())
+    size = _worst(np.hypot(*traction).max(), np.hypot(*image).max())
     residual = _relative(float(np.hypot(*(traction - image)).max()), float(size))
     for direction in problem.free:
         force = problem.force[direction]
         assert force is not None
         lacking = abs(traction[direction].sum() * problem.area - force)
-        residual = max(residual, _relative(lacking, size * problem.area * math.sqrt(problem.size)))
+        residual = _worst(residual, _relative(lacking, size * problem.area * math.sqrt(problem.size)))
     return residual
 
 
 def _relative(value: float, scale: float) -> float:
-    return float(value / scale) if scale > 0 else 0.0
+    return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN
+
+
+def _worst(*values: float) -> float:
+    """The largest, and NaN where one is: what is not a number is never taken for a small residual."""
+    return float(np.max(values))
 
 
 def gap(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
@@ -184,7 +189,9 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
     compliance = _compliance(problem, np.array([[one, zero], [zero, one], [-y, x]]))
     error = gap(problem, admissible, rigid)[0] / problem.area
     moved = np.abs(_outputs(problem.points, traction - admissible))
-    return problem.area * (np.sqrt(compliance * error) + moved)
+    known = np.isfinite(compliance)  # an infinite compliance tells nothing, even if the gap is zero
+    bound = np.where(known, np.sqrt(np.where(known, compliance, 0.0) * error), np.inf)
+    return problem.area * (bound + moved)
 
 
 def _outputs(points: np.ndarray, traction: np.ndarray) -> np.ndarray:

@@ -94,5 +94,8 @@ class TooLarge(VarcontactError):
 
 
 def _short(value: Any) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except RecursionError:
+        text = f"a {type(value).__name__}, nested deep"
     return text if len(text) <= 80 else text[:60] + " ... " + text[-15:]

@@ -35,7 +35,9 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
         Solves the frictionless normal problem of a discretisation.
     """
     spec = _spec(scene)
-    memory.need("a grid of this size", 400.0 * spec.nx * spec.ny, "a grid with fewer elements would fit")
+    margin = 0 if spec.explicit else 2 * spec.margin
+    size = 400.0 * (spec.nx + margin) * (spec.ny + margin)
+    memory.need("a grid of this size", size, "a grid with fewer elements would fit")
     if spec.explicit:
         return spec
     hertz = scene.hertz

@@ -82,6 +82,8 @@ def no_guarantee(sol: Solution) -> str:
     """Why no bound on the forces is known, or nothing where one is."""
     if np.all(np.isfinite(sol.certificate.force_bound)):
         return ""
+    if np.any(np.isnan(sol.certificate.force_bound)):
+        return "the numbers went beyond the range of floating point"
     if sol.scene.bodies.K != 0:
         return "the bodies are unlike, and the traction bound depends on the solution"
     dx, dy = sol.grid.sides

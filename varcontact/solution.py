@@ -128,15 +128,15 @@ class Solution:
     def summary(self) -> dict[str, Any]:
         """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
 
-        What is not known (an infinite bound) is None.
+        What is not known (an infinite bound), or no number, is None.
         """
         certificate = self.certificate
         return {
-            "normal_force": self.normal_force,
-            "force": [float(F) for F in self.force],
-            "moment": self.moment,
-            "approach": self.approach,
-            "creepage": [float(c) for c in self.creepage],
+            "normal_force": _known(self.normal_force),
+            "force": [_known(F) for F in self.force],
+            "moment": _known(self.moment),
+            "approach": _known(self.approach),
+            "creepage": [_known(c) for c in self.creepage],
             "elements": self.elements,
             "certificate": {
                 "gap": _known(certificate.gap),

@@ -47,8 +47,9 @@ def solve(
     tol : float
         Natural-map residual to reach, relative to the largest traction.
     polish : bool
-        Take a solver's answer to rounding by a few Newton steps. Without it an interior-point answer is good
-        to between 1e-5 and 1e-9 in the tractions, and a smaller `tol` is not reached.
+        Take a solver's answer to rounding by NORM and a safeguarded TANG, started from it. Without it an
+        interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol` is not
+        reached.
     progress : callable, optional
         Told the name of each stage as it starts.
 
@@ -91,10 +92,10 @@ def solve(
     residual = _residual_as_posed(disc, plan, state, certificate)
     solution = solution_of(disc, plan, state, certificate, residual <= tol, clock.timing())
     if not solution.converged:
-        reason = no_guarantee(solution) or (
+        reason = (
             f"the last of {len(state.changes)} passes changed the tractions by {state.changes[-1]:.1e}"
             if state.changes
-            else ""
+            else no_guarantee(solution)
         )
         raise NotConverged(f"residual not below tol = {tol:.3g}{'; ' * bool(reason)}{reason}", residual, solution)
     return solution
@@ -111,7 +112,7 @@ def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, ce
     if plan.coupling != "johnson":
         return certificate.residual
     alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
-    return max(alone, certificate.tangential_residual)
+    return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:

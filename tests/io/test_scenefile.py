@@ -132,6 +132,58 @@ def test_no_toml(tmp_path, content):
         vc.read_scene(path)
 
 
+SAMPLED = """
+normal_force = 1.0
+bodies = {G = 1, nu = 0.3}
+surface = {kind = "sampled_distance", h = {file = "%s"}}
+grid = {nx = 3, ny = 2, dx = 1, dy = 1, x0 = 0, y0 = 0}
+"""
+
+
+@pytest.mark.parametrize("kept", [0, 3, 20, -5])
+def test_truncated_npy(tmp_path, kept):
+    """A copy that broke off anywhere is an error of the scene, with the file's name."""
+    np.save(tmp_path / "whole.npy", np.ones((2, 3)))
+    (tmp_path / "h.npy").write_bytes((tmp_path / "whole.npy").read_bytes()[:kept])
+    with pytest.raises(vc.SceneError, match=r"h\.npy") as failure:
+        vc.read_scene(write(tmp_path, SAMPLED % "h.npy"))
+    assert failure.value.field == "surface.h.file"
+
+
+@pytest.mark.parametrize("text", ["1,2,3\n4,5,6\n", "1, 2, 3\n4, 5, 6", "1 2 3\n4  5\t6\n"])
+def test_numbers_between_commas_or_blanks(tmp_path, text):
+    (tmp_path / "h.csv").write_text(text)
+    scene, _ = vc.read_scene(write(tmp_path, SAMPLED % "h.csv"))
+    np.testing.assert_array_equal(scene.surface.h, [[1, 2, 3], [4, 5, 6]])
+
+
+@pytest.mark.parametrize("text", ["1,,2,3\n4,5,,6\n", "1,2,3,\n4,5,6,\n", "1 2,3\n4 5,6\n", "1;2;3\n4;5;6\n"])
+def test_missing_numbers_do_not_close_up(tmp_path, text):
+    """An empty place between commas is a missing number, not a blank: the row must not move together."""
+    (tmp_path / "h.csv").write_text(text)
+    with pytest.raises(vc.SceneError) as failure:
+        vc.read_scene(write(tmp_path, SAMPLED % "h.csv"))
+    assert failure.value.field == "surface.h.file"
+
+
+@pytest.mark.parametrize("text", ["a = " + "[" * 5000 + "]" * 5000, "[" + ".".join(["a"] * 5000) + "]"])
+def test_toml_nested_too_deep(tmp_path, text):
+    with pytest.raises(vc.SceneError, match="nested"):
+        vc.read_scene(write(tmp_path, text))
+
+
+def test_units_that_are_no_names(tmp_path):
+    with pytest.raises(vc.SceneError, match="a name, in quotes") as failure:
+        vc.read_scene(write(tmp_path, FULL.replace('length = "mm"', "length = 1e-3")))
+    assert failure.value.field == "units.length"
+
+
+@pytest.mark.parametrize("name", ["a" * 300, "a\0b"])
+def test_names_that_no_file_can_have(tmp_path, name):
+    with pytest.raises(vc.SceneError, match="can be read"):
+        vc.read_scene(tmp_path / name)
+
+
 def test_no_file(tmp_path):
     with pytest.raises(vc.SceneError, match="can be read"):
         vc.read_scene(tmp_path / "none.toml")

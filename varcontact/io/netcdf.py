@@ -126,7 +126,9 @@ def _solution(data: xr.Dataset) -> Solution:
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     vx, vy, spin = (float(value) for value in data["creepage"].values)
     grid = Grid(**record["grid"])
-    if any(field.shape[-2:] != grid.shape for field in fields.values()):
+    vectors = ("traction", "slip")
+    shapes = {name: (2, *grid.shape) if name in vectors else grid.shape for name in fields}
+    if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     return Solution(
         scene=scene_from(record["scene"]),
@@ -160,8 +162,8 @@ def check_writable(field: str, path: Path) -> None:
         pass
     except OutputError:
         raise
-    except OSError as error:
-        raise OutputError(field, path, f"cannot be written ({error.strerror or error})") from None
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        raise OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})") from None
 
 
 def _first_line(error: Exception) -> str:

@@ -70,6 +70,8 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
         raise SceneError("scene file", str(path), "a TOML file (this is no UTF-8 text)") from None
     except tomllib.TOMLDecodeError as error:
         raise SceneError("scene file", str(path), f"a TOML file ({error})") from None
+    except ValueError as error:  # a null character in the name
+        raise SceneError("scene file", str(path), f"a file that can be read ({error})") from None
     except RecursionError:
         raise SceneError("scene file", str(path), "a TOML file (this one is nested too deep)") from None
     options = table.pop("solve", {})

@@ -1,0 +1,79 @@
+"""Distances between samples: accurate where they are smooth, and without phantoms beside cliffs."""
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+X = np.linspace(-1.0, 1.0, 41)
+FINE = vc.Grid(nx=160, ny=15, dx=0.0125, dy=0.05, x0=-1.0, y0=-0.375)
+
+
+def step(x, y):
+    """A flat at zero that ends in a cliff of 10 at x = 0.12."""
+    return np.where(x > 0.12, 10.0, 0.0) + 0.0 * y
+
+
+def bowl_with_an_edge(x, y):
+    return np.where(x > 0.12, 10.0, (x**2 + y**2) / 2)
+
+
+def ditch(x, y):
+    """Cliffs in both directions, with a corner."""
+    return np.where((np.abs(x) < 0.33) & (np.abs(y) < 0.22), 0.0, 5.0)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("shape", [step, bowl_with_an_edge, ditch])
+def test_no_point_lies_below_the_samples_around_it(shape, turned):
+    """Beside a cliff of 10 a spline swings 1 below: that would be contact where there is none."""
+    h = shape(X[None, :], X[:, None])
+    grid = FINE
+    if turned:
+        h = h.T
+        grid = vc.Grid(nx=FINE.ny, ny=FINE.nx, dx=FINE.dy, dy=FINE.dx, x0=FINE.y0, y0=FINE.x0)
+    distance = vc.SampledDistance(h, X, X).distance(grid)
+    cell = X[1] - X[0]
+    assert distance.min() >= h.min() - cell**2 / 2, "no lower than the samples, but for a paraboloid's curvature"
+    assert distance.max() <= h.max() + cell**2 / 2
+
+
+def test_beside_a_cliff_the_surface_stays_what_it_is():
+    """The bowl up to its edge, to the accuracy of one cell's curvature."""
+    distance = vc.SampledDistance(bowl_with_an_edge(X[None, :], X[:, None]), X, X).distance(FINE)
+    known = FINE.x < 0.09
+    exact = (FINE.x[None, known] ** 2 + FINE.y[:, None] ** 2) / 2
+    assert np.abs(distance[:, known] - exact).max() < 5e-4
+
+
+def test_smooth_samples_keep_the_splines_accuracy():
+    """Fourth order: halving the samples' spacing divides the largest error by more than ten."""
+
+    def exact(x, y):
+        return x[None, :] ** 2 / 2 + y[:, None] ** 2 + 0.1 * np.sin(3 * x)[None, :] * np.cos(2 * y)[:, None]
+
+    errors = []
+    for n in (21, 41, 81):
+        x = np.linspace(-1.0, 1.0, n)
+        distance = vc.SampledDistance(exact(x, x), x, x).distance(FINE)
+        inner = np.abs(FINE.x) < 0.8
+        errors.append(np.abs(distance - exact(FINE.x, FINE.y))[:, inner].max())
+    assert errors[1] < 1e-5
+    assert np.all(np.divide(errors[:-1], errors[1:]) > 10)
+
+
+def test_far_from_a_cliff_the_spline_is_kept():
+    """A cliff at one end does not cost the other end its accuracy."""
+    x = np.linspace(-1.0, 1.0, 101)
+    h = np.where(x > 0.8, 10.0, 0.1 * np.sin(3 * x))[None, :] + 0.0 * x[:, None]
+    grid = vc.Grid(nx=101, ny=3, dx=0.01, dy=0.1, x0=-0.9, y0=-0.15)
+    near = grid.x < 0.4
+    error = vc.SampledDistance(h, x, x).distance(grid) - 0.1 * np.sin(3 * grid.x)
+    assert np.abs(error[:, near]).max() < 1e-6
+
+
+@pytest.mark.parametrize("pair", [1.0, None, (1.0,), (1.0, 2.0, 3.0), "ab"])
+def test_radii_of_the_bodies_come_in_pairs(pair):
+    with pytest.raises(vc.SceneError, match="a pair of radii") as failure:
+        vc.Paraboloids.from_bodies(Rx=pair, Ry=(1.0, 1.0))
+    assert failure.value.field == "surface.Rx"

@@ -1,0 +1,78 @@
+"""Kalker's linear law: the paper's formulas, their inverse, bad input."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import varcontact as vc
+from varcontact.reference import creepage_coefficients
+from varcontact.theories import linear_creepage, linear_forces
+
+A, B, G = 6.0, 4.0, 8e4
+TABLE = creepage_coefficients(A, B, 0.28)
+small = st.floats(-1e-2, 1e-2)
+
+
+def test_the_papers_formulas():
+    """(118)-(119) with C32 = -C23, one creepage at a time."""
+    found = linear_forces(A, B, G, np.eye(3), TABLE)
+    ab = A * B
+    np.testing.assert_allclose(found.force[0], [-G * ab * TABLE.C11, 0], rtol=1e-14)
+    np.testing.assert_allclose(found.force[1], [0, -G * ab * TABLE.C22], rtol=1e-14)
+    np.testing.assert_allclose(found.force[2], [0, -G * ab**1.5 * TABLE.C23], rtol=1e-14)
+    np.testing.assert_allclose(found.moment, [0, G * ab**1.5 * TABLE.C23, -G * ab**2 * TABLE.C33], rtol=1e-14)
+
+
+def test_signs_and_sizes_of_the_no_slip_solution(rolling):
+    """The package's own no-slip solution of all creepages at once, on a circle, to its grid's few percent."""
+    motion = vc.Steady(vx=1e-3, vy=-2e-3, spin=1.5e-3)
+    scene = rolling(
+        motion=motion, friction=np.inf, surface=vc.Ellipse(1.0, 1.0), bodies=vc.Bodies(G=1.0, nu=0.5),
+        grid=vc.Grid(nx=20, ny=20),
+    )  # fmt: skip
+    sol = vc.solve(scene)
+    theory = linear_forces(1.0, 1.0, 1.0, motion.rigid, creepage_coefficients(1.0, 1.0, 0.5))
+    np.testing.assert_allclose(sol.force, theory.force, rtol=0.03)
+    assert sol.moment == pytest.approx(float(theory.moment), rel=0.03)
+
+
+@given(small, small, small)
+def test_inverse(vx, vy, spin):
+    """Every mixture of creepages and forces leads back to the same creepages."""
+    found = linear_forces(A, B, G, (vx, vy, spin), TABLE)
+    (Fx, Fy), Mz = found.force, found.moment
+    for mask in range(8):
+        one = {"Fx": Fx} if mask & 1 else {"vx": vx}
+        two = {"Fy": Fy} if mask & 2 else {"vy": vy}
+        three = {"Mz": Mz} if mask & 4 else {"spin": spin}
+        back = linear_creepage(A, B, G, TABLE, **one, **two, **three)
+        np.testing.assert_allclose(back, [vx, vy, spin], rtol=1e-12, atol=1e-15)
+
+
+def test_arrays():
+    creepages = np.random.default_rng(0).normal(size=(4, 5, 3))
+    sizes = np.linspace(1, 2, 5)
+    found = linear_forces(sizes, B, G, creepages, creepage_coefficients(sizes, B, 0.28))
+    assert found.force.shape == (4, 5, 2) and found.moment.shape == (4, 5)
+    one = linear_forces(sizes[3], B, G, creepages[2, 3], creepage_coefficients(sizes[3], B, 0.28))
+    np.testing.assert_allclose(found.force[2, 3], one.force, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: linear_forces(0.0, B, G, (0, 0, 0), TABLE), "a = 0"),
+        (lambda: linear_forces(A, B, np.nan, (0, 0, 0), TABLE), "G = nan"),
+        (lambda: linear_forces(A, B, G, (0, 0), TABLE), r"creepages = .*\(2,\)"),
+        (lambda: linear_forces(A, B, G, (0, 0, np.inf), TABLE), "creepages = inf"),
+        (lambda: linear_forces(A, B, G, "none", TABLE), "creepages = 'none'"),
+        (lambda: linear_creepage(A, B, G, TABLE, vx=0.1, Fx=2.0), "vx, Fx .*at most one"),
+        (lambda: linear_creepage(A, B, G, TABLE, spin=0.1, Mz=2.0), "spin, Mz .*at most one"),
+        (lambda: linear_creepage(A, B, -G, TABLE, Fx=1.0), "G = -80000"),
+        (lambda: linear_creepage(A, B, G, TABLE, Fy=np.nan), "Fy = nan"),
+    ],
+)
+def test_bad_input(call, words):
+    with pytest.raises(vc.SceneError, match=words):
+        call()

@@ -1,0 +1,44 @@
+"""Fast approximate theories: linear, Vermeulen-Johnson, simplified, and FASTSIM. All for quasi-identical bodies."""
+
+from varcontact.theories.fastsim import (
+    FastsimField,
+    creepage_for_force,
+    fastsim,
+    fastsim_field,
+    fastsim_on_grid,
+)
+from varcontact.theories.inputs import Resultants
+from varcontact.theories.linear import linear_creepage, linear_forces
+from varcontact.theories.simplified import (
+    flexibility,
+    simplified_force,
+    simplified_linear_force,
+    simplified_traction,
+)
+from varcontact.theories.vermeulen_johnson import (
+    VermeulenJohnsonCoefficients,
+    vermeulen_johnson,
+    vermeulen_johnson_coefficients,
+    vermeulen_johnson_creepage,
+    vermeulen_johnson_traction,
+)
+
+__all__ = [
+    "FastsimField",
+    "Resultants",
+    "VermeulenJohnsonCoefficients",
+    "creepage_for_force",
+    "fastsim",
+    "fastsim_field",
+    "fastsim_on_grid",
+    "flexibility",
+    "linear_creepage",
+    "linear_forces",
+    "simplified_force",
+    "simplified_linear_force",
+    "simplified_traction",
+    "vermeulen_johnson",
+    "vermeulen_johnson_coefficients",
+    "vermeulen_johnson_creepage",
+    "vermeulen_johnson_traction",
+]

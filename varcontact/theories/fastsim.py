@@ -1,0 +1,453 @@
+"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.checks import array, choice, number, positive, positives, whole
+from varcontact.errors import NotConverged, Saturated, SceneError
+from varcontact.theories.inputs import Resultants, either, triples
+from varcontact.theories.simplified import PEAK, flexibility
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from varcontact.grid import Grid
+    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+CHUNK_POINTS = 5000
+"""Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""
+FARTHEST = 1e12
+"""Farthest creepage looked for, in units of the one where friction is used up without spin."""
+LARGEST_STEP = 1e100
+"""In units of the bound; beyond, directions are kept and sizes cut, as squares must not overflow."""
+
+
+def fastsim(
+    a: Any,
+    b: Any,
+    G: Any,
+    friction_force: Any,
+    creepages: Any,
+    coefficients: CreepageCoefficients,
+    *,
+    m: int = 10,
+    n: int = 10,
+    bound: str = "parabolic",
+) -> Resultants:
+    """Forces and moments by FASTSIM, for any number of creepage triples in one call.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    friction_force : float or array_like
+        ``f Fz``, the most that friction can carry [force].
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length]. The arguments before it, and the coefficients, broadcast with its
+        leading shape, so that every triple may have a contact of its own.
+    coefficients : CreepageCoefficients
+        From `creepage_coefficients`.
+    m, n : int
+        Intervals along x in each strip (2 or more), and strips.
+    bound : {"parabolic", "elliptic"}
+        Form of the traction bound, (167) or (166). The paper advises the parabolic one.
+
+    Returns
+    -------
+    Resultants
+        Force (..., 2) and moment (...) on body 1.
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite (or, where it must be, positive), m or n is no whole number in range, or the
+        bound has no such form.
+
+    Notes
+    -----
+    The algorithm as printed: n equal strips, in each m intervals from the exact leading edge ``a(y)`` to the
+    exact trailing edge, rigid slip taken at the middle of an interval, the last point (where the bound is 0)
+    left out. The sum is thus the trapezoidal rule, and in full slip under the parabolic bound a part of about
+    ``1/m^2`` is missing in ``f Fz``. The moment is that of the tractions; simplified theory is not fitted to
+    C33, and has no moment by lateral creepage to fit (C32), so take it as an estimate.
+
+    Only for quasi-identical bodies. Each triple is computed alone: a call with many gives to the last bit what
+    single calls give.
+
+    Examples
+    --------
+    The paper's Fig. 21, pure spin (N, mm). It prints Fy = -1.812e4 N and not the elastic constants: E = 2e5 N/mm2
+    and nu = 0.25 give just that.
+
+    >>> from varcontact.reference import creepage_coefficients
+    >>> table = creepage_coefficients(6.8, 6.5, 0.25)
+    >>> result = fastsim(6.8, 6.5, 8.0e4, 45000.0, (0.0, 0.0, 0.00054), table)
+    >>> print(f"{abs(result.force[0]):.0f} {result.force[1]:.0f}")
+    0 -18122
+    """
+    m, n, edges, bounds = _division(m, n, bound)
+    creepages = triples(creepages)
+    a, b = positives("a", a), positives("b", b)
+    limit = positives("friction_force", friction_force)
+    L = flexibility(a, b, G, creepages, coefficients)
+    peak = PEAK[bound] * limit / (a * b)
+    # tractions in units of the bound's peak, lengths in units of a and b
+    step = 2 * a / (m * L * peak)
+    vx, vy, spin = np.moveaxis(creepages, -1, 0)
+    steps = np.stack(np.broadcast_arrays(step * vx, step * vy, step * spin * b, step * spin * a))
+    shape = steps.shape[1:]
+    steps = steps.reshape(4, -1)
+    steps = steps * np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(steps).max(axis=0), 1.0))
+    sums = np.empty((4, steps.shape[1]))
+    size = max(CHUNK_POINTS // n, 2)
+    for start in range(0, steps.shape[1], size):
+        chunk = slice(start, start + size)
+        sums[:, chunk] = _march(steps[:, chunk], edges, bounds, bound)
+    along_x, along_y, by_x, by_y = sums.reshape(4, *shape) * (4 * a * b / (m * n) * peak)
+    return Resultants(np.stack([along_x, along_y], axis=-1), a * by_y - b * by_x)
+
+
+def _division(m: Any, n: Any, bound: Any) -> tuple[int, int, np.ndarray, np.ndarray]:
+    """Checked m and n; a(y)/a of the strips from y = b down; and the bound along a strip, by its peak there."""
+    m, n = whole("m", m, least=2), whole("n", n)
+    choice("bound", bound, PEAK)
+    xi = 1 - 2 * np.arange(1, m) / m
+    inside = (1 - xi) * (1 + xi)
+    eta = 1 - (2 * np.arange(n) + 1) / n
+    return m, n, np.sqrt((1 - eta) * (1 + eta)), inside if bound == "parabolic" else np.sqrt(inside)
+
+
+def _march(steps: np.ndarray, edges: np.ndarray, bounds: np.ndarray, bound: str) -> np.ndarray:
+    """Sums over all points of px, py, y px and x py, (4, k): all strips of k triples, through the contact at once.
+
+    Tractions are in units of the strip's own peak, so that the bound at a point is one number for all strips.
+    Everything is written into arrays that stay, as fresh ones would cost as much as the arithmetic.
+    """
+    n, m = edges.size, bounds.size + 1
+    if steps.shape[1] == 1:  # a sum over axis 0 of one column alone would be taken in another order
+        return _march(np.repeat(steps, 2, axis=1), edges, bounds, bound)[:, :1]
+    across = (1 - (2 * np.arange(n) + 1) / n)[:, None]
+    edge = edges[:, None]
+    to_peak = edge if bound == "elliptic" else edge**2
+    vx, vy, spin_y, spin_x = steps
+    step_x = -(edge / to_peak) * (vx - across * spin_y)
+    slope = -(edge / to_peak) * edge * spin_x
+    step_y = -(edge / to_peak) * vy + (1 - 1 / m) * slope
+    slope *= 2 / m
+    px, py, sum_x, sum_y, moment = (np.zeros_like(step_x) for _ in range(5))
+    square, scratch = np.empty_like(px), np.empty_like(px)
+    for i, limit in enumerate(bounds, start=1):
+        px += step_x
+        py += step_y
+        step_y -= slope
+        np.multiply(px, px, out=square)
+        np.multiply(py, py, out=scratch)
+        square += scratch
+        np.maximum(square, limit * limit, out=square)
+        np.sqrt(square, out=square)
+        np.divide(limit, square, out=square)  # 1 in the stick area
+        px *= square
+        py *= square
+        sum_x += px
+        sum_y += py
+        np.multiply(py, 1 - 2 * i / m, out=scratch)
+        moment += scratch
+    weight = edge * to_peak
+    sum_x *= weight
+    sum_y *= weight
+    moment *= weight * edge
+    return np.stack([sum_x.sum(axis=0), sum_y.sum(axis=0), (across * sum_x).sum(axis=0), moment.sum(axis=0)])
+
+
+@dataclass(frozen=True, eq=False)
+class FastsimField:
+    """The field behind one result of `fastsim`: n strips of m - 1 points, in order of rising x and y.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n, m - 1)
+        Points along each strip [length].
+    y : ndarray, shape (n,)
+        The strips' middles [length].
+    dx : ndarray, shape (n,)
+        Distance of points in each strip, which is also the length of a point's cell [length].
+    dy : float
+        Width of a strip [length].
+    traction : ndarray, shape (2, n, m - 1)
+        On body 1 [force/area].
+    slip : ndarray, shape (2, n, m - 1)
+        Relative slip of body 1 over body 2 in the interval ahead of the point [-].
+    state : ndarray of int, shape (n, m - 1)
+        1 stick, 2 slip.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    dx: np.ndarray
+    dy: float
+    traction: np.ndarray
+    slip: np.ndarray
+    state: np.ndarray
+
+    @property
+    def force(self) -> np.ndarray:
+        """Fx, Fy: the sum of tractions times cells, shape (2,)."""
+        return np.sum(self.traction * self.dx[:, None], axis=(1, 2)) * self.dy
+
+    @property
+    def moment(self) -> float:
+        """Mz of the tractions."""
+        arm = self.x * self.traction[1] - self.y[:, None] * self.traction[0]
+        return float(np.sum(arm * self.dx[:, None]) * self.dy)
+
+
+def fastsim_field(
+    a: float,
+    b: float,
+    G: float,
+    friction_force: float,
+    creepage: Any,
+    coefficients: CreepageCoefficients,
+    *,
+    m: int = 10,
+    n: int = 10,
+    bound: str = "parabolic",
+) -> FastsimField:
+    """Tractions, slip, and areas of stick and slip by FASTSIM, for one triple of creepages.
+
+    Parameters
+    ----------
+    a, b, G, friction_force, coefficients, m, n, bound
+        As for `fastsim`, all single.
+    creepage : array_like, shape (3,)
+        vx, vy [-] and spin [1/length].
+
+    Returns
+    -------
+    FastsimField
+
+    Raises
+    ------
+    SceneError
+        As `fastsim`.
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> field = fastsim_field(6.8, 6.5, 8e4, 45000.0, (0, 0, 0.00054), creepage_coefficients(6.8, 6.5, 0.25), n=3, m=6)
+    >>> field.state
+    array([[2, 2, 1, 1, 1],
+           [1, 1, 1, 1, 1],
+           [2, 2, 1, 1, 1]])
+    """
+    m, n, edges, bounds = _division(m, n, bound)
+    a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
+    creepage = array("creepage", creepage, 1)
+    L = float(flexibility(a, b, positive("G", G), creepage, coefficients))
+    edges = edges[::-1, None]
+    y = b * ((2 * np.arange(n) + 1) / n - 1)
+    dx = 2 * a * edges / m
+    x = a * edges * (1 - 2 * np.arange(1, m) / m)
+    peaks = PEAK[bound] * limit / (a * b) * (edges**2 if bound == "parabolic" else edges)
+    traction, free = _travel(x, y, np.broadcast_to(dx, x.shape), peaks * bounds, L, creepage)
+    slip = (traction - free) * (L / dx)
+    state = np.where(np.any(traction != free, axis=0), 2, 1)
+    return FastsimField(x[:, ::-1], y, dx[:, 0], 2 * b / n, traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1])
+
+
+def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: float, bound: Any, creepage: Any) -> np.ndarray:
+    """FASTSIM with the element centres of a grid as its points, under any traction bound.
+
+    Parameters
+    ----------
+    grid : Grid
+        An explicit lattice.
+    a, b : float
+        Semi-axes of the contact ellipse about the origin [length].
+    flexibility : float
+        L, from `flexibility` [length^3/force].
+    bound : array_like, shape (ny, nx)
+        Traction bound at the centres, 0 or more [force/area].
+    creepage : array_like, shape (3,)
+        vx, vy [-] and spin [1/length].
+
+    Returns
+    -------
+    ndarray, shape (2, ny, nx)
+        Tractions on body 1 at the centres; 0 outside the ellipse.
+
+    Raises
+    ------
+    SceneError
+        If a length or L is not positive and finite, the bound has another shape or a negative entry, or the
+        creepage is no three finite numbers.
+
+    Notes
+    -----
+    Each row is marched from the exact leading edge to the first centre inside the ellipse, then from centre
+    to centre.
+
+    Examples
+    --------
+    >>> from varcontact import Grid
+    >>> grid = Grid(nx=4, ny=1, dx=0.5, dy=0.5, x0=-1.0, y0=-0.25)
+    >>> print(fastsim_on_grid(grid, 1.0, 1.0, 1.0, [[0.4, 0.9, 0.9, 0.4]], (1.0, 0.0, 0.0))[0])
+    [[-0.4  -0.9  -0.75 -0.25]]
+    """
+    a, b, L = positive("a", a), positive("b", b), positive("flexibility", flexibility)
+    bound = array("bound", bound, 2)
+    if bound.shape != grid.shape or np.any(bound < 0):
+        given = f"array of shape {bound.shape}, least entry {bound.min():g}"
+        raise SceneError("bound", given, f"of shape {grid.shape} with no entry below 0")
+    edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
+    x = np.broadcast_to(grid.x[::-1], grid.shape)
+    inside = np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
+    # ahead of the edge the interval is 0, so that nothing builds up there
+    interval = np.clip(edge - x, 0.0, grid.sides[0])
+    return _travel(x, grid.y, interval, inside, L, array("creepage", creepage, 1))[0][:, :, ::-1]
+
+
+def _travel(
+    x: np.ndarray, y: np.ndarray, interval: np.ndarray, bound: np.ndarray, L: float, creepage: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tractions at points (ny, k) in order of travel, and those tried there without slip (p_H): (2, ny, k) each."""
+    if creepage.shape != (3,):
+        raise SceneError("creepage", f"array of shape {creepage.shape}", "the three numbers vx, vy, spin")
+    vx, vy, spin = creepage
+    traction, free = np.zeros((2, 2, *x.shape))
+    present = np.zeros((2, y.size))
+    for i in range(x.shape[1]):
+        middle = x[:, i] + interval[:, i] / 2
+        present = present - interval[:, i] / L * np.array([vx - spin * y, vy + spin * middle])
+        free[:, :, i] = present
+        size = np.hypot(*present)
+        slips = size > bound[:, i]
+        present = present * np.where(slips, bound[:, i] / np.where(slips, size, 1.0), 1.0)
+        traction[:, :, i] = present
+    return traction, free
+
+
+def creepage_for_force(
+    a: float,
+    b: float,
+    G: float,
+    friction_force: float,
+    coefficients: CreepageCoefficients,
+    *,
+    vx: float | None = None,
+    vy: float | None = None,
+    spin: float = 0.0,
+    Fx: float | None = None,
+    Fy: float | None = None,
+    m: int = 10,
+    n: int = 10,
+    bound: str = "parabolic",
+) -> np.ndarray:
+    """Creepages for which `fastsim` gives the prescribed forces.
+
+    Parameters
+    ----------
+    a, b, G, friction_force, coefficients, m, n, bound
+        As for `fastsim`, all single.
+    vx, vy : float, optional
+        Creepages that are given [-]; 0 where neither the creepage nor its force is given.
+    spin : float
+        Spin [1/length].
+    Fx, Fy : float, optional
+        Force on body 1 in place of vx and of vy.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        vx, vy, spin. As L depends on the creepages, another triple may give the same force.
+
+    Raises
+    ------
+    SceneError
+        As `fastsim`, or if a creepage and its force are both given.
+    Saturated
+        If the prescribed force is not below the sum of the traction bound over the points (near
+        ``friction_force``, see `fastsim`).
+    NotConverged
+        If no creepages are found.
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> contact = (6.8, 6.5, 8e4, 45000.0)
+    >>> table = creepage_coefficients(6.8, 6.5, 0.25)
+    >>> creepage = creepage_for_force(*contact, table, Fx=20000.0, Fy=0.0, spin=0.00054)
+    >>> print(fastsim(*contact, creepage, table).force.round(3) + 0.0)
+    [20000.     0.]
+    """
+    given_x, Fx = either("vx", vx, "Fx", Fx)
+    given_y, Fy = either("vy", vy, "Fy", Fy)
+    spin = number("spin", spin)
+    m, n, edges, bounds = _division(m, n, bound)
+    a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
+    _check_carried(np.hypot(Fx or 0.0, Fy or 0.0), friction_force * _carried_part(edges, bounds, bound))
+    unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
+
+    def force(x: float, y: float) -> np.ndarray:
+        return fastsim(a, b, G, friction_force, (x, y, spin), coefficients, m=m, n=n, bound=bound).force
+
+    def lateral(x: float) -> float:
+        return given_y if Fy is None else _root(lambda y: float(force(x, y)[1]) - Fy, unit)
+
+    if Fx is not None and Fy is not None:
+        quick = _newton(lambda v: (force(*v) - (Fx, Fy)) / friction_force, unit)
+        if quick is not None:
+            return np.array([*quick, spin])
+    x = given_x if Fx is None else _root(lambda x: float(force(x, lateral(x))[0]) - Fx, unit)
+    y = lateral(x)
+    found = force(x, y)
+    miss = max(abs(found[i] - F) for i, F in enumerate((Fx, Fy)) if F is not None) if (Fx, Fy) != (None, None) else 0.0
+    if miss > 1e-9 * friction_force:
+        raise NotConverged("no creepages found for the prescribed force", miss / friction_force)
+    return np.array([x, y, spin])
+
+
+def _newton(miss: Callable[[np.ndarray], np.ndarray], unit: float) -> np.ndarray | None:
+    """Both creepages at once by Powell's hybrid method; None where it gets lost, as it may near saturation."""
+    from scipy.optimize import root
+
+    result = root(lambda v: miss(unit * v), np.zeros(2), tol=1e-13, options={"maxfev": 60})
+    return unit * result.x if np.all(np.abs(result.fun) < 1e-11) else None
+
+
+def _carried_part(edges: np.ndarray, bounds: np.ndarray, bound: str) -> float:
+    """Sum of the traction bound over FASTSIM's points, as a part of f Fz."""
+    to_peak = edges if bound == "elliptic" else edges**2
+    return float(PEAK[bound] * 4 * np.sum(edges * to_peak) * np.sum(bounds) / (edges.size * (bounds.size + 1)))
+
+
+def _check_carried(force: float, limit: float) -> None:
+    if force >= limit:
+        raise Saturated(float(force), limit)
+
+
+def _root(excess: Callable[[float], float], unit: float) -> float:
+    """Where a function that falls from positive to negative is 0; it starts from ``[-unit, unit]``.
+
+    Forces fall with their creepages from one limit of friction to the other, so that there is a root whatever
+    the spin. One direction inside the other is slower than Newton's method in both, but it cannot get lost where
+    slip sets in or the force is nearly saturated.
+    """
+    from scipy.optimize import brentq
+
+    low, high = -unit, unit
+    while excess(low) < 0:
+        low *= 4
+        if low < -FARTHEST * unit:
+            raise NotConverged("no creepage found for the prescribed force", abs(excess(low)))
+    while excess(high) > 0:
+        high *= 4
+        if high > FARTHEST * unit:
+            raise NotConverged("no creepage found for the prescribed force", abs(excess(high)))
+    return float(brentq(excess, low, high, xtol=1e-15 * unit, rtol=1e-14, maxiter=500))

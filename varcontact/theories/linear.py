@@ -1,0 +1,115 @@
+"""Kalker's linear theory: no slip at all, forces proportional to the creepages (paper, section 2.1.1)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.checks import positive, positives
+from varcontact.theories.inputs import Resultants, either, triples
+
+if TYPE_CHECKING:
+    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+
+def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> Resultants:
+    """Forces and moment of the linear theory, (118)-(119). Friction has no part in it.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length]; the other arguments broadcast with its leading shape.
+    coefficients : CreepageCoefficients
+        From `creepage_coefficients`.
+
+    Returns
+    -------
+    Resultants
+        Force (..., 2) and moment (...) on body 1.
+
+    Raises
+    ------
+    SceneError
+        If a, b or G is not positive and finite, or creepages is no finite array (..., 3).
+
+    Notes
+    -----
+    ``Fx = -G ab C11 vx``, ``Fy = -G ab C22 vy - G (ab)^1.5 C23 spin``,
+    ``Mz = G (ab)^1.5 C23 vy - G (ab)^2 C33 spin`` (as C32 = -C23).
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> result = linear_forces(1.0, 1.0, 1.0, (0.0, 0.001, 0.0), creepage_coefficients(1.0, 1.0, 0.0))
+    >>> print(f"{result.force[1]:.5f} {result.moment:.5f}")
+    -0.00340 0.00133
+    """
+    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
+    ab, G = positives("a", a) * positives("b", b), positives("G", G)
+    along_x = -G * ab * coefficients.C11 * vx
+    along_y = -G * ab * coefficients.C22 * vy - G * ab**1.5 * coefficients.C23 * spin
+    moment = G * ab**1.5 * coefficients.C23 * vy - G * ab**2 * coefficients.C33 * spin
+    return Resultants(np.stack(np.broadcast_arrays(along_x, along_y), axis=-1), np.asarray(moment))
+
+
+def linear_creepage(
+    a: float,
+    b: float,
+    G: float,
+    coefficients: CreepageCoefficients,
+    *,
+    vx: float | None = None,
+    vy: float | None = None,
+    spin: float | None = None,
+    Fx: float | None = None,
+    Fy: float | None = None,
+    Mz: float | None = None,
+) -> np.ndarray:
+    """Creepages of the linear theory for forces or a moment prescribed in place of some of them.
+
+    Parameters
+    ----------
+    a, b, G, coefficients
+        As for `linear_forces`.
+    vx, vy, spin : float, optional
+        Creepages that are given; 0 where neither the creepage nor its force is given.
+    Fx, Fy, Mz : float, optional
+        Force on body 1 in place of vx, in place of vy, and moment in place of spin.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        vx, vy, spin.
+
+    Raises
+    ------
+    SceneError
+        If a creepage and its force are both given, or a number is not finite (or, of a, b, G, not positive).
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> table = creepage_coefficients(1.0, 1.0, 0.0)
+    >>> creepage = linear_creepage(1.0, 1.0, 1.0, table, Fx=-0.0034, Fy=0.0, spin=0.001)
+    >>> print(" ".join(f"{value:.6f}" for value in creepage))
+    0.001000 -0.000391 0.001000
+    """
+    size = math.sqrt(positive("a", a) * positive("b", b))
+    pairs = [either("vx", vx, "Fx", Fx), either("vy", vy, "Fy", Fy), either("spin", spin, "Mz", Mz)]
+    given, prescribed = zip(*pairs, strict=True)
+    # F/(G ab) = -matrix @ (vx, vy, size * spin), and the moment divided by size too
+    c = coefficients
+    matrix = np.array([[c.C11, 0.0, 0.0], [0.0, c.C22, c.C23], [0.0, -c.C23, c.C33]])
+    units = np.array([1.0, 1.0, size])
+    creepage = np.array(given) * units
+    unknown = [i for i, value in enumerate(prescribed) if value is not None]
+    force = np.array([0.0 if value is None else value for value in prescribed]) / (positive("G", G) * size**2 * units)
+    missing = -force - matrix @ creepage
+    creepage[unknown] = np.linalg.solve(matrix[np.ix_(unknown, unknown)], missing[unknown])
+    return creepage / units

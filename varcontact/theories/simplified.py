@@ -1,0 +1,208 @@
+"""Simplified theory: displacement = flexibility times traction, in closed form (paper, sections 3.2.2-3.2.5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.checks import choice, number, numbers, positive, positives
+from varcontact.theories.inputs import triples
+
+if TYPE_CHECKING:
+    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+PEAK = {"parabolic": 2 / np.pi, "elliptic": 1.5 / np.pi}
+"""Peak of the traction bound times ``a b / (f Fz)``: (167) and (166)."""
+
+
+def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+    """The flexibility L, the mean (164) of (161)-(163), weighted with the creepages.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length].
+    coefficients : CreepageCoefficients
+        From `creepage_coefficients`.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        L [length^3/force]. Without any creepage, where (164) is 0/0, it is L1.
+
+    Raises
+    ------
+    SceneError
+        If a, b or G is not positive and finite, or creepages is no finite array (..., 3).
+
+    Examples
+    --------
+    Table 4 at a/b = 1: G L3 / a.
+
+    >>> from varcontact.reference import creepage_coefficients
+    >>> print(f"{flexibility(1.0, 1.0, 1.0, (0.0, 0.0, 0.001), creepage_coefficients(1.0, 1.0, 0.25)):.3f}")
+    0.534
+    """
+    a, b, G = positives("a", a), positives("b", b), positives("G", G)
+    vx, vy, spin = np.abs(np.moveaxis(triples(creepages), -1, 0))
+    spin = spin * np.sqrt(a * b)
+    L1, L2 = 8 * a / (3 * G * coefficients.C11), 8 * a / (3 * G * coefficients.C22)
+    L3 = np.pi * a**2 / (4 * G * np.sqrt(a * b) * coefficients.C23)
+    size = np.hypot(np.hypot(vx, vy), spin)
+    still = size == 0
+    return np.where(still, L1, (L1 * vx + L2 * vy + L3 * spin) / np.where(still, 1.0, size))
+
+
+def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarray:
+    """Force of the simplified theory without slip, (157)-(158): what FASTSIM tends to for small creepages.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes [length].
+    L : float or array_like
+        Flexibility [length^3/force].
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length].
+
+    Returns
+    -------
+    ndarray, shape (..., 2)
+        Fx, Fy on body 1.
+
+    Raises
+    ------
+    SceneError
+        If a, b or L is not positive and finite, or creepages is no finite array (..., 3).
+
+    Examples
+    --------
+    >>> print(simplified_linear_force(1.0, 1.0, 8.0, (0.003, 0.0, 0.0)))
+    [-0.001  0.   ]
+    """
+    a, b, L = positives("a", a), positives("b", b), positives("L", L)
+    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
+    by_creepage, by_spin = 8 * a**2 * b / (3 * L), np.pi * a**3 * b / (4 * L)
+    along_x, along_y = 0.0 - by_creepage * vx, 0.0 - by_creepage * vy - by_spin * spin  # 0 - 0 is no negative zero
+    return np.stack(np.broadcast_arrays(along_x, along_y), axis=-1)
+
+
+def simplified_traction(
+    x: Any,
+    y: Any,
+    a: float,
+    b: float,
+    L: float,
+    friction_force: float,
+    vx: float,
+    vy: float,
+    bound: str = "parabolic",
+) -> np.ndarray:
+    """Traction of the simplified theory without spin (3.2.5): the lesser of no slip (168) and the bound.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Points [length].
+    a, b, L, friction_force, vx, vy, bound
+        As for `simplified_force`.
+
+    Returns
+    -------
+    ndarray, shape (2, ...)
+        px, py on body 1, opposite to the creepage; 0 outside the ellipse.
+
+    Raises
+    ------
+    SceneError
+        As `simplified_force`, and where a point is not finite.
+
+    Examples
+    --------
+    >>> print(simplified_traction([0.99, 0.0, -0.9], 0.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0)[0].round(4))
+    [-0.005 -0.5   -0.121]
+    """
+    x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
+    a, b, L, friction_force = _positive(a, b, L, friction_force)
+    vx, vy = number("vx", vx), number("vy", vy)
+    peak = PEAK[choice("bound", bound, PEAK)] * friction_force / (a * b)
+    inside = np.maximum(1 - (x / a) ** 2 - (y / b) ** 2, 0.0)
+    limit = peak * (inside if bound == "parabolic" else np.sqrt(inside))
+    creep = np.hypot(vx, vy)
+    size = np.minimum(creep * (a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0)) - x) / L, limit)
+    return -np.multiply.outer(np.array([vx, vy]) / (creep or 1.0), size)
+
+
+def simplified_force(
+    a: float, b: float, L: float, friction_force: float, vx: Any, vy: Any, bound: str = "parabolic"
+) -> np.ndarray:
+    """Total force of the simplified theory without spin, in closed form (3.2.5).
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along the rolling direction and across it [length].
+    L : float
+        Flexibility [length^3/force].
+    friction_force : float
+        ``f Fz``, the most that friction can carry [force].
+    vx, vy : float or array_like
+        Creepages [-].
+    bound : {"parabolic", "elliptic"}
+        Form of the traction bound, (167) or (166).
+
+    Returns
+    -------
+    ndarray, shape (..., 2)
+        Fx, Fy on body 1.
+
+    Raises
+    ------
+    SceneError
+        If a length, L or the force is not positive and finite, a creepage is not finite, or the bound has no
+        such form.
+
+    Notes
+    -----
+    Over each strip the traction sticks from the leading edge ``a(y)`` to where it meets the bound. For the
+    parabolic bound with peak g0 that is at ``x = 2 a t - a(y)``, ``t = |v| a / (2 L g0)``, and
+
+        F / f Fz = 1 - 16/(3 pi) int_0^arccos(t) (cos s - t)^3 cos s ds,    1 where t >= 1.
+
+    For the elliptic bound it is the same part of every strip, and with ``t = |v| a / (L g0)``
+
+        F / f Fz = 2/pi (arctan t + t / (1 + t^2)).
+
+    Examples
+    --------
+    >>> print(f"{simplified_force(1.0, 1.0, 1.0, 1.0, 0.5, 0.0)[0]:.6f} {simplified_force(1, 1, 1, 1, 2, 0)[0]}")
+    -0.818490 -1.0
+    """
+    a, b, L, friction_force = _positive(a, b, L, friction_force)
+    vx, vy = np.broadcast_arrays(numbers("vx", vx), numbers("vy", vy))
+    peak = PEAK[choice("bound", bound, PEAK)] * friction_force / (a * b)
+    creep = np.hypot(vx, vy)
+    t = creep * a / (L * peak)
+    part = _parabolic_part(t / 2) if bound == "parabolic" else 2 / np.pi * (np.arctan(t) + t / (1 + t * t))
+    size = friction_force * part / np.where(creep == 0, 1.0, creep)
+    return 0.0 - np.stack([size * vx, size * vy], axis=-1)
+
+
+def _parabolic_part(t: np.ndarray) -> np.ndarray:
+    """F / f Fz under the parabolic bound; with d = pi/2 - arccos(t) nothing of first order cancels."""
+    t = np.minimum(t, 1.0)
+    d, sine = np.arcsin(t), np.sqrt(1 - t * t)
+    fourth = -3 * d / 8 + np.sin(2 * d) / 4 - np.sin(4 * d) / 32  # int cos^4, less the 3 pi / 16 at t = 0
+    third = sine - sine**3 / 3
+    second = (np.pi / 2 - d) / 2 + np.sin(2 * d) / 4
+    part = -16 / (3 * np.pi) * (fourth - 3 * t * third + 3 * t**2 * second - t**3 * sine)
+    return np.where(t == 1, 1.0, part)
+
+
+def _positive(a: Any, b: Any, L: Any, friction_force: Any) -> tuple[float, float, float, float]:
+    return positive("a", a), positive("b", b), positive("L", L), positive("friction_force", friction_force)

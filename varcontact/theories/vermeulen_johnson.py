@@ -1,0 +1,274 @@
+"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section 2.1.2): creepage without spin."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.checks import number, numbers, numbers_within, positive, positives
+from varcontact.errors import Saturated, SceneError
+from varcontact.theories.inputs import either, triples
+
+if TYPE_CHECKING:
+    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+
+@dataclass(frozen=True)
+class VermeulenJohnsonCoefficients:
+    """The slope of Vermeulen and Johnson's own line at the origin, as coefficients like Kalker's C11 and C22."""
+
+    C11: float
+    C22: float
+
+
+def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJohnsonCoefficients:
+    """The creepage coefficients that follow from Vermeulen and Johnson's assumption.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along the rolling direction and across it [length].
+    nu : float
+        Poisson's ratio (combined), in [0, 0.5].
+
+    Returns
+    -------
+    VermeulenJohnsonCoefficients
+
+    Raises
+    ------
+    SceneError
+        If a length is not positive and finite, or nu is out of range.
+
+    Notes
+    -----
+    A semi-ellipsoidal traction over the contact, less one of the same form over a similar ellipse that touches
+    it in its foremost point, gives a ``du/dx`` that is constant in the smaller ellipse, as stick requires. With
+    ``g = b/a`` and ``N = g^2 sin^2 s + cos^2 s``, the displacement of a semi-ellipsoidal traction gives
+
+        pi / C11 = g int_0^(pi/2) [(1 - 3 nu) sin^2 s + 3 nu sin^4 s] N^(-1/2) ds
+        pi / C22 = g int_0^(pi/2) [(1 - nu) sin^2 s N^(-1/2) + nu g^2 sin^4 s N^(-3/2)] ds.
+
+    For a circle that is ``16/(4 - 3 nu)`` and ``16/(4 - nu)``, Johnson's of 1958.
+
+    Examples
+    --------
+    >>> coefficients = vermeulen_johnson_coefficients(1.0, 1.0, 0.0)
+    >>> print(f"{coefficients.C11:.4f} {coefficients.C22:.4f}")
+    4.0000 4.0000
+    """
+    g = positive("b", b) / positive("a", a)
+    nu = float(numbers_within("nu", number("nu", nu), 0.0, 0.5))
+    # periodic and even: the trapezoidal rule is exact to rounding with these many points
+    points = 64 * math.ceil(max(g, 1 / g))
+    s = (np.arange(points) + 0.5) * math.pi / (2 * points)
+    sine, root = np.sin(s) ** 2, np.sqrt((g * np.sin(s)) ** 2 + np.cos(s) ** 2)
+    along = np.mean(((1 - 3 * nu) * sine + 3 * nu * sine**2) / root)
+    across = np.mean((1 - nu) * sine / root + nu * g**2 * sine**2 / root**3)
+    return VermeulenJohnsonCoefficients(float(2 / (g * along)), float(2 / (g * across)))
+
+
+def vermeulen_johnson(
+    a: Any,
+    b: Any,
+    G: Any,
+    friction_force: Any,
+    creepages: Any,
+    coefficients: CreepageCoefficients | VermeulenJohnsonCoefficients,
+) -> np.ndarray:
+    """Force by the line (123)-(134).
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    friction_force : float or array_like
+        ``f Fz``, the most that friction can carry [force].
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin, which must be 0; the other arguments broadcast with its leading shape.
+    coefficients : CreepageCoefficients or VermeulenJohnsonCoefficients
+        Kalker's line with `creepage_coefficients`, the original one with `vermeulen_johnson_coefficients`.
+
+    Returns
+    -------
+    ndarray, shape (..., 2)
+        Fx, Fy on body 1.
+
+    Raises
+    ------
+    SceneError
+        If there is spin, a number is not finite, or one that must be positive is not.
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> table = creepage_coefficients(1.0, 1.0, 0.0)
+    >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / 3.4, 0.0, 0.0), table))
+    [-0.875  0.   ]
+    """
+    xi, eta, limit = _normalised(a, b, G, friction_force, creepages, coefficients)
+    w = np.hypot(xi, eta)
+    # F/w' = f Fz (3 - 3 w' + w'^2) up to w' = 1: nothing cancels for small creepage
+    inside = np.minimum(w, 1.0)
+    factor = limit * (3 - 3 * inside + inside**2) * inside / np.where(w == 0, 1.0, w)
+    return np.stack([factor * xi, factor * eta], axis=-1) + 0.0
+
+
+def _normalised(
+    a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, coefficients: Any
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """xi', eta' of (123)-(124), and f Fz, broadcast."""
+    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
+    if np.any(spin != 0):
+        raise SceneError("spin", float(spin[spin != 0][0]), "0 in the theory of Vermeulen and Johnson")
+    limit = positives("friction_force", friction_force)
+    scale = -positives("a", a) * positives("b", b) * positives("G", G) / (3 * limit)
+    xi, eta, limit = np.broadcast_arrays(scale * coefficients.C11 * vx, scale * coefficients.C22 * vy, limit)
+    return xi, eta, limit
+
+
+def vermeulen_johnson_creepage(
+    a: float,
+    b: float,
+    G: float,
+    friction_force: float,
+    coefficients: CreepageCoefficients | VermeulenJohnsonCoefficients,
+    *,
+    vx: float | None = None,
+    vy: float | None = None,
+    Fx: float | None = None,
+    Fy: float | None = None,
+) -> np.ndarray:
+    """Creepages for which `vermeulen_johnson` gives the prescribed forces.
+
+    Parameters
+    ----------
+    a, b, G, friction_force, coefficients
+        As for `vermeulen_johnson`, all single.
+    vx, vy : float, optional
+        Creepages that are given [-]; 0 where neither the creepage nor its force is given.
+    Fx, Fy : float, optional
+        Force on body 1 in place of vx and of vy.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        vx, vy, and 0 for the spin.
+
+    Raises
+    ------
+    SceneError
+        As `vermeulen_johnson`, or if a creepage and its force are both given.
+    Saturated
+        If the prescribed force is not below ``friction_force``.
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> table = creepage_coefficients(1.0, 1.0, 0.0)
+    >>> print((3.4 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
+    [0.5 0.  0. ]
+    """
+    given_x, Fx = either("vx", vx, "Fx", Fx)
+    given_y, Fy = either("vy", vy, "Fy", Fy)
+    limit = positive("friction_force", friction_force)
+    unit = 3 * limit / (positive("a", a) * positive("b", b) * positive("G", G))
+    units = -unit / np.array([coefficients.C11, coefficients.C22])  # creepages are units * (xi', eta')
+    given = np.array([given_x, given_y]) / units
+    force = np.hypot(Fx or 0.0, Fy or 0.0) / limit
+    if force >= 1:
+        raise Saturated(force * limit, limit)
+    if Fx is not None and Fy is not None:
+        w = -math.expm1(math.log1p(-force) / 3)  # (131)
+        found = np.array([Fx, Fy]) / limit * (w / force if force else 0.0)
+    elif Fx is not None:
+        found = np.array([_component(Fx / limit, given[1]), given[1]])
+    elif Fy is not None:
+        found = np.array([given[0], _component(Fy / limit, given[0])])
+    else:
+        found = given
+    return np.append(units * found, 0.0)
+
+
+def _component(part: float, other: float) -> float:
+    """xi' for which the line gives Fx = part * f Fz, eta' being given (or the other way round)."""
+    from scipy.optimize import brentq
+
+    beyond = abs(part * other) / math.sqrt((1 - part) * (1 + part))  # xi' if w' >= 1 there
+    if math.hypot(beyond, other) >= 1:
+        return math.copysign(beyond, part)
+
+    if part == 0:
+        return 0.0
+
+    def excess(ratio: float) -> float:  # of ratio = xi' / |part|, in [1/3, 1] as F/(f Fz w') is in [1, 3]
+        w = math.hypot(ratio * part, other)
+        return (3 - 3 * w + w * w) * ratio - 1
+
+    highest = min(1.0, math.sqrt(1 - other**2) / abs(part))
+    ratio = highest if excess(highest) <= 0 else brentq(excess, 0.33, highest, xtol=1e-15, rtol=1e-15)
+    return float(ratio * part)
+
+
+def vermeulen_johnson_traction(
+    x: Any,
+    y: Any,
+    a: float,
+    b: float,
+    G: float,
+    friction_force: float,
+    creepage: Any,
+    coefficients: CreepageCoefficients | VermeulenJohnsonCoefficients,
+) -> np.ndarray:
+    """Tractions that Vermeulen and Johnson assume: the bound, less one of its form over the ellipse of stick.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Points [length].
+    a, b, G, friction_force, coefficients
+        As for `vermeulen_johnson`, all single.
+    creepage : array_like, shape (3,)
+        vx, vy [-] and spin, which must be 0.
+
+    Returns
+    -------
+    ndarray, shape (2, ...)
+        px, py on body 1 [force/area]; their total is that of `vermeulen_johnson`.
+
+    Raises
+    ------
+    SceneError
+        As `vermeulen_johnson`, and where a point is not finite.
+
+    Notes
+    -----
+    With ``r = 1 - w' = (1 - F/(f Fz))^(1/3)``, the ellipse of stick has the semi-axes r a and r b and its middle
+    at ``x = a (1 - r)``: it touches the contact in its foremost point. All tractions have the direction of the
+    force.
+
+    Examples
+    --------
+    >>> table = vermeulen_johnson_coefficients(1.0, 1.0, 0.0)
+    >>> points = [0.9, 0.0, -0.5]
+    >>> print(vermeulen_johnson_traction(points, 0.0, 1, 1, 1.0, 1.0, (0.375, 0, 0), table)[0].round(4))
+    [-0.0649 -0.4775 -0.4135]
+    """
+    x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
+    a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
+    xi, eta, _ = _normalised(a, b, positive("G", G), limit, creepage, coefficients)
+    if xi.ndim:
+        raise SceneError("creepage", f"array of shape {np.shape(creepage)}", "one triple (vx, vy, 0)")
+    w = math.hypot(xi, eta)
+    rest = max(1 - w, 0.0)
+    # both ellipsoids by their height squared; the inner one has the outer's form, r times as large
+    outer = 1 - (x / a) ** 2 - (y / b) ** 2
+    inner = rest**2 - (x / a - (1 - rest)) ** 2 - (y / b) ** 2
+    size = np.sqrt(np.maximum(outer, 0.0)) - np.sqrt(np.maximum(inner, 0.0))
+    direction = np.array([xi, eta]) / (w or 1.0)
+    return 1.5 * limit / (math.pi * a * b) * np.multiply.outer(direction, size)
