@@ -18,7 +18,7 @@ from varcontact.io.scenefile import read_scene
 from varcontact.plan import Plan
 from varcontact.scene import Bodies, Scene, Shift, Steady, Units
 from varcontact.solution import Solution
-from varcontact.solve import certify, solve
+from varcontact.solve import certify, scan, solve
 from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
 
 __version__ = "0.1.0"
@@ -48,5 +48,6 @@ __all__ = [
     "load",
     "read_scene",
     "reference",
+    "scan",
     "solve",
 ]

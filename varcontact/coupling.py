@@ -25,6 +25,8 @@ class ContactState:
         The solvers' own words on the last pass, by problem.
     changes : tuple of float
         Change of the tractions in each pass, by the largest traction.
+    slips : bool ndarray, shape (ny, nx), optional
+        The slip area where a theory tells it; otherwise the natural map does.
     """
 
     pressure: np.ndarray
@@ -34,6 +36,7 @@ class ContactState:
     iterations: dict[str, int] = field(default_factory=dict)
     status: dict[str, str] = field(default_factory=dict)
     changes: tuple[float, ...] = ()
+    slips: np.ndarray | None = None
 
 
 Step = Callable[[ContactState], ContactState]

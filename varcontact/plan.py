@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
-from varcontact.methods import available, normal_methods, states_programs, tangential_methods
+from varcontact.methods import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
 from varcontact.scene import Scene, Steady
 from varcontact.surfaces import SampledDistance
+from varcontact.theories.methods import THEORIES, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
@@ -27,7 +28,7 @@ class Plan:
     coupling : str
         "none" for quasi-identical bodies and without friction, else "johnson" or "panagiotopoulos".
     formulation : str
-        Of the tangential problem: "complementary", "potential", "gap" or "marching"; "none" where there is none.
+        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
         For each of them, in one line, why.
     """
@@ -70,7 +71,7 @@ def make_plan(
     chosen["normal"], reasons["normal"] = _normal(scene, normal)
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
-    chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen["tangential"], formulation)
+    chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     return Plan(**chosen, reasons=reasons)
 
 
@@ -92,18 +93,21 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
         return wanted, "asked for"
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
-    return (
-        "clarabel",
-        "tractions change the pressure (K != 0): a QP" if hertzian else "the surface is not Hertzian: a QP",
-    )
+    reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
+    return "clarabel", f"{reason}: a QP"
 
 
 def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
-    available("tangential", wanted, ("auto", *tangential_methods()))
+    available("tangential", wanted, ("auto", *tangential_methods(), *THEORIES))
     if scene.motion is None:
         return "none", "no motion"
     if scene.frictionless:
         return "none", "no friction, no traction"
+    if wanted in THEORIES:
+        reason = why_not(wanted, scene)
+        if reason:
+            raise SceneError("tangential", wanted, f"another method: {reason}")
+        return wanted, "asked for: an approximate theory, how wrong is in the certificate"
     if scene.no_slip:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
@@ -112,23 +116,26 @@ def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
     return "clarabel", program
 
 
-def _formulation(scene: Scene, tangential: str, wanted: str) -> tuple[str, str]:
+def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:
     choice("formulation", wanted, ("auto", *FORMULATIONS))
-    steady = isinstance(scene.motion, Steady)
-    if tangential in ("none", "no-slip"):
-        return "none", "no program"
-    if not states_programs(tangential):
-        if wanted == "marching" and steady:
-            return wanted, "asked for: steps until nothing changes"
-        if wanted != "auto":
-            raise SceneError("formulation", wanted, f"auto{' or marching' * steady} with {tangential!r}, which states no program")
-        return "none", "an active-set method states no program"
-    allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
+    steady, tangential = isinstance(scene.motion, Steady), chosen["tangential"]
+    allowed: tuple[str, ...]
+    if states_programs(tangential):
+        allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
+        default = "the only convex program of steady rolling" if steady else "the fewest unknowns"
+        refusal = "steady rolling is no minimum of an energy" if steady else "a shift has no steps"
+    elif tangential in ("none", "no-slip") and states_programs(chosen["normal"]):
+        allowed, default = ("complementary", "potential"), "the fewest unknowns"
+        refusal = "there is a normal program only"
+    elif tangential in TANGENTIAL and steady:
+        allowed, default = ("none", "marching"), f"{tangential} states no program"
+        refusal = default
+    else:
+        allowed, default, refusal = ("none",), "no program", "no program is stated"
     if wanted == "auto":
-        return allowed[0], "the only convex program of steady rolling" if steady else "the fewest unknowns"
+        return allowed[0], default
     if wanted not in allowed:
-        reason = "steady rolling is no minimum of an energy" if steady else "a shift has no steps"
-        raise SceneError("formulation", wanted, f"{' or '.join(allowed)} here: {reason}")
+        raise SceneError("formulation", wanted, f"{' or '.join(allowed)} here: {refusal}".replace("none", "auto"))
     return wanted, "asked for"
 
 

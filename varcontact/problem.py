@@ -17,11 +17,20 @@ from varcontact.elasticity.operators import GridOperator, RestrictedOperator, in
 from varcontact.errors import NoContact, SceneError
 from varcontact.grid import Grid
 from varcontact.reference.hertz import HertzContact
-from varcontact.scene import Scene, Steady
+from varcontact.scene import Scene, Shift, Steady
 from varcontact.surfaces import Paraboloids, SampledDistance
 
 if TYPE_CHECKING:
     from varcontact.conic.setups import Setups
+
+_SHARED = (
+    "lattice",
+    "normal_operator",
+    "tangential_operator",
+    "instant_operator",
+    "pressure_to_shift",
+    "traction_to_distance",
+)
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -259,6 +268,12 @@ class Discretisation:
     def _operator(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:
         bodies = self.scene.bodies
         return influence_operator(self.lattice, rows, columns, nu=bodies.combined_nu, K=bodies.K, lag=lag)
+
+    def moved(self, motion: Steady | Shift) -> Discretisation:
+        """The same bodies on the same grid with another motion, but the same step: operators are shared."""
+        other = replace(self, scene=replace(self.scene, motion=motion))
+        other.__dict__.update({name: value for name, value in self.__dict__.items() if name in _SHARED})
+        return other
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
         """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""

@@ -53,6 +53,8 @@ class Solution:
         Whether the tolerance was reached.
     iterations : dict
         Solver iterations by problem.
+    status : dict
+        The solvers' own words, by problem.
     timing : dict
         Seconds by stage, and in total.
     """
@@ -70,6 +72,7 @@ class Solution:
     certificate: Certificate
     converged: bool
     iterations: dict[str, int]
+    status: dict[str, str]
     timing: dict[str, float]
 
     @property
@@ -149,7 +152,9 @@ class Solution:
             },
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
+            "formulation": self.plan.formulation,
             "iterations": self.iterations,
+            "status": self.status,
             "seconds": self.timing["total"],
         }
 
@@ -170,6 +175,35 @@ class Solution:
         from varcontact.io.netcdf import save
 
         save(self, path)
+
+    def sensitivity(self) -> np.ndarray:
+        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.
+
+        Returns
+        -------
+        ndarray, shape (2, 3)
+            ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas
+            as they are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave.
+            Unlike bodies: with the change of the pressures.
+
+        Raises
+        ------
+        SceneError
+            Without a motion, or for an approximate theory.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+        ...     motion=vc.Steady(vx=1e-6), grid=vc.Grid(nx=16, ny=16))
+        >>> print(vc.solve(scene).sensitivity().round(2) + 0.0)
+        [[-4.33  0.    0.  ]
+         [ 0.   -3.87 -1.56]]
+        """
+        from varcontact.sensitivity import sensitivity
+
+        return sensitivity(self)
 
     def plot(self) -> Figure:
         """Picture of the pressure, of tractions over stick and slip areas, and of a section along x."""
@@ -212,6 +246,7 @@ def solution_of(
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
+        status=state.status,
         timing=timing,
     )
 
@@ -232,7 +267,9 @@ def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndar
     if disc.scene.bodies.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
-    if not disc.scene.no_slip:
+    if state.slips is not None:
+        areas[contact & state.slips] = SLIP
+    elif not disc.scene.no_slip:
         bound = np.asarray(disc.scene.friction) * state.pressure
         trial = state.traction - shift / operator.on(np.arange(1)).diagonal
         noise = 1e-12 * np.abs(trial).max()

@@ -9,6 +9,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.clock import Clock
+from varcontact.conic.setups import Setups
 from varcontact.coupling import ContactState, panagiotopoulos
 from varcontact.energy import Certificate, certify_problems, normal_residual
 from varcontact.errors import NotConverged, Saturated, SceneError
@@ -17,9 +18,10 @@ from varcontact.plan import Plan, make_plan
 from varcontact.potential_contact import enlarged, first_grid, fitted, outside
 from varcontact.problem import Discretisation, discretise
 from varcontact.report import no_guarantee
-from varcontact.scene import Scene
+from varcontact.scene import Scene, Shift, Steady
 from varcontact.solution import Solution, solution_of
 from varcontact.steps import Steps, hertz_pressure, unloaded
+from varcontact.theories.methods import THEORIES
 
 
 def solve(
@@ -28,6 +30,7 @@ def solve(
     tangential: str = "auto",
     coupling: str = "auto",
     *,
+    formulation: str = "auto",
     tol: float = 1e-8,
     polish: bool = True,
     progress: Callable[[str], None] | None = None,
@@ -37,19 +40,26 @@ def solve(
     Parameters
     ----------
     scene : Scene
-    normal : {"auto", "hertz", "clarabel"}
-        Method of the normal problem. Hertz's pressure is sampled at the element centres and scaled (by one
-        within the grid's error) so that the elements carry exactly the normal force.
-    tangential : {"auto", "clarabel"}
-        Method of the tangential problem.
+    normal : str
+        Method of the normal problem: "auto"; "hertz", closed form; "clarabel", "osqp", "scs", "qpsolvers:<name>"
+        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets. Hertz's pressure is sampled at the element
+        centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force.
+    tangential : str
+        Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
+        "tang" (as printed) or "tang-safeguarded", active sets; or an approximate theory: "fastsim",
+        "fastsim-elliptic", "linear", "vermeulen-johnson".
     coupling : {"auto", "johnson", "panagiotopoulos"}
         How the two meet where the bodies differ (K != 0).
+    formulation : {"auto", "complementary", "potential", "gap", "marching"}
+        The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
+        rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but
+        "marching".
     tol : float
         Natural-map residual to reach, relative to the largest traction.
     polish : bool
-        Take a solver's answer to rounding by NORM and a safeguarded TANG, started from it. Without it an
-        interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol` is not
-        reached.
+        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it.
+        Without it an interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol`
+        is not reached. Active-set methods and theories are never polished.
     progress : callable, optional
         Told the name of each stage as it starts.
 
@@ -61,6 +71,8 @@ def solve(
     ------
     SceneError
         For arguments or scenes that cannot be treated: no element in contact, or contact beyond the grid.
+    SolverUnavailable
+        If the package of a method is not installed.
     Saturated
         If a prescribed tangential force is beyond what friction can carry.
     NotConverged
@@ -81,34 +93,128 @@ def solve(
     """
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
-    plan = make_plan(scene, normal, tangential, coupling)
+    plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    return solve_plan(scene, plan, tol, polish, Clock(progress))
+
+
+def solve_plan(
+    scene: Scene, plan: Plan, tol: float, polish: bool, clock: Clock, setups: Setups | None = None
+) -> Solution:
+    """`solve` by a plan; solvers find and leave their set-ups in `setups`."""
     _check_saturation(scene)
-    clock = Clock(progress)
-    steps = Steps(plan, tol, polish, clock)
+    steps = Steps(plan, tol, polish, clock, setups)
     disc, state = _on_a_grid_that_holds_it(scene, steps)
-    with clock("certificate"):
+    return _judged(disc, state, steps)
+
+
+def scan(
+    scene: Scene,
+    creepages: np.ndarray,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    tol: float = 1e-8,
+    polish: bool = True,
+    progress: Callable[[str], None] | None = None,
+) -> list[Solution]:
+    """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
+
+    Each solution is where the next begins, with methods that can begin somewhere.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a motion, whose creepages are replaced; no prescribed tangential force.
+    creepages : array_like, shape (k, 3)
+        vx, vy, spin; of a shift ux, uy, rotation.
+    normal, tangential, coupling, formulation, tol, polish, progress
+        As for `solve`.
+
+    Returns
+    -------
+    list of Solution
+
+    Raises
+    ------
+    SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
+        As `solve`; the first failure ends the scan.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    >>> curve = vc.scan(scene, [(vx, 0.0, 0.0) for vx in (0.5e-3, 1e-3, 4e-3)])
+    >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
+    ['-0.210', '-0.392', '-0.967']
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    motion = scene.motion
+    if motion is None or motion.Fx is not None or motion.Fy is not None:
+        raise SceneError("motion", motion, "given, with no prescribed force, to scan over creepages")
+    triples = checks.array("creepages", creepages, 2)
+    if triples.shape[1] != 3:
+        raise SceneError("creepages", f"array of shape {triples.shape}", "of shape (k, 3)")
+    motions = [_with_rigid(motion, triple) for triple in triples]
+    for each in motions:
+        plan = make_plan(replace(scene, motion=each), normal, tangential, coupling, formulation)
+    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    steps = Steps(plan, tol, polish, Clock(progress), Setups())
+    disc, state = _on_a_grid_that_holds_it(replace(scene, motion=motions[0]), steps)
+    solutions = [_judged(disc, state, steps)]
+    for each in motions[1:]:
+        steps = replace(steps, clock=Clock(progress))
+        disc = disc.moved(each)
+        if plan.coupling == "none":
+            state = _contact(disc, steps, replace(state, iterations={}, status={}))
+        else:
+            disc, state = _on_a_grid_that_holds_it(disc.scene, steps)
+        solutions.append(_judged(disc, state, steps))
+    return solutions
+
+
+def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:
+    """A motion with other creepages."""
+    first, second, third = (float(value) for value in triple)
+    if isinstance(motion, Steady):
+        return replace(motion, vx=first, vy=second, spin=third)
+    return replace(motion, ux=first, uy=second, rotation=third)
+
+
+def _judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+    """The solution, with its certificate; held to the tolerance."""
+    plan, tol = steps.plan, steps.tol
+    with steps.clock("certificate"):
         certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
     residual = _residual_as_posed(disc, plan, state, certificate)
-    solution = solution_of(disc, plan, state, certificate, residual <= tol, clock.timing())
+    solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
     if not solution.converged:
-        reason = (
-            f"the last of {len(state.changes)} passes changed the tractions by {state.changes[-1]:.1e}"
-            if state.changes
-            else no_guarantee(solution)
-        )
-        raise NotConverged(f"residual not below tol = {tol:.3g}{'; ' * bool(reason)}{reason}", residual, solution)
+        raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution
+
+
+def _why(solution: Solution, state: ContactState) -> str:
+    """What is known about why a solution is not one."""
+    if state.changes:
+        return f"; the last of {len(state.changes)} passes changed the tractions by {state.changes[-1]:.1e}"
+    words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
+    reason = no_guarantee(solution)
+    return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
 
 
 def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
     """The residual by which a solution is accepted: of the problems that the plan poses.
 
-    Hertz's pressure without a tangential problem is a formula; Johnson's process poses the normal problem
+    Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
     without tractions, and what the whole then lacks is its own approximation, found in the certificate.
     """
-    if plan.normal == "hertz" and plan.tangential == "none":
-        return 0.0
+    if plan.tangential == "none" or plan.tangential in THEORIES:
+        return 0.0 if plan.normal == "hertz" else certificate.normal_residual
     if plan.coupling != "johnson":
         return certificate.residual
     alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))

@@ -16,12 +16,13 @@ from varcontact.clock import Clock
 from varcontact.conic.setups import Setups
 from varcontact.coupling import ContactState
 from varcontact.energy import normal_residual, project, tangential_residual
-from varcontact.errors import Saturated, SceneError
+from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.evolution import march
 from varcontact.grid import Grid
 from varcontact.methods import normal_solver, states_programs, tangential_solver
 from varcontact.plan import Plan
 from varcontact.problem import Discretisation, NormalProblem, RawSolution, Settings, TangentialProblem, out_of_reach
+from varcontact.theories.methods import THEORIES
 
 _Problem = TypeVar("_Problem", NormalProblem, TangentialProblem)
 
@@ -68,6 +69,8 @@ class Steps:
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
             raw = self._normal(problem, start)
+            if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+                raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.nx * disc.grid.ny)
             pressure[elements] = raw.traction
             return replace(
@@ -81,9 +84,13 @@ class Steps:
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure."""
         with self.clock("tangential"):
+            if self.plan.tangential in THEORIES:
+                return THEORIES[self.plan.tangential](disc, state)
             problem = disc.tangential_problem(state.pressure, marching=self.plan.formulation == "marching")
             _check_force(problem, disc.force)
             raw = self._tractions(problem, state)
+            if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+                raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
             traction = np.zeros((2, disc.grid.nx * disc.grid.ny))
             traction[:, problem.operator.elements] = raw.traction
             return replace(
@@ -115,7 +122,9 @@ class Steps:
             solver = partial(march, solver)
         if not (self.polish and states_programs(self.plan.tangential)):
             if self.plan.formulation == "gap" and not problem.monotone:
-                raise SceneError("formulation", "gap", "another: the gap is not convex for so long elements and short dq")
+                raise SceneError(
+                    "formulation", "gap", "another: the gap is not convex for so long elements and short dq"
+                )
             return solver(problem, self._settings(self.tol), start)
         sticking = no_slip(problem)
         if np.all(np.hypot(*sticking.traction) <= problem.bound):

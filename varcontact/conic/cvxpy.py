@@ -62,10 +62,10 @@ class _Model:
             elif kind == "nonnegative":
                 constraint = program.A[rows] @ x <= b[rows]
             else:  # all of them radius, x, y
-                components = cp.reshape(slack[rows], (rows.size // 3, 3), order="C")
-                constraint = cp.SOC(components[:, 0], components[:, 1:], axis=1)
+                radius, along_x, along_y = (slack[rows[i::3]] for i in range(3))
+                constraint = cp.SOC(radius, cp.vstack([along_x, along_y]), axis=0)
             constraints.append((rows, constraint))
-        objective = 0.5 * cp.quad_form(x, quadratic, assume_PSD=True) + q @ x
+        objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(quadratic)) + q @ x
         return cls(cp.Problem(cp.Minimize(objective), [c for _, c in constraints]), x, q, b, constraints)
 
     def variables(self) -> np.ndarray:

@@ -7,7 +7,6 @@ rigid shift.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -225,7 +224,7 @@ def shift_scale(problem: TangentialProblem) -> float:
     scale = float(np.abs(problem.rigid_shift).max())
     if problem.free or scale == 0:
         scale = max(scale, float(np.abs(problem.operator.matrix @ np.tile(problem.bound, 2)).max()))
-    return 4.0 ** round(math.log(scale, 4))
+    return float(4.0 ** np.round(np.log(scale) / np.log(4)))
 
 
 def upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:

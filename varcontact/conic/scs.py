@@ -36,4 +36,3 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
     z[rows] = result["y"]
     traction, rigid = program.recover(np.array(result["x"]), z)
     return RawSolution(traction, rigid, int(result["info"]["iter"]), str(result["info"]["status"]))
-

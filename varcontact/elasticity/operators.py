@@ -73,8 +73,16 @@ class GridOperator:
         return np.ascontiguousarray(fft.irfft2(product, size)[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1])
 
     def on(self, elements: np.ndarray) -> RestrictedOperator:
-        """The same operator between tractions and displacements of some elements only."""
-        return RestrictedOperator(self, elements)
+        """The same operator between tractions and displacements of some elements only.
+
+        The last one is remembered: passes and scans over the same contact assemble its matrix once.
+        """
+        last: RestrictedOperator | None = self.__dict__.get("_last")
+        if last is None or not np.array_equal(last.elements, elements):
+            last = RestrictedOperator(self, elements)
+            if elements.size < self.shape[0] * self.shape[1]:
+                self.__dict__["_last"] = last
+        return last
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:

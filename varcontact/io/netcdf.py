@@ -66,6 +66,7 @@ def dataset(sol: Solution) -> xr.Dataset:
         "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
         "converged": sol.converged,
         "iterations": sol.iterations,
+        "status": sol.status,
         "timing": sol.timing,
     }
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
@@ -140,6 +141,7 @@ def _solution(data: xr.Dataset) -> Solution:
         certificate=Certificate(**certificate),
         converged=record["converged"],
         iterations=record["iterations"],
+        status=record["status"],
         timing=record["timing"],
     )
 

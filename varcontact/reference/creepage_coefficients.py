@@ -80,6 +80,11 @@ def creepage_coefficients(a: float, b: float, nu: float) -> CreepageCoefficients
     return CreepageCoefficients(*values)
 
 
+def in_table(a: float, b: float, nu: float) -> bool:
+    """Whether the table reaches an ellipse and a Poisson's ratio."""
+    return LEAST_RATIO <= a / b <= GREATEST_RATIO and 0 <= nu <= 0.5
+
+
 @cache
 def _spline() -> CubicSpline:
     """Logarithms of the table's columns, (nu, coefficient), over log(a/b)."""

@@ -1,0 +1,184 @@
+"""The theories as methods of `solve`: tractions on the elements of a scene, to be judged like any others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.active_set.tang import no_slip
+from varcontact.coupling import ContactState
+from varcontact.problem import Discretisation
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
+from varcontact.scene import Scene, Steady
+from varcontact.surfaces import SampledDistance
+from varcontact.theories.fastsim import creepage_for_force, fastsim_on_grid
+from varcontact.theories.no_slip import no_slip_coefficients
+from varcontact.theories.simplified import flexibility
+from varcontact.theories.vermeulen_johnson import (
+    vermeulen_johnson,
+    vermeulen_johnson_creepage,
+    vermeulen_johnson_traction,
+)
+
+Theory = Callable[[Discretisation, ContactState], ContactState]
+
+
+def why_not(name: str, scene: Scene) -> str:
+    """Why a theory cannot treat a scene, or nothing where it can."""
+    if scene.bodies.K != 0:
+        return f"it is for quasi-identical bodies (K = 0), K is {scene.bodies.K:.3g}"
+    if isinstance(scene.surface, SampledDistance):
+        return "it is for elliptic contacts"
+    if not isinstance(scene.motion, Steady):
+        return "it is for steady rolling"
+    if name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
+        return "it is for one finite coefficient of friction"
+    if name == "vermeulen-johnson" and scene.motion.spin != 0:
+        return f"it is for no spin, spin is {scene.motion.spin:.3g}"
+    return ""
+
+
+def linear(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with tractions that stick everywhere, however large: Kalker's linear theory on these elements."""
+    problem = disc.tangential_problem(state.pressure)
+    raw = no_slip(problem)
+    traction = np.zeros((2, disc.grid.nx * disc.grid.ny))
+    traction[:, problem.operator.elements] = raw.traction
+    return _state(disc, state, traction.reshape(2, *disc.grid.shape), raw.rigid, np.zeros(disc.grid.shape, dtype=bool))
+
+
+def fastsim(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with FASTSIM's tractions at the element centres, under the parabolic bound (167)."""
+    assert disc.hertz is not None
+    a, b = disc.hertz.a, disc.hertz.b
+    height = np.maximum(1 - (disc.grid.x[None, :] / a) ** 2 - (disc.grid.y[:, None] / b) ** 2, 0.0) * (
+        state.pressure > 0
+    )
+    limit = _friction(disc.scene) * state.pressure.sum() * disc.pressure
+    return _fastsim(disc, state, limit * height / height.sum(), "parabolic")
+
+
+def fastsim_elliptic(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with FASTSIM's tractions under friction times Hertz's pressure, (166)."""
+    return _fastsim(disc, state, _friction(disc.scene) * state.pressure * disc.pressure, "elliptic")
+
+
+def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with tractions of the form that Vermeulen and Johnson assume, with the force of Kalker's line.
+
+    They are sampled at the element centres and scaled to carry exactly that force.
+    """
+    hertz, motion = disc.hertz, disc.scene.motion
+    assert hertz is not None
+    assert isinstance(motion, Steady)
+    limit = _friction(disc.scene) * hertz.force
+    contact = (hertz.a, hertz.b, disc.scene.bodies.combined_G, limit)
+    table = coefficients(disc.scene)
+    creepage = np.array(motion.rigid)
+    if motion.Fx is not None or motion.Fy is not None:
+        vx, vy = _given(motion)
+        creepage = vermeulen_johnson_creepage(*contact, table, vx=vx, vy=vy, Fx=motion.Fx, Fy=motion.Fy)
+    force = vermeulen_johnson(*contact, creepage, table)
+    x, y = np.meshgrid(disc.grid.x, disc.grid.y)
+    traction = vermeulen_johnson_traction(x, y, *contact, creepage, table) * (state.pressure > 0)
+    carried = np.hypot(*traction.sum(axis=(1, 2))) * disc.grid.area
+    scale = np.hypot(*force) / carried if carried > 0 else 0.0
+    rest = 1 - np.hypot(*force) / limit
+    r = max(rest, 0.0) ** (1 / 3)
+    stick = np.zeros(x.shape, dtype=bool)
+    if r > 0:
+        stick = ((x - hertz.a * (1 - r)) / hertz.a) ** 2 + (y / hertz.b) ** 2 < r**2
+    rigid = _rigid(disc, creepage)
+    return _state(disc, state, traction * scale / disc.pressure, rigid, (state.pressure > 0) & ~stick)
+
+
+THEORIES: dict[str, Theory] = {
+    "fastsim": fastsim,
+    "fastsim-elliptic": fastsim_elliptic,
+    "linear": linear,
+    "vermeulen-johnson": vermeulen_johnson_state,
+}
+
+
+def coefficients(scene: Scene) -> CreepageCoefficients:
+    """Creepage coefficients of a Hertzian scene: from Kalker's table, or computed where that does not reach."""
+    hertz, nu = scene.hertz, scene.bodies.combined_nu
+    assert hertz is not None
+    if in_table(hertz.a, hertz.b, nu):
+        return creepage_coefficients(hertz.a, hertz.b, nu)
+    return no_slip_coefficients(hertz.a, hertz.b, nu)
+
+
+def _friction(scene: Scene) -> float:
+    assert isinstance(scene.friction, float)
+    return scene.friction
+
+
+def _fastsim(disc: Discretisation, state: ContactState, bound: np.ndarray, form: str) -> ContactState:
+    """FASTSIM on the grid; forces prescribed are met on the grid, beginning with the creepages of its own division."""
+    from scipy.optimize import root
+
+    hertz, motion, G = disc.hertz, disc.scene.motion, disc.scene.bodies.combined_G
+    assert hertz is not None
+    assert isinstance(motion, Steady)
+    table, creepage = coefficients(disc.scene), np.array(motion.rigid)
+
+    def tractions(creepage: np.ndarray) -> np.ndarray:
+        L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
+        return fastsim_on_grid(disc.grid, hertz.a, hertz.b, L, bound, creepage)
+
+    forces = [motion.Fx, motion.Fy]
+    free = [i for i in (0, 1) if forces[i] is not None]
+    if free:
+        goal, limit = np.array([forces[i] for i in free], dtype=float), float(bound.sum()) * disc.grid.area
+        vx, vy = _given(motion)
+        creepage = creepage_for_force(
+            hertz.a,
+            hertz.b,
+            G,
+            limit,
+            table,
+            vx=vx,
+            vy=vy,
+            spin=motion.spin,
+            Fx=motion.Fx,
+            Fy=motion.Fy,
+            m=max(disc.grid.nx, 2),
+            n=disc.grid.ny,
+            bound=form,
+        )
+        unit = float(np.abs(creepage[free]).max()) or limit / (hertz.a * hertz.b * G)
+
+        def lack(parts: np.ndarray) -> np.ndarray:
+            trial = creepage.copy()
+            trial[free] = parts * unit
+            return np.asarray((tractions(trial).sum(axis=(1, 2))[free] * disc.grid.area - goal) / limit)
+
+        creepage = creepage.copy()
+        creepage[free] = root(lack, creepage[free] / unit, tol=1e-13).x * unit
+    traction = tractions(creepage)
+    slips = (np.hypot(*traction) >= bound * (1 - 1e-9)) & (state.pressure > 0)
+    return _state(disc, state, traction / disc.pressure, _rigid(disc, creepage), slips)
+
+
+def _given(motion: Steady) -> tuple[float | None, float | None]:
+    """vx and vy where no force is prescribed in their place."""
+    return (None if motion.Fx is not None else motion.vx), (None if motion.Fy is not None else motion.vy)
+
+
+def _rigid(disc: Discretisation, creepage: np.ndarray) -> np.ndarray:
+    """The uniform rigid shift of creepages found in place of forces."""
+    motion, step = disc.scene.motion, disc.step
+    assert motion is not None
+    assert step is not None
+    return np.asarray((creepage[:2] - np.array(motion.rigid[:2])) * step * disc.length / disc.displacement)
+
+
+def _state(
+    disc: Discretisation, state: ContactState, traction: np.ndarray, rigid: np.ndarray, slips: np.ndarray
+) -> ContactState:
+    return replace(
+        state, traction=traction, rigid=rigid, slips=slips, status={**state.status, "tangential": "closed form"}
+    )
