@@ -37,9 +37,9 @@ def no_slip_coefficients(a: float, b: float, nu: float, *, cells: int = 32) -> C
     -----
     Grids of `cells`/2 to `cells` elements across, each with all elements that the ellipse touches, as an ellipse of
     their total area: the coefficients of single grids then change smoothly, and a straight line in the elements'
-    size is extrapolated to zero. Against Kalker's table at nu = 0.28, C11, C22 and C23 come within 0.6 % at
-    a/b = 0.1 and 1 and 1.2 % at a/b = 10; C33 within 1 %, but wrong by a quarter at a/b = 10, where it needs far
-    more elements.
+    size is extrapolated to zero. Against Kalker's table at nu = 0, 0.28 and 0.5, C11, C22 and C23 come within
+    1.2 % for a/b from 0.1 to 3 and 1.5 % at a/b = 10; C33 within 2.2 %, but wrong by 13 to 74 % at a/b = 10, where
+    it needs far more elements.
 
     Examples
     --------
