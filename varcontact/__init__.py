@@ -18,7 +18,10 @@ from varcontact.io.scenefile import read_scene
 from varcontact.plan import Plan
 from varcontact.scene import Bodies, Scene, Shift, Steady, Units
 from varcontact.solution import Solution
-from varcontact.solve import certify, scan, solve
+from varcontact.solve import certify, solve
+from varcontact.study.bank import standard_bank
+from varcontact.study.compare import compare, plot_comparison
+from varcontact.study.scan import scan
 from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
 
 __version__ = "0.1.0"
@@ -45,9 +48,12 @@ __all__ = [
     "Units",
     "VarcontactError",
     "certify",
+    "compare",
     "load",
+    "plot_comparison",
     "read_scene",
     "reference",
     "scan",
     "solve",
+    "standard_bank",
 ]

@@ -1,4 +1,4 @@
-"""The command line: ``varcontact solve SCENE.toml``."""
+"""The command line: ``varcontact solve SCENE.toml``, ``varcontact compare SCENE.toml``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from varcontact.errors import NotConverged, OutputError, VarcontactError
+from varcontact.errors import NotConverged, OutputError, SceneError, VarcontactError
 
 BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
 
@@ -26,21 +26,32 @@ app = typer.Typer(
     "  varcontact solve scene.toml\n\n"
     "  varcontact solve scene.toml --json --out solution.nc\n\n"
     "  varcontact solve scene.toml --normal clarabel --plot picture.png\n\n"
+    "  varcontact compare scene.toml --methods clarabel,tang,fastsim\n\n"
     "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported).",
 )
-
-
-@app.callback()
-def _root() -> None:
-    """Keep ``solve`` a named command while it is the only one."""
 
 
 @app.command(epilog="Example: varcontact solve scene.toml --plot picture.png --json")
 def solve(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    normal: Annotated[str | None, typer.Option(help="Method of the normal problem: auto, hertz, clarabel.")] = None,
-    tangential: Annotated[str | None, typer.Option(help="Method of the tangential problem: auto, clarabel.")] = None,
+    normal: Annotated[
+        str | None,
+        typer.Option(help="Normal problem: auto, hertz, norm, clarabel, osqp, scs, qpsolvers:<name>, cvxpy:<NAME>."),
+    ] = None,
+    tangential: Annotated[
+        str | None,
+        typer.Option(
+            help="Tangential problem: auto, tang, tang-safeguarded, clarabel, scs, cvxpy:<NAME>, fastsim, linear, "
+            "vermeulen-johnson."
+        ),
+    ] = None,
     coupling: Annotated[str | None, typer.Option(help="For unlike bodies: auto, johnson, panagiotopoulos.")] = None,
+    formulation: Annotated[
+        str | None, typer.Option(help="The programs: auto, complementary, potential, gap, marching.")
+    ] = None,
+    polish: Annotated[
+        bool | None, typer.Option("--polish/--no-polish", help="Take a solver's answer to rounding.  [default: polish]")
+    ] = None,
     tol: Annotated[float | None, typer.Option(help="Natural-map residual to reach.  [default: 1e-8]")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the solution to this netCDF file (.nc).")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
@@ -59,7 +70,8 @@ def solve(
         if out is not None and out.resolve() == plot.resolve():
             raise OutputError("--plot", plot, "is the file of --out as well")
     described, options = read_scene(scene)
-    given = {"normal": normal, "tangential": tangential, "coupling": coupling, "tol": tol}
+    given: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
+    given |= {"formulation": formulation, "polish": polish, "tol": tol}
     options |= {name: value for name, value in given.items() if value is not None}
     try:
         solution = _with_progress(lambda progress: solve_scene(described, **options, progress=progress))
@@ -68,6 +80,46 @@ def solve(
             _deliver(failure.solution, out, plot, as_json)
         raise
     _deliver(solution, out, plot, as_json)
+
+
+@app.command(epilog="Example: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png")
+def compare(
+    scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
+    bank: Annotated[bool, typer.Option("--bank", help="The standard bank of scenes as well.")] = False,
+    methods: Annotated[
+        str | None,
+        typer.Option(help="Names with commas between, each [normal|]tangential[/formulation][+polish]."),
+    ] = None,
+    tol: Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")] = 1e-6,
+    out: Annotated[
+        Path | None, typer.Option(help="Table (.csv); scenes that it has already are not solved again.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+) -> None:
+    """Solve scenes by many methods side by side, each judged by the same certificate."""
+    from varcontact.io.netcdf import check_writable
+    from varcontact.io.scenefile import read_scene
+    from varcontact.study import compare as study
+    from varcontact.study.bank import standard_bank
+
+    for name, path in (("--out", out), ("--plot", plot)):
+        if path is not None:
+            check_writable(name, path)
+    if plot is not None:
+        _check_picture(plot)
+    files = scenes or []
+    stems = [path.stem for path in files]
+    names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, files, strict=True)]
+    described = {name: read_scene(path)[0] for name, path in zip(names, files, strict=True)}
+    described |= standard_bank() if bank else {}
+    if not described:
+        raise SceneError("scenes", [], "one file at least, or --bank")
+    chosen = study.DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
+    table = _with_progress(lambda progress: study.compare(described, chosen, tol=tol, store=out, progress=progress))
+    _print(table.to_json(orient="records", indent=2) if as_json else study.summary(table))
+    if plot is not None:
+        _write_picture(study.plot_comparison(table), plot)
 
 
 def main() -> None:
@@ -92,7 +144,7 @@ def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) 
         if out is not None:
             save(solution, out, "--out")
         if plot is not None:
-            _draw(solution, plot)
+            _write_picture(solution.plot(), plot)
 
 
 def _print(text: str) -> None:
@@ -128,11 +180,11 @@ def _check_picture(path: Path) -> None:
         )
 
 
-def _draw(solution: Any, path: Path) -> None:
+def _write_picture(figure: Any, path: Path) -> None:
     from varcontact.io.netcdf import write_whole
 
     picture = io.BytesIO()
-    solution.plot().savefig(picture, format=path.suffix[1:].lower(), dpi=150)
+    figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150)
     write_whole("--plot", path, picture.getvalue())
 
 

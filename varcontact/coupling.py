@@ -48,8 +48,8 @@ def panagiotopoulos(
     """Tangential problem with the pressure fixed, normal problem with the tractions fixed, until both stay.
 
     The paper's process (4.5), from the pressure without tractions; a single tangential problem would be
-    Johnson's process (74). It stops when the tractions change by less than `tol`, or after `max_passes`; the
-    certificate of the whole tells which.
+    Johnson's process (74). It stops when the tractions change by less than `tol`, when the changes stop falling,
+    or after `max_passes`; the certificate of the whole tells which.
 
     Parameters
     ----------
@@ -67,6 +67,11 @@ def panagiotopoulos(
         size = max(float(np.abs(after.traction).max()), np.finfo(float).tiny)
         changes.append(float(np.abs(after.traction - state.traction).max()) / size)
         state = replace(after, changes=tuple(changes))
-        if changes[-1] < tol:
+        if changes[-1] < tol or _stalled(changes):
             break
     return state
+
+
+def _stalled(changes: list[float], passes: int = 8) -> bool:
+    """Whether the last passes brought nothing: it circles, or the solvers are no more exact than this."""
+    return len(changes) > 2 * passes and min(changes[-passes:]) >= min(changes[:-passes])

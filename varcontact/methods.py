@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from importlib import import_module
 from importlib.util import find_spec
 
 from varcontact import checks
@@ -77,6 +78,13 @@ def available(field: str, name: str, known: Iterable[str]) -> str:
         if missing:
             raise SolverUnavailable(name, f"pip install {' '.join(missing)}")
     return name
+
+
+def load_packages(*names: str) -> None:
+    """Import what methods need, so that no time measured afterwards contains it."""
+    for name in names:
+        if states_programs(name):
+            import_module(name.partition(":")[0])
 
 
 def _program(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -95,95 +95,35 @@ def solve(
         raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
-    return solve_plan(scene, plan, tol, polish, Clock(progress))
-
-
-def solve_plan(
-    scene: Scene, plan: Plan, tol: float, polish: bool, clock: Clock, setups: Setups | None = None
-) -> Solution:
-    """`solve` by a plan; solvers find and leave their set-ups in `setups`."""
     _check_saturation(scene)
-    steps = Steps(plan, tol, polish, clock, setups)
+    steps = Steps(plan, tol, polish, Clock(progress))
     disc, state = _on_a_grid_that_holds_it(scene, steps)
     return _judged(disc, state, steps)
 
 
-def scan(
+def solve_many(
     scene: Scene,
-    creepages: np.ndarray,
-    normal: str = "auto",
-    tangential: str = "auto",
-    coupling: str = "auto",
-    *,
-    formulation: str = "auto",
-    tol: float = 1e-8,
-    polish: bool = True,
+    motions: Iterable[Steady | Shift | None],
+    plan: Plan,
+    tol: float,
+    polish: bool,
     progress: Callable[[str], None] | None = None,
-) -> list[Solution]:
-    """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
+) -> Iterator[Solution]:
+    """Solve a scene for one motion after the other, which differ in creepages or forces only.
 
-    Each solution is where the next begins, with methods that can begin somewhere.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a motion, whose creepages are replaced; no prescribed tangential force.
-    creepages : array_like, shape (k, 3)
-        vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, tol, polish, progress
-        As for `solve`.
-
-    Returns
-    -------
-    list of Solution
-
-    Raises
-    ------
-    SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
-        As `solve`; the first failure ends the scan.
-
-    Examples
-    --------
-    >>> import varcontact as vc
-    >>> scene = vc.Scene(
-    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
-    >>> curve = vc.scan(scene, [(vx, 0.0, 0.0) for vx in (0.5e-3, 1e-3, 4e-3)])
-    >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
-    ['-0.210', '-0.392', '-0.967']
+    Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
+    each solution is where the next begins, with methods that can begin somewhere.
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
-    motion = scene.motion
-    if motion is None or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError("motion", motion, "given, with no prescribed force, to scan over creepages")
-    triples = checks.array("creepages", creepages, 2)
-    if triples.shape[1] != 3:
-        raise SceneError("creepages", f"array of shape {triples.shape}", "of shape (k, 3)")
-    motions = [_with_rigid(motion, triple) for triple in triples]
-    for each in motions:
-        plan = make_plan(replace(scene, motion=each), normal, tangential, coupling, formulation)
-    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
-    steps = Steps(plan, tol, polish, Clock(progress), Setups())
-    disc, state = _on_a_grid_that_holds_it(replace(scene, motion=motions[0]), steps)
-    solutions = [_judged(disc, state, steps)]
-    for each in motions[1:]:
-        steps = replace(steps, clock=Clock(progress))
-        disc = disc.moved(each)
-        if plan.coupling == "none":
+    setups, disc, state = Setups(), None, None
+    for motion in motions:
+        _check_saturation(replace(scene, motion=motion))
+        steps = Steps(plan, tol, polish, Clock(progress), setups)
+        if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+            disc = disc.moved(motion)
             state = _contact(disc, steps, replace(state, iterations={}, status={}))
         else:
-            disc, state = _on_a_grid_that_holds_it(disc.scene, steps)
-        solutions.append(_judged(disc, state, steps))
-    return solutions
-
-
-def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:
-    """A motion with other creepages."""
-    first, second, third = (float(value) for value in triple)
-    if isinstance(motion, Steady):
-        return replace(motion, vx=first, vy=second, spin=third)
-    return replace(motion, ux=first, uy=second, rotation=third)
+            disc, state = _on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
+        yield _judged(disc, state, steps)
 
 
 def _judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:

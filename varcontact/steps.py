@@ -24,6 +24,9 @@ from varcontact.plan import Plan
 from varcontact.problem import Discretisation, NormalProblem, RawSolution, Settings, TangentialProblem, out_of_reach
 from varcontact.theories.methods import THEORIES
 
+UNPOLISHED = 1e-2
+"""Part of the tolerance that is asked of a solver whose answer nothing improves."""
+
 _Problem = TypeVar("_Problem", NormalProblem, TangentialProblem)
 
 
@@ -104,7 +107,7 @@ class Steps:
     def _normal(self, problem: NormalProblem, start: RawSolution | None) -> RawSolution:
         solver = normal_solver(self.plan.normal)
         if not (self.polish and states_programs(self.plan.normal)):
-            return solver(problem, self._settings(self.tol), start)
+            return solver(problem, self._settings(UNPOLISHED * self.tol), start)
         return self._polished(problem, solver, norm, normal_residual, start)
 
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
@@ -125,7 +128,7 @@ class Steps:
                 raise SceneError(
                     "formulation", "gap", "another: the gap is not convex for so long elements and short dq"
                 )
-            return solver(problem, self._settings(self.tol), start)
+            return solver(problem, self._settings(UNPOLISHED * self.tol), start)
         sticking = no_slip(problem)
         if np.all(np.hypot(*sticking.traction) <= problem.bound):
             return sticking  # friction is nowhere exhausted: the linear solution is the solution

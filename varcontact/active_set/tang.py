@@ -11,6 +11,8 @@ from varcontact.problem import RawSolution, TangentialProblem
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 30
+ROUGH, EXACT = 1e-5, 1e-13
+"""Errors, by the rigid shift, at which Newton's method on given areas stops."""
 ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
@@ -52,21 +54,21 @@ def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSol
             status = "Cycled"
             break
         seen.add(sticks.tobytes())
-        at, steps, solved = _on_areas(problem, sticks, at)
-        newton += steps
+        for enough in (ROUGH, EXACT):  # exchanges do not need more; what they leave alone does
+            at, steps, solved = _on_areas(problem, sticks, at, enough)
+            newton += steps
+            beyond = sticks & (np.hypot(*at.traction) > problem.bound)  # point 4
+            forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
+            if not solved or beyond.any() or forward.any():
+                break
         best = _better(problem, best, at)
         if not solved:
             status = "NewtonFailed"
             break
-        beyond = sticks & (np.hypot(*at.traction) > problem.bound)  # point 4
-        if beyond.any():
-            sticks = sticks & ~beyond
-            continue
-        forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
-        if not forward.any():
+        if not (beyond.any() or forward.any()):
             status = "Solved"
             break
-        sticks = sticks | forward
+        sticks = sticks & ~beyond if beyond.any() else sticks | forward
     assert best is not None
     return replace(best, iterations=newton, status=status)
 
@@ -244,18 +246,18 @@ def _moved(problem: TangentialProblem, sticks: np.ndarray, at: _Point, step: _St
     return _Point(traction, at.rigid + part * step.rigid)
 
 
-def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> tuple[_Point, int, bool]:
+def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough: float) -> tuple[_Point, int, bool]:
     """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
     at, slips = _on_bound(problem, sticks, at, at.traction), ~sticks
     scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
     error, count = np.inf, 0
-    while count < MAX_NEWTON and error > 1e-13:
+    while count < MAX_NEWTON and error > enough:
         count += 1
         at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
         shift, direction = _shift(problem, at), at.traction[:, slips] / problem.bound[slips]
         across = shift[1, slips] * direction[0] - shift[0, slips] * direction[1]
         error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(across).max(initial=0.0)) / scale
-    return at, count, bool(error < 1e-9)
+    return at, count, bool(error < max(enough, 1e-9))
 
 
 def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:

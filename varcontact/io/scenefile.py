@@ -17,7 +17,7 @@ from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
 
 SURFACES = {"paraboloids": Paraboloids, "ellipse": Ellipse, "sampled-distance": SampledDistance}
 MOTIONS = {"steady": Steady, "shift": Shift}
-SOLVE_KEYS = ("normal", "tangential", "coupling", "tol", "polish")
+SOLVE_KEYS = ("normal", "tangential", "coupling", "formulation", "tol", "polish")
 
 
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:

@@ -1,0 +1,169 @@
+"""Methods side by side: the bank, what the table says, and what happens to methods that cannot."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import varcontact as vc
+from varcontact.study.compare import DEFAULT_METHODS, Method, summary
+
+EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-safeguarded")
+
+
+@pytest.fixture(scope="module")
+def small_bank():
+    """The standard bank on a coarse grid, by methods that never need a second thought."""
+    return vc.compare(vc.standard_bank(cells=8), [*EXACT, "fastsim", "vermeulen-johnson"])
+
+
+def test_bank_has_what_it_should():
+    bank = vc.standard_bank()
+    assert len(bank) >= 12
+    ratios = {round(scene.hertz.a / scene.hertz.b, 6) for scene in bank.values() if scene.hertz is not None}
+    assert ratios == {0.2, 1.0, 5.0}
+    motions = [scene.motion for scene in bank.values()]
+    assert any(isinstance(motion, vc.Shift) for motion in motions)
+    assert any(motion.Fx is not None for motion in motions)
+    assert any(scene.bodies.K != 0 for scene in bank.values())
+    assert any(scene.hertz is None for scene in bank.values())
+
+
+def test_exact_methods_agree(small_bank):
+    """Forces to 1e-6 of the largest friction force, tractions to 1e-5 of the bound, each with its gap."""
+    solved = small_bank[small_bank["outcome"] == "solved"]
+    assert set(solved["method"]) == set(EXACT)
+    assert solved["force_distance"].max() < 1e-6
+    assert solved["traction_distance"].max() < 1e-5
+    assert solved["relative_gap"].between(0, 1e-8).all()
+    assert (solved["residual"] <= 1e-6).all()
+
+
+@pytest.mark.parametrize("method", ["clarabel+polish", "tang-safeguarded"])
+def test_these_solve_every_scene(small_bank, method):
+    rows = small_bank[small_bank["method"] == method]
+    assert set(rows["outcome"]) == {"solved"}, rows[["scene", "reason"]].to_string()
+    assert len(rows) == 14
+
+
+def test_what_is_not_solved_says_so(small_bank):
+    """Every row either has an answer that is as good as it says, or a reason."""
+    failed = small_bank[small_bank["outcome"].isin(["refused", "unavailable", "not converged"])]
+    assert (failed["reason"].str.len() > 10).all()
+    stuck = small_bank[small_bank["outcome"] == "not converged"]
+    assert (stuck["residual"] > 1e-6).all(), "an iterate that is kept, and its own measure"
+    assert stuck["gap"].notna().all()
+
+
+def test_theories_are_approximate_and_near(small_bank):
+    """The paper: FASTSIM is wrong by 10-15 % of the largest force; on this coarse grid the exact theory adds its own."""
+    fastsim = small_bank[(small_bank["method"] == "fastsim") & (small_bank["outcome"] == "approximate")]
+    assert len(fastsim) == 11
+    forces_given = fastsim["scene"] == "Fx and Fy near saturation"
+    assert fastsim["force_distance"][~forces_given].between(1e-3, 0.25).all()
+    assert fastsim["force_distance"][forces_given].max() < 1e-9
+    refused = small_bank[(small_bank["method"] == "fastsim") & (small_bank["outcome"] == "refused")]
+    assert set(refused["scene"]) == {"shift with rotation", "two arcs", "unlike bodies"}
+
+
+def test_every_answer_is_judged_by_our_own_numbers(rolling):
+    """Measures of a theory's tractions are those of `certify`, the distances those of the exact solution."""
+    scene = rolling()
+    table = vc.compare(scene, ["tang-safeguarded", "fastsim"]).set_index("method")
+    theory, exact = vc.solve(scene, tangential="fastsim"), vc.solve(scene)
+    assert table.loc["fastsim", "relative_gap"] == pytest.approx(vc.certify(scene, theory.traction).relative_gap)
+    bound = exact.traction_bound
+    away = np.hypot(*(theory.traction - exact.traction)).max() / bound.max()
+    assert table.loc["fastsim", "traction_distance"] == pytest.approx(away, rel=1e-9)
+    assert table.loc["fastsim", "misclassified"] == np.sum(theory.state != exact.state)
+    assert table.loc["tang-safeguarded", "traction_distance"] == 0
+
+
+def test_normal_contact_alone(rolling):
+    scene = rolling(motion=None, friction=None)
+    table = vc.compare(scene, ["hertz", "norm", "osqp", "qpsolvers:daqp", "cvxpy:OSQP", "osqp/potential"])
+    exact = table[table["method"] != "hertz"]
+    assert set(exact["outcome"]) == {"solved"}
+    assert exact["traction_distance"].max() < 1e-6
+
+
+def test_methods_that_cannot(rolling):
+    table = vc.compare(rolling(), ["osqp", "clarabel/potential", "tang+polish", "cvxpy:CVXOPT"]).set_index("method")
+    assert table["outcome"].tolist() == ["refused", "refused", "refused", "unavailable"]
+    assert "osqp|clarabel" in table.loc["osqp", "reason"]
+    assert "no minimum" in table.loc["clarabel/potential", "reason"]
+    assert "polish" in table.loc["tang+polish", "reason"]
+    assert "pip install cvxopt" in table.loc["cvxpy:CVXOPT", "reason"]
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        ("tang", ("norm", "tang", "auto", False)),
+        ("scs/gap", ("scs", "scs", "gap", False)),
+        ("qpsolvers:piqp|clarabel+polish", ("qpsolvers:piqp", "clarabel", "auto", True)),
+        ("fastsim", ("auto", "fastsim", "auto", False)),
+        ("osqp", ("osqp", "", "auto", False)),
+    ],
+)
+def test_names(name, parts):
+    assert dataclasses.astuple(Method.named(name))[1:] == parts
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("tag", "did you mean tang?"), ("tang/march", "marching"), ("tang+polished", "polish"), ("nrm|tang", "norm")],
+)
+def test_unknown_names_are_refused_before_any_work(rolling, name, hint):
+    with pytest.raises(vc.SceneError, match=hint.replace("?", r"\?")) as failure:
+        vc.compare({"a": rolling(), "b": rolling()}, ["clarabel", name], progress=pytest.fail)
+    assert failure.value.field == "methods"
+
+
+def test_store_keeps_what_is_done(rolling, tmp_path):
+    """Interrupted in the second scene, the first is kept, and not solved again."""
+    scenes, store = {"one": rolling(), "two": rolling(motion=vc.Steady(vy=0.05))}, tmp_path / "table.csv"
+
+    def stop(word):
+        if word.startswith("two"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        vc.compare(scenes, ["tang-safeguarded", "fastsim"], store=store, progress=stop)
+    assert pd.read_csv(store)["scene"].tolist() == ["one", "one"]
+    seen = []
+    table = vc.compare(scenes, ["tang-safeguarded", "fastsim"], store=store, progress=seen.append)
+    assert {word.split(":")[0] for word in seen} == {"two"}
+    assert table["scene"].tolist() == ["one", "one", "two", "two"]
+    again = vc.compare(scenes, ["tang-safeguarded", "fastsim"], store=store, progress=pytest.fail)
+    pd.testing.assert_frame_equal(again, table, check_dtype=False)
+
+
+def test_store_of_another_study_is_refused(rolling, tmp_path):
+    store = tmp_path / "table.csv"
+    vc.compare(rolling(), ["tang-safeguarded"], store=store)
+    before = store.read_text()
+    with pytest.raises(vc.SceneError, match="same methods"):
+        vc.compare(rolling(), ["fastsim"], store=store)
+    with pytest.raises(vc.SceneError, match="same scene"):
+        vc.compare(rolling(friction=0.2), ["tang-safeguarded"], store=store)
+    assert store.read_text() == before
+    store.write_text("nothing,of\nthe,kind\n")
+    with pytest.raises(vc.SceneError, match="earlier comparison"):
+        vc.compare(rolling(), ["fastsim"], store=store)
+
+
+def test_summary_and_picture(rolling):
+    table = vc.compare(rolling(), ["tang-safeguarded", "fastsim", "vermeulen-johnson"])
+    text = summary(table)
+    assert "vermeulen-johnson: " in text
+    assert "no spin" in text
+    assert text.splitlines()[1].split()[:2] == ["method", "outcome"]
+    figure = vc.plot_comparison(table)
+    legend = [entry.get_text() for entry in figure.legends[0].get_texts()]
+    assert legend == ["tang-safeguarded", "fastsim"]
+
+
+def test_default_methods_exist():
+    assert [Method.named(name).name for name in DEFAULT_METHODS] == list(DEFAULT_METHODS)

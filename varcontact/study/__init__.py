@@ -1,0 +1,1 @@
+"""Studies: many solves, side by side or one after the other."""

@@ -1,0 +1,81 @@
+"""Creep-force curves: one scene for many creepages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.plan import make_plan
+from varcontact.scene import Scene, Shift, Steady
+from varcontact.solution import Solution
+from varcontact.solve import solve_many
+
+
+def scan(
+    scene: Scene,
+    creepages: np.ndarray,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    tol: float = 1e-8,
+    polish: bool = True,
+    progress: Callable[[str], None] | None = None,
+) -> list[Solution]:
+    """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
+
+    Each solution is where the next begins, with methods that can begin somewhere.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a motion, whose creepages are replaced; no prescribed tangential force.
+    creepages : array_like, shape (k, 3)
+        vx, vy, spin; of a shift ux, uy, rotation.
+    normal, tangential, coupling, formulation, tol, polish, progress
+        As for `solve`.
+
+    Returns
+    -------
+    list of Solution
+
+    Raises
+    ------
+    SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
+        As `solve`; the first failure ends the scan.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    >>> curve = vc.scan(scene, [(vx, 0.0, 0.0) for vx in (0.5e-3, 1e-3, 4e-3)])
+    >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
+    ['-0.210', '-0.392', '-0.967']
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    motion = scene.motion
+    if motion is None or motion.Fx is not None or motion.Fy is not None:
+        raise SceneError("motion", motion, "given, with no prescribed force, to scan over creepages")
+    triples = checks.array("creepages", creepages, 2)
+    if triples.shape[1] != 3:
+        raise SceneError("creepages", f"array of shape {triples.shape}", "of shape (k, 3)")
+    motions = [_with_rigid(motion, triple) for triple in triples]
+    plans = [make_plan(replace(scene, motion=each), normal, tangential, coupling, formulation) for each in motions]
+    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    return list(solve_many(scene, motions, plans[0], tol, polish, progress))
+
+
+def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:
+    """A motion with other creepages."""
+    first, second, third = (float(value) for value in triple)
+    if isinstance(motion, Steady):
+        return replace(motion, vx=first, vy=second, spin=third)
+    return replace(motion, ux=first, uy=second, rotation=third)
