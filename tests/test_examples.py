@@ -45,12 +45,12 @@ def test_fig21_fastsim(tmp_path, capsys):
 
 
 def test_fig22_to_24_creep_forces(tmp_path, capsys):
-    """FASTSIM is 4 % of f Fz from the exact theory in pure longitudinal creepage; coarse grid, few points."""
+    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one)."""
     numbers = script("fig22_to_24_creep_forces").main(str(tmp_path / "picture.png"), cells=10, points=5, elements=50)
     assert (tmp_path / "picture.png").stat().st_size > 20_000
     assert "Fig. 24 (3*)" in capsys.readouterr().out
-    assert numbers["Fig. 22, vx"]["FASTSIM 50 x 50"] == pytest.approx(0.042, abs=0.01)
-    assert max(row["FASTSIM 50 x 50"] for row in numbers.values()) < 0.2
+    assert numbers["Fig. 22, vx"]["FASTSIM 50 x 50"] == pytest.approx(0.051, abs=0.003)
+    assert max(row["FASTSIM 50 x 50"] for row in numbers.values()) < 0.21
     assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
 
 
