@@ -33,6 +33,27 @@ def test_fig21_spin():
     assert sol.certificate.relative_gap < 1e-12
 
 
+def test_fig21_fastsim(tmp_path, capsys):
+    """The paper's Fy = -18.12 kN by 10 x 10 elements."""
+    field, sol = script("fig21_fastsim").main(str(tmp_path / "picture.png"), cells=15)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "-18.12 kN (the paper" in capsys.readouterr().out
+    assert field.force[1] == pytest.approx(-18.12e3, abs=5)
+    assert abs(field.force[0]) < 1e-6
+    assert abs(sol.force[1] - field.force[1]) < 0.02 * 45e3
+    assert sol.certificate.relative_gap < 1e-12
+
+
+def test_fig22_to_24_creep_forces(tmp_path, capsys):
+    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one)."""
+    numbers = script("fig22_to_24_creep_forces").main(str(tmp_path / "picture.png"), cells=10, points=5, elements=50)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "Fig. 24 (3*)" in capsys.readouterr().out
+    assert numbers["Fig. 22, vx"]["FASTSIM 50 x 50"] == pytest.approx(0.051, abs=0.003)
+    assert max(row["FASTSIM 50 x 50"] for row in numbers.values()) < 0.21
+    assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
+
+
 def test_spheres_shift():
     """a = 3.5, stick radius 0.7 a, and Cattaneo's shift to the grid's error (nu = 0.28: nearly exact)."""
     sol = solved("spheres_shift")
