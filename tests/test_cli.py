@@ -191,3 +191,62 @@ def test_unwritable_place(folder):
     assert done.returncode == 2
     assert "--out" in done.stderr
     assert np.all([name in ("scene.toml", "locked") for name in os.listdir(folder)])
+
+
+def test_compare(folder):
+    """A table for people and one for programs, with the reason of each method that did not run."""
+    methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
+    done = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--plot", "t.png", folder=folder)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0] == "scene"
+    assert [line.split()[:2] for line in lines[2:5]] == [
+        ["tang-safeguarded", "solved"],
+        ["fastsim", "approximate"],
+        ["cvxpy:CVXOPT", "unavailable"],
+    ]
+    assert "pip install cvxopt" in lines[5]
+    assert (folder / "t.png").read_bytes()[:4] == b"\x89PNG"
+    again = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--json", folder=folder)
+    rows = json.loads(again.stdout)
+    assert [row["method"] for row in rows] == methods.split(",")
+    assert rows[0]["traction_distance"] == 0
+    assert 0.01 < rows[1]["force_distance"] < 0.2
+    assert rows[2]["Fx"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["scene.toml", "--methods", "clarable"], ["methods", "did you mean clarabel?"]),
+        (["scene.toml", "--methods", ""], ["methods", "one at least"]),
+        (["scene.toml", "--tol", "-1"], ["tol", "positive"]),
+        (["nothing.toml"], ["nothing.toml"]),
+        ([], ["scenes", "--bank"]),
+        (["scene.toml", "--out", "none/t.csv"], ["--out", "no folder"]),
+    ],
+)
+def test_compare_refuses(folder, arguments, words):
+    done = run("compare", *arguments, folder=folder)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert all(word in done.stderr for word in words), done.stderr
+    assert {path.name for path in folder.iterdir()} == {"scene.toml"}
+
+
+def test_methods_and_formulation_from_the_command_line(folder):
+    done = run("solve", "scene.toml", "--tangential", "tang", "--formulation", "marching", "--json", folder=folder)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert (result["method"]["tangential"], result["formulation"]) == ("tang", "marching")
+    assert result["status"]["tangential"] == "Steady"
+    plain = json.loads(run("solve", "scene.toml", "--json", folder=folder).stdout)
+    assert result["force"] == pytest.approx(plain["force"], abs=1e-9)
+
+
+def test_a_solver_without_polish_that_is_not_exact_enough(folder):
+    """Exit status 3, the solver's word, and its iterate all the same."""
+    done = run("solve", "scene.toml", "--no-polish", "--tol", "1e-15", "--json", folder=folder)
+    assert done.returncode == 3
+    assert "clarabel says" in done.stderr
+    assert json.loads(done.stdout)["converged"] is False

@@ -11,7 +11,7 @@ from varcontact.problem import RawSolution, TangentialProblem
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 30
-ROUGH, EXACT = 1e-5, 1e-13
+ROUGH, EXACT = 1e-3, 1e-13
 """Errors, by the rigid shift, at which Newton's method on given areas stops."""
 ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
@@ -207,14 +207,13 @@ def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> 
     H, S = np.flatnonzero(sticks), np.flatnonzero(~sticks)
     shift, g = _shift(problem, at), problem.bound[S]
     cos, sin = at.traction[:, S] / g
-    columns = np.concatenate(
-        [matrix[:, H], matrix[:, n + H], matrix[:, S] * (-g * sin) + matrix[:, n + S] * (g * cos)], axis=1
-    )
     h, k = H.size, 2 * H.size + S.size
+    rows = np.empty((k, 2 * n))
+    rows[:h], rows[h : 2 * h] = matrix[H], matrix[n + H]
+    rows[2 * h :] = cos[:, None] * matrix[n + S] - sin[:, None] * matrix[S]
     jacobian = np.zeros((k + len(free), k + len(free)))
-    jacobian[:h, :k] = columns[H]
-    jacobian[h : 2 * h, :k] = columns[n + H]
-    jacobian[2 * h : k, :k] = cos[:, None] * columns[n + S] - sin[:, None] * columns[S]
+    jacobian[:k, : 2 * h] = rows.take(np.concatenate([H, n + H]), axis=1)
+    jacobian[:k, 2 * h : k] = rows.take(S, axis=1) * (-g * sin) + rows.take(n + S, axis=1) * (g * cos)
     slip_rows = np.arange(2 * h, k)
     jacobian[slip_rows, slip_rows] += np.hypot(*shift[:, S])
     across = cos * shift[1, S] - sin * shift[0, S]
