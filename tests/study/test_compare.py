@@ -57,7 +57,7 @@ def test_what_is_not_solved_says_so(small_bank):
 
 
 def test_theories_are_approximate_and_near(small_bank):
-    """The paper: FASTSIM is wrong by 10-15 % of the largest force; on this coarse grid the exact theory adds its own."""
+    """The paper: FASTSIM is wrong by 10-15 % of the largest force; this coarse grid adds its own."""
     fastsim = small_bank[(small_bank["method"] == "fastsim") & (small_bank["outcome"] == "approximate")]
     assert len(fastsim) == 11
     forces_given = fastsim["scene"] == "Fx and Fy near saturation"
