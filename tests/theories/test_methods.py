@@ -114,7 +114,7 @@ def test_scenes_that_they_cannot_treat(rolling, name, changes, words):
 
 
 def test_more_that_they_cannot_treat(rolling):
-    with pytest.raises(vc.SceneError, match="no spin, spin is 0.05"):
+    with pytest.raises(vc.SceneError, match=r"no spin, spin is 0\.05"):
         vc.solve(rolling(), tangential="vermeulen-johnson")
     for name in ("fastsim", "fastsim-elliptic", "vermeulen-johnson"):
         with pytest.raises(vc.SceneError, match="one finite coefficient of friction"):
