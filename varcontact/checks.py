@@ -125,5 +125,7 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
 
 def nearest(value: Any, names: Iterable[str]) -> str:
     """`` (did you mean ...?)``, or nothing where no name is near."""
-    close = difflib.get_close_matches(str(value), list(names), n=1, cutoff=0.5)
+    known = list(names)
+    other_case = [name for name in known if name.lower() == str(value).lower()]
+    close = other_case or difflib.get_close_matches(str(value), known, n=1, cutoff=0.5)
     return f" (did you mean {close[0]}?)" if close else ""

@@ -48,8 +48,8 @@ def panagiotopoulos(
     """Tangential problem with the pressure fixed, normal problem with the tractions fixed, until both stay.
 
     The paper's process (4.5), from the pressure without tractions; a single tangential problem would be
-    Johnson's process (74). It stops when the tractions change by less than `tol`, when the changes stop falling,
-    or after `max_passes`; the certificate of the whole tells which.
+    Johnson's process (74). It stops when the tractions change by less than `tol`, when they stop falling,
+    when a solver gives up twice in a row, or after `max_passes`; the certificate of the whole tells which.
 
     Parameters
     ----------
@@ -61,15 +61,22 @@ def panagiotopoulos(
         Change of the tractions to stop at, by the largest traction.
     max_passes : int
     """
-    state, changes = tangential(start), [1.0]
+    state, changes, failures = tangential(start), [1.0], 0
     for _ in range(max_passes):
         after = tangential(normal(state))
         size = max(float(np.abs(after.traction).max()), np.finfo(float).tiny)
         changes.append(float(np.abs(after.traction - state.traction).max()) / size)
         state = replace(after, changes=tuple(changes))
-        if changes[-1] < tol or _stalled(changes):
+        failures = failures + 1 if _gave_up(state) else 0
+        if changes[-1] < tol or failures == 2 or _stalled(changes):
             break
     return state
+
+
+def _gave_up(state: ContactState) -> bool:
+    """Whether a solver ended at a limit of its own: two passes on top of that are enough to see."""
+    words = " ".join(state.status.values()).lower()
+    return any(word in words for word in ("max", "cycled", "failed"))
 
 
 def _stalled(changes: list[float], passes: int = 8) -> bool:

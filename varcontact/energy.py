@@ -133,7 +133,8 @@ def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid:
         force = problem.force[direction]
         assert force is not None
         lacking = abs(traction[direction].sum() * problem.area - force)
-        residual = _worst(residual, _relative(lacking, size * problem.area * math.sqrt(problem.size)))
+        scale = size * problem.area * math.sqrt(problem.size)
+        residual = _worst(residual, _relative(lacking, scale if scale > 0 else abs(force)))  # nothing carries nothing
     return residual
 
 

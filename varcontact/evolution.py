@@ -7,11 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.energy import tangential_residual
 from varcontact.problem import RawSolution, Settings, TangentialProblem
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
 
 MAX_STEPS = 2000
+IDLE_STEPS, NEARLY_STILL = 5, 1e-4
+"""A march that hardly moves, relative to the largest traction, and comes no nearer in so many steps, is at its end."""
+FAILURES = ("Cycled", "NewtonFailed", "MaxIterations")
+"""Words of active-set methods that ended at their best iterate: where that is the start, nothing changes either."""
 
 
 def march(solver: Solver, problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -34,12 +39,12 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
     -------
     RawSolution
         `iterations` counts the solver's over all steps; `status` is "Steady", the solver's own word where that
-        gave no number, or "MaxSteps".
+        gave no number or failed in the last step, or "MaxSteps".
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
     at = start if start is not None else RawSolution(np.zeros((2, problem.size)), np.zeros(2), 0, "")
-    iterations, status = 0, "MaxSteps"
+    iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
     for _ in range(MAX_STEPS):
         carried = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
         step = replace(
@@ -56,7 +61,11 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
             break
         change = float(np.abs(raw.traction - at.traction).max())
         at = raw
-        if change <= settings.tol * float(np.abs(raw.traction).max()):
-            status = "Steady"
+        residual = tangential_residual(problem, raw.traction, raw.rigid)
+        idle = 0 if residual < least else idle + 1
+        least = min(least, residual)
+        still = change <= NEARLY_STILL * float(np.abs(raw.traction).max())
+        if residual <= settings.tol or (still and idle >= IDLE_STEPS):  # the solver comes no nearer
+            status = raw.status if raw.status in FAILURES else "Steady"
             break
     return RawSolution(at.traction, at.rigid, iterations, status)

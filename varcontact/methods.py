@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -24,7 +25,7 @@ NORMAL: dict[str, NormalSolver] = {
 }
 TANGENTIAL: dict[str, TangentialSolver] = {
     "tang": lambda problem, settings, start: tang(problem, start),
-    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start),
+    "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(problem, start),
 }
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
@@ -85,6 +86,15 @@ def load_packages(*names: str) -> None:
     for name in names:
         if states_programs(name):
             import_module(name.partition(":")[0])
+
+
+def _from_a_start_or_none(problem: TangentialProblem, start: RawSolution | None) -> RawSolution:
+    """The safeguarded TANG; where a start (the step or the pass before) leads nowhere, from its own."""
+    raw = tang_safeguarded(problem, start)
+    if start is None or raw.status == "Solved":
+        return raw
+    again = tang_safeguarded(problem)
+    return replace(again, iterations=raw.iterations + again.iterations)
 
 
 def _program(

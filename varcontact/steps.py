@@ -106,9 +106,11 @@ class Steps:
 
     def _normal(self, problem: NormalProblem, start: RawSolution | None) -> RawSolution:
         solver = normal_solver(self.plan.normal)
-        if not (self.polish and states_programs(self.plan.normal)):
-            return solver(problem, self._settings(UNPOLISHED * self.tol), start)
-        return self._polished(problem, solver, norm, normal_residual, start)
+        if not states_programs(self.plan.normal):
+            return solver(problem, self._settings(self.tol), start)
+        if self.polish:
+            return self._polished(problem, solver, norm, normal_residual, start)
+        return without_noise(problem, solver(problem, self._settings(UNPOLISHED * self.tol), start))
 
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
@@ -167,6 +169,15 @@ class Steps:
                 best = raw
         assert answer is not None
         return answer if best is None else best
+
+
+def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
+    """A solver's answer without the small pressures that it leaves where the bodies are apart.
+
+    An element is in contact where the natural map ``p - e/rho`` is positive: the pressure outweighs the distance.
+    """
+    distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
+    return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:

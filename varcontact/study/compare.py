@@ -406,7 +406,7 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
             axes.plot(seconds[failed], error[failed], marker, color=color, markerfacecolor="none", label=label)
     axes.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
     axes.set_ylabel("distance of tractions from the best solution,\nby the largest traction bound")
-    axes.axhline(1e-5, color="0.6", linewidth=0.8, linestyle="--")
+    axes.set_ylim(bottom=1e-17)
     axes.grid(alpha=0.3)
     figure.legend(loc="outside right upper", fontsize="small")
     plt.close(figure)

@@ -1,0 +1,81 @@
+"""Scans over creepages: nothing but single solves, quicker."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+GRID = vc.Grid(nx=8, ny=8)
+CREEPAGES = [(0.01, 0.0, 0.0), (0.05, -0.02, 0.03), (0.2, 0.1, 0.0), (0.0, 0.0, 0.0), (-0.03, 0.01, 0.1)]
+METHODS = [
+    ({"tangential": "clarabel"}, 1e-11),
+    ({"tangential": "scs", "polish": False, "tol": 1e-4}, 1e-4),
+    ({"tangential": "tang-safeguarded"}, 1e-11),
+]
+
+
+@pytest.mark.parametrize("kind", ["steady", "shift"])
+@pytest.mark.parametrize(("arguments", "tol"), METHODS)
+def test_a_scan_is_its_single_solves(rolling, kind, arguments, tol):
+    motion = vc.Steady() if kind == "steady" else vc.Shift()
+    scene = rolling(motion=motion, grid=GRID)
+    names = ("vx", "vy", "spin") if kind == "steady" else ("ux", "uy", "rotation")
+    try:
+        scanned = vc.scan(scene, CREEPAGES, **arguments)
+    except vc.SolverUnavailable as error:
+        pytest.skip(str(error))
+    assert len(scanned) == len(CREEPAGES)
+    for triple, sol in zip(CREEPAGES, scanned, strict=True):
+        moved = dataclasses.replace(motion, **dict(zip(names, triple, strict=True)))
+        single = vc.solve(dataclasses.replace(scene, motion=moved), **arguments)
+        assert sol.creepage == triple
+        assert sol.scene.motion == moved
+        assert sol.converged
+        # Both are within the tolerance asked for of the same solution; polished, both at rounding.
+        np.testing.assert_allclose(sol.traction, single.traction, atol=10 * tol * sol.traction_bound.max())
+        np.testing.assert_array_equal(sol.pressure, single.pressure)
+
+
+@pytest.mark.parametrize("tangential", ["clarabel", "tang-safeguarded"])
+def test_unlike_bodies(rolling, tangential, check_kkt):
+    scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), grid=GRID)
+    triples = CREEPAGES[:3]
+    for triple, sol in zip(triples, vc.scan(scene, triples, tangential=tangential), strict=True):
+        motion = vc.Steady(vx=triple[0], vy=triple[1], spin=triple[2])
+        single = vc.solve(dataclasses.replace(scene, motion=motion), tangential=tangential)
+        check_kkt(sol, 1e-8)
+        np.testing.assert_allclose(sol.traction, single.traction, atol=1e-8)
+        np.testing.assert_allclose(sol.pressure, single.pressure, atol=1e-8)
+
+
+def test_order_does_not_matter(rolling):
+    one, other = (vc.scan(rolling(grid=GRID), order) for order in (CREEPAGES, CREEPAGES[::-1]))
+    for a, b in zip(one, other[::-1], strict=True):
+        np.testing.assert_allclose(a.traction, b.traction, atol=1e-12)
+        assert a.iterations.keys() == b.iterations.keys()
+
+
+@pytest.mark.parametrize(
+    ("changes", "creepages", "field"),
+    [
+        ({}, [(0.1, 0.0)], "creepages"),
+        ({}, [0.1, 0.0, 0.0], "creepages"),
+        ({}, [(0.1, np.nan, 0.0)], "creepages"),
+        ({"motion": None}, CREEPAGES, "motion"),
+        ({"motion": vc.Steady(Fx=-0.1)}, CREEPAGES, "motion"),
+        ({"motion": vc.Shift(Fy=-0.1)}, CREEPAGES, "motion"),
+    ],
+)
+def test_refused(rolling, changes, creepages, field):
+    with pytest.raises(vc.SceneError) as failure:
+        vc.scan(rolling(grid=GRID, **changes), creepages)
+    assert failure.value.field.startswith(field)
+
+
+def test_a_method_that_cannot_treat_one_of_them_is_refused_at_once(rolling):
+    stages = []
+    with pytest.raises(vc.SceneError, match="no spin"):
+        vc.scan(rolling(grid=GRID), CREEPAGES, tangential="vermeulen-johnson", progress=stages.append)
+    assert not stages

@@ -1,0 +1,144 @@
+"""The theories as methods of `solve`: against their own functions, and as solutions like any others."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference.creepage_coefficients import creepage_coefficients
+from varcontact.theories import fastsim, vermeulen_johnson
+
+STEADY = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
+THEORIES = ["fastsim", "fastsim-elliptic", "linear", "vermeulen-johnson"]
+UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
+
+
+def contact(scene):
+    """What the functions of the theories want, from a scene."""
+    hertz = scene.hertz
+    table = creepage_coefficients(hertz.a, hertz.b, scene.bodies.combined_nu)
+    return (hertz.a, hertz.b, scene.bodies.combined_G, scene.friction * hertz.force), table
+
+
+@pytest.mark.parametrize(("name", "bound"), [("fastsim", "parabolic"), ("fastsim-elliptic", "elliptic")])
+@pytest.mark.parametrize("motion", [STEADY, vc.Steady(vx=0.1), vc.Steady(spin=0.2)])
+def test_fastsim_on_the_grid_tends_to_fastsim(rolling, name, bound, motion):
+    (a, b, G, limit), table = contact(rolling())
+    exact = fastsim(a, b, G, limit, motion.rigid, table, m=400, n=400, bound=bound).force
+    errors = []
+    for cells in (10, 20, 40, 80):
+        sol = vc.solve(rolling(motion=motion, grid=vc.Grid(nx=cells, ny=cells)), tangential=name)
+        assert sol.plan.tangential == name
+        errors.append(np.hypot(*(sol.force - exact)) / limit)
+    assert errors[0] < 0.08
+    assert errors[-1] < 0.01
+    assert errors[-1] < 0.5 * errors[0], errors
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=0.02, vy=-0.05), vc.Steady(vx=-0.4), vc.Steady(vx=3.0, vy=4.0)])
+def test_vermeulen_johnson_gives_exactly_its_force(rolling, motion):
+    scene = rolling(motion=motion)
+    args, table = contact(scene)
+    sol = vc.solve(scene, tangential="vermeulen-johnson")
+    np.testing.assert_allclose(sol.force, vermeulen_johnson(*args, motion.rigid, table), rtol=1e-12, atol=1e-14)
+
+
+def test_linear_is_infinite_friction(rolling):
+    for motion in (STEADY, vc.Steady(Fx=-0.1, vy=0.02)):
+        linear = vc.solve(rolling(motion=motion), tangential="linear")
+        sticking = vc.solve(rolling(motion=motion, friction=np.inf))
+        np.testing.assert_allclose(linear.force, sticking.force, rtol=1e-12)
+        np.testing.assert_allclose(linear.traction, sticking.traction, rtol=1e-11, atol=1e-13)
+        assert linear.creepage == pytest.approx(sticking.creepage, rel=1e-12)
+        assert linear.elements["slip"] == 0
+        assert linear.certificate.tangential_residual > 1e-2, "beyond the bound, and the certificate says so"
+
+
+@pytest.mark.parametrize("name", THEORIES)
+@pytest.mark.parametrize(
+    "motion", [vc.Steady(Fx=-0.1), vc.Steady(Fy=0.15), vc.Steady(Fx=-0.2, Fy=0.1), vc.Steady(Fx=-0.1, vy=0.01)]
+)
+def test_prescribed_forces_are_met(rolling, name, motion):
+    sol = vc.solve(rolling(motion=motion), tangential=name)
+    for force, asked in zip(sol.force, (motion.Fx, motion.Fy), strict=True):
+        if asked is not None:
+            assert force == pytest.approx(asked, rel=1e-9)
+    vx, vy, spin = sol.creepage
+    again = vc.solve(rolling(motion=vc.Steady(vx=vx, vy=vy, spin=spin)), tangential=name)
+    np.testing.assert_allclose(again.force, sol.force, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["fastsim", "fastsim-elliptic", "vermeulen-johnson"])
+def test_full_slip_and_saturation(rolling, name):
+    sol = vc.solve(rolling(motion=vc.Steady(vx=300.0, vy=-400.0)), tangential=name)
+    assert np.hypot(*sol.force) == pytest.approx(0.3, rel=1e-9)
+    if name != "vermeulen-johnson":  # whose force has the direction of the linear theory's
+        np.testing.assert_allclose(sol.force, [-0.18, 0.24], rtol=1e-9)
+    assert sol.elements["stick"] == 0
+    with pytest.raises(vc.Saturated):
+        vc.solve(rolling(motion=vc.Steady(Fx=-0.3001)), tangential=name)
+
+
+@pytest.mark.parametrize("name", ["fastsim-elliptic", "vermeulen-johnson"])
+def test_tractions_are_admissible_and_the_certificate_tells_the_rest(rolling, name):
+    scene = rolling(motion=vc.Steady(vx=0.04, vy=-0.02))
+    sol, exact = vc.solve(scene, tangential=name), vc.solve(scene)
+    assert sol.converged, "as posed: a theory has no tolerance"
+    assert sol.certificate.residual > 1e-3
+    assert sol.certificate.relative_gap > 100 * exact.certificate.relative_gap
+    assert np.all(np.abs(sol.force - exact.force) <= sol.certificate.force_bound[:2]), "the bound holds"
+    if name == "fastsim-elliptic":
+        assert np.all(np.hypot(*sol.traction) <= sol.traction_bound * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("name", THEORIES)
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"bodies": UNLIKE}, "quasi-identical bodies"),
+        ({"motion": vc.Shift(ux=0.1)}, "steady rolling"),
+        (
+            {
+                "surface": vc.SampledDistance(np.zeros((4, 4))),
+                "grid": vc.Grid(nx=4, ny=4, dx=0.5, dy=0.5, x0=-1.0, y0=-1.0),
+            },
+            "elliptic contacts",
+        ),
+    ],
+)
+def test_scenes_that_they_cannot_treat(rolling, name, changes, words):
+    with pytest.raises(vc.SceneError, match=words) as failure:
+        vc.solve(rolling(**changes), tangential=name)
+    assert failure.value.field == "tangential"
+
+
+def test_more_that_they_cannot_treat(rolling):
+    with pytest.raises(vc.SceneError, match=r"no spin, spin is 0\.05"):
+        vc.solve(rolling(), tangential="vermeulen-johnson")
+    for name in ("fastsim", "fastsim-elliptic", "vermeulen-johnson"):
+        with pytest.raises(vc.SceneError, match="one finite coefficient of friction"):
+            vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=0.1)), tangential=name)
+
+
+@pytest.mark.parametrize("name", ["fastsim", "linear", "tang", "clarabel"])
+def test_netcdf_keeps_the_words(rolling, tmp_path, name):
+    formulation = "marching" if name == "clarabel" else "auto"
+    sol = vc.solve(rolling(grid=vc.Grid(nx=6, ny=6)), normal="norm", tangential=name, formulation=formulation)
+    sol.save(tmp_path / "solution.nc")
+    again = vc.load(tmp_path / "solution.nc")
+    assert again.status == sol.status and sol.status["tangential"]
+    assert again.plan == sol.plan and again.plan.formulation == sol.plan.formulation
+    assert again.iterations == sol.iterations
+    np.testing.assert_array_equal(again.traction, sol.traction)
+    np.testing.assert_array_equal(again.state, sol.state)
+
+
+def test_pressure_by_any_method(rolling):
+    """The theories take the pressure's force and area as they are; FASTSIM's bound is its own."""
+    by_norm = vc.solve(rolling(), normal="norm", tangential="fastsim")
+    by_hertz = vc.solve(rolling(), tangential="fastsim")
+    np.testing.assert_allclose(by_norm.force, by_hertz.force, rtol=0.05)
+    assert by_norm.certificate.normal_residual < 1e-12 < by_hertz.certificate.normal_residual
+    moved = dataclasses.replace(by_norm.scene, motion=vc.Steady())
+    assert not vc.solve(moved, tangential="fastsim").traction.any()
