@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from varcontact import checks
 from varcontact.active_set.norm import norm
 from varcontact.active_set.tang import tang, tang_safeguarded
-from varcontact.conic.accuracy import BACKENDS
+from varcontact.conic.accuracy import BACKENDS, OTHERS
 from varcontact.conic.solvers import solve_normal, solve_tangential
 from varcontact.errors import SolverUnavailable
 from varcontact.problem import NormalProblem, RawSolution, Settings, TangentialProblem
@@ -31,7 +31,7 @@ TANGENTIAL: dict[str, TangentialSolver] = {
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
 """Called directly; others through the families."""
 
-CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "ECOS", "HIGHS", "CVXOPT")
+CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "HIGHS")
 
 
 def normal_methods() -> list[str]:
@@ -71,14 +71,32 @@ def available(field: str, name: str, known: Iterable[str]) -> str:
     SolverUnavailable
         With what to install.
     """
-    checks.choice(field, name, known)
-    family, _, solver = name.partition(":")
+    names = list(known)
+    family, _, solver = str(name).partition(":")
+    behind = family if any(other.startswith(f"{family}:") for other in names) and solver else ""
+    if name not in names and not (behind and _known_to(behind, solver)):
+        checks.choice(field, name, names)
     if states_programs(name):
-        packages = [family, *([BACKENDS[solver.lower()].install] if solver else [])]
-        missing = [package for package in packages if find_spec(package) is None]
+        wheel = BACKENDS[solver.lower()].install if solver.lower() in BACKENDS else OTHERS.get(solver.lower(), "")
+        missing = [package for package in (family, wheel) if package and find_spec(package) is None]
         if missing:
             raise SolverUnavailable(name, f"pip install {' '.join(missing)}")
     return name
+
+
+def _known_to(interface: str, solver: str) -> bool:
+    """Whether a solver that is not in our table is one of an interface, installed or to be had."""
+    if solver.lower() in BACKENDS:
+        return False  # in the table, where it says that it does not suit
+    if solver.lower() in OTHERS and solver == (solver.upper() if interface == "cvxpy" else solver.lower()):
+        return True
+    if interface == "cvxpy":
+        import cvxpy
+
+        return solver in cvxpy.installed_solvers()
+    import qpsolvers
+
+    return solver in qpsolvers.available_solvers
 
 
 def load_packages(*names: str) -> None:

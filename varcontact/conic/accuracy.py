@@ -78,11 +78,6 @@ def _daqp(tol: float) -> dict[str, Any]:
     return {"primal_tol": asked, "dual_tol": asked, "iter_limit": 100_000}
 
 
-def _ecos(tol: float) -> dict[str, Any]:
-    asked = _interior(tol)
-    return {"abstol": asked, "reltol": asked, "feastol": asked}
-
-
 def _highs(tol: float) -> dict[str, Any]:
     asked = max(0.1 * tol, 1e-10)
     return {
@@ -90,10 +85,6 @@ def _highs(tol: float) -> dict[str, Any]:
         "dual_feasibility_tolerance": asked,
         "qp_regularization_value": min(asked, 1e-7),  # tractions are as wrong as this, by default 1e-7
     }
-
-
-def _cvxopt(tol: float) -> dict[str, Any]:
-    return _ecos(tol)
 
 
 def _exact(_: float) -> dict[str, Any]:
@@ -109,8 +100,26 @@ BACKENDS: dict[str, Backend] = {
     "proxqp": Backend("proxsuite", _proxqp),
     "daqp": Backend("daqp", _daqp),
     "quadprog": Backend("quadprog", _exact),
-    "ecos": Backend("ecos", _ecos, cones=True),
     "highs": Backend("highspy", _highs),
-    "cvxopt": Backend("cvxopt", _cvxopt, cones=True),
 }
 """By the name in lower case, whether called directly, by qpsolvers or by CVXPY."""
+
+
+OTHERS = {
+    "copt": "coptpy",
+    "cvxopt": "cvxopt",
+    "ecos": "ecos",
+    "gurobi": "gurobipy",
+    "kvxopt": "kvxopt",
+    "mosek": "mosek",
+    "qoco": "qoco",
+    "qpalm": "qpalm",
+    "xpress": "xpress",
+}
+"""Wheels of further solvers behind qpsolvers or CVXPY: they run where they are installed, untested here."""
+
+
+def options(name: str, tol: float) -> dict[str, Any]:
+    """A solver's keywords for an accuracy; none (its own defaults) for one that is not in the table."""
+    backend = BACKENDS.get(name.lower())
+    return {} if backend is None else backend.options(tol)

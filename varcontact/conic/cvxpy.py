@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.conic.accuracy import BACKENDS
+from varcontact.conic.accuracy import options
 from varcontact.conic.programs import ConicProgram
 from varcontact.conic.setups import Setups
 from varcontact.problem import RawSolution
@@ -27,7 +27,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that an answer may be inaccurate is judged by our own residual
-            model.problem.solve(solver=name, warm_start=True, **BACKENDS[name.lower()].options(tol))
+            model.problem.solve(solver=name, warm_start=True, **options(name, tol))
         status, iterations = str(model.problem.status), model.problem.solver_stats.num_iters
     except cp.SolverError as error:
         status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0

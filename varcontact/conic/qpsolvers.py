@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.conic.accuracy import BACKENDS
+from varcontact.conic.accuracy import options
 from varcontact.conic.programs import ConicProgram
 from varcontact.conic.setups import Setups
 from varcontact.problem import RawSolution
@@ -33,7 +33,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # solvers that take no start, or no keyword, say so at every call
         try:
-            result = qpsolvers.solve_problem(problem, name, initvals=start, **BACKENDS[name].options(tol))
+            result = qpsolvers.solve_problem(problem, name, initvals=start, **options(name, tol))
         except qpsolvers.QPError as error:  # a program it cannot take: quadprog wants P positive definite
             nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
             return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}")

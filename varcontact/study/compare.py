@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.io.scenefile import scene_to
-from varcontact.methods import load_packages, normal_methods, states_programs, tangential_methods
+from varcontact.methods import available, load_packages, normal_methods, states_programs, tangential_methods
 from varcontact.plan import FORMULATIONS, Plan, make_plan
 from varcontact.scene import Scene, Shift, Steady
 from varcontact.solution import Solution
@@ -170,12 +171,13 @@ class Method:
         normal, bar, tangential = rest.partition("|")
         every = ["auto", *tangential_methods(), *THEORIES]
         if bar:
-            checks.choice("methods", normal, ["auto", *normal_methods()])
-            checks.choice("methods", tangential, every)
+            _known("methods", normal, ["auto", *normal_methods()])
+            _known("methods", tangential, every)
         else:
             only_normal = [known for known in normal_methods() if known not in every]
-            checks.choice("methods", rest, [*every, *only_normal])
-            normal, tangential = _partner(rest), rest if rest in every else ""
+            _known("methods", rest, [*every, *only_normal])
+            takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
+            normal, tangential = _partner(rest), rest if takes_cones else ""
         if formulation:
             checks.choice("methods", formulation, FORMULATIONS)
         return cls(str(name).strip(), normal, tangential, formulation or "auto", bool(plus))
@@ -191,6 +193,12 @@ class Method:
         if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
             raise SceneError("methods", self.name, "without +polish: only solvers of programs are polished")
         return plan
+
+
+def _known(field: str, name: str, names: list[str]) -> None:
+    """Refuse names that are none; what is not installed is found out later, and listed."""
+    with suppress(SolverUnavailable):
+        available(field, name, names)
 
 
 def _partner(name: str) -> str:
