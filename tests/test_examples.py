@@ -91,3 +91,13 @@ def test_rail_profile_is_smooth():
     angles = np.arcsin(10.228 / 300), np.arcsin((26.0265 - 220 * 10.228 / 300) / 80)
     end = 220 * np.sin(angles[0]) + 67 * np.sin(angles[1]) + 13 * np.sin(flank)
     assert 2 * end == pytest.approx(72.0, abs=0.01)
+
+
+def test_compare_bank(tmp_path, capsys):
+    """Two methods that share no line of code, on scenes from easy to hard."""
+    picture = tmp_path / "picture.png"
+    table = script("compare_bank").main(str(picture), cells=8, methods=("scs", "tang-safeguarded"))
+    assert picture.stat().st_size > 20_000
+    assert table["traction_distance"][table["outcome"] == "solved"].max() < 1e-6
+    assert (table["outcome"] == "solved").sum() >= 26
+    assert "exact methods: forces within" in capsys.readouterr().out
