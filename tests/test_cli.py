@@ -250,3 +250,11 @@ def test_a_solver_without_polish_that_is_not_exact_enough(folder):
     assert done.returncode == 3
     assert "clarabel says" in done.stderr
     assert json.loads(done.stdout)["converged"] is False
+
+
+def test_table_and_picture_of_a_comparison_are_two_files(folder):
+    (folder / "scene.toml").write_text(SCENE)
+    done = run("compare", "scene.toml", "--methods", "tang", "--out", "a.png", "--plot", "a.png", folder=folder)
+    assert done.returncode == 2
+    assert "--plot" in done.stderr
+    assert not (folder / "a.png").exists()

@@ -278,3 +278,18 @@ def test_gap_that_is_not_convex_is_refused_unpolished(rolling):
     for name in ("clarabel", "scs", "cvxpy:SCS"):
         with pytest.raises(vc.SceneError, match="not convex"):
             solved(scene, tangential=name, polish=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ({"tangential": "osqp"}, "second-order cones"),
+        ({"tangential": "cvxpy:OSQP"}, "second-order cones"),
+        ({"tangential": "norm"}, "normal problems"),
+        ({"normal": "tang"}, "tangential problem"),
+        ({"normal": "fastsim"}, "tangential problem"),
+    ],
+)
+def test_a_method_of_the_other_problem_is_refused_with_the_reason(rolling, arguments, reason):
+    with pytest.raises(vc.SceneError, match=reason):
+        vc.solve(rolling(), **arguments)

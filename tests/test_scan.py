@@ -79,3 +79,15 @@ def test_a_method_that_cannot_treat_one_of_them_is_refused_at_once(rolling):
     with pytest.raises(vc.SceneError, match="no spin"):
         vc.scan(rolling(grid=GRID), CREEPAGES, tangential="vermeulen-johnson", progress=stages.append)
     assert not stages
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(), vc.Shift()])
+def test_tang_as_printed_where_the_creepage_before_leads_nowhere(rolling, motion):
+    """Its Newton steps may fail from areas that are far off, and succeed from stick everywhere."""
+    random = np.random.default_rng(0)
+    creepages = random.normal(size=(8, 3)) * [0.1, 0.1, 0.2]
+    creepages[5] *= 1e3
+    scene = rolling(motion=motion, grid=vc.Grid(nx=6, ny=6))
+    exact = vc.scan(scene, creepages)
+    for sol, other in zip(vc.scan(scene, creepages, tangential="tang"), exact, strict=True):
+        np.testing.assert_allclose(sol.force, other.force, atol=1e-8)

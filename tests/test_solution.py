@@ -130,6 +130,11 @@ DAMAGES = {
     "no certificate": lambda data: edited(data, certificate=3),
     "no scene": lambda data: edited(data, scene=[]),
     "no record": lambda data: data.assign(record=((), "{")),
+    "no iterations": lambda data: edited(data, iterations=None),
+    "timing in a list": lambda data: edited(data, timing=[]),
+    "converged in words": lambda data: edited(data, converged="no"),
+    "words for pressures": lambda data: data.assign(pressure=data["pressure"].astype(str)),
+    "pressures that are no numbers": lambda data: data.assign(pressure=data["pressure"] * np.nan),
 }
 
 

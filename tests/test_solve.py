@@ -493,3 +493,15 @@ def test_no_contact_where_bodies_are_apart(rolling, normal):
     exact = vc.solve(scene, normal="norm")
     np.testing.assert_array_equal(rough.pressure > 0, exact.pressure > 0)
     assert np.sum(rough.pressure > 0) < 100
+
+
+def test_no_friction_anywhere_in_the_contact(rolling):
+    """An array of friction may be positive where nothing touches: there is then nothing but Hertz's pressure."""
+    hertz = rolling().hertz
+    step = 0.6 * max(hertz.a, hertz.b)
+    friction = np.zeros((5, 5))
+    friction[0, 0] = 0.3
+    grid = vc.Grid(nx=5, ny=5, dx=step, dy=step, x0=-2.5 * step, y0=-2.5 * step)
+    sol = vc.solve(rolling(friction=friction, grid=grid, motion=vc.Steady(vx=0.1)))
+    assert sol.converged
+    assert not sol.traction.any()

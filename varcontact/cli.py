@@ -67,8 +67,7 @@ def solve(
             check_writable(name, path)
     if plot is not None:
         _check_picture(plot)
-        if out is not None and out.resolve() == plot.resolve():
-            raise OutputError("--plot", plot, "is the file of --out as well")
+        _check_apart(out, plot)
     described, options = read_scene(scene)
     given: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol}
@@ -108,6 +107,7 @@ def compare(
             check_writable(name, path)
     if plot is not None:
         _check_picture(plot)
+        _check_apart(out, plot)
     files = scenes or []
     stems = [path.stem for path in files]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, files, strict=True)]
@@ -117,7 +117,7 @@ def compare(
         raise SceneError("scenes", [], "one file at least, or --bank")
     chosen = study.DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
     table = _with_progress(lambda progress: study.compare(described, chosen, tol=tol, store=out, progress=progress))
-    _print(table.to_json(orient="records", indent=2) if as_json else study.summary(table))
+    _print(study.as_json(table) if as_json else study.summary(table))
     if plot is not None:
         _write_picture(study.plot_comparison(table), plot)
 
@@ -178,6 +178,11 @@ def _check_picture(path: Path) -> None:
         raise OutputError(
             "--plot", path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}"
         )
+
+
+def _check_apart(out: Path | None, plot: Path) -> None:
+    if out is not None and out.resolve() == plot.resolve():
+        raise OutputError("--plot", plot, "is the file of --out as well")
 
 
 def _write_picture(figure: Any, path: Path) -> None:

@@ -24,8 +24,8 @@ NORMAL: dict[str, NormalSolver] = {
     "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
 }
 TANGENTIAL: dict[str, TangentialSolver] = {
-    "tang": lambda problem, settings, start: tang(problem, start),
-    "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(problem, start),
+    "tang": lambda problem, settings, start: _from_a_start_or_none(tang, problem, start),
+    "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(tang_safeguarded, problem, start),
 }
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
@@ -106,12 +106,16 @@ def load_packages(*names: str) -> None:
             import_module(name.partition(":")[0])
 
 
-def _from_a_start_or_none(problem: TangentialProblem, start: RawSolution | None) -> RawSolution:
-    """The safeguarded TANG; where a start (the step or the pass before) leads nowhere, from its own."""
-    raw = tang_safeguarded(problem, start)
+def _from_a_start_or_none(
+    method: Callable[[TangentialProblem, RawSolution | None], RawSolution],
+    problem: TangentialProblem,
+    start: RawSolution | None,
+) -> RawSolution:
+    """TANG; where a start (the step, the pass or the creepage before) leads nowhere, from its own."""
+    raw = method(problem, start)
     if start is None or raw.status == "Solved":
         return raw
-    again = tang_safeguarded(problem)
+    again = method(problem, None)
     return replace(again, iterations=raw.iterations + again.iterations)
 
 

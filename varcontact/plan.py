@@ -76,6 +76,8 @@ def make_plan(
 
 
 def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
+    if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
+        raise SceneError("normal", wanted, "another method: it is for the tangential problem")
     available("normal", wanted, ("auto", *normal_methods()))
     coupled = scene.bodies.K != 0 and not scene.frictionless
     hertzian = not isinstance(scene.surface, SampledDistance)
@@ -98,6 +100,11 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
 
 
 def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
+    if wanted in normal_methods() and wanted not in tangential_methods():
+        why = (
+            "Coulomb's disks are second-order cones, no QP" if states_programs(wanted) else "it is for normal problems"
+        )
+        raise SceneError("tangential", wanted, f"one of {', '.join(tangential_methods())} or a theory: {why}")
     available("tangential", wanted, ("auto", *tangential_methods(), *THEORIES))
     if scene.motion is None:
         return "none", "no motion"

@@ -155,6 +155,8 @@ def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, ce
     """
     if plan.tangential == "none" or plan.tangential in THEORIES:
         return 0.0 if plan.normal == "hertz" else certificate.normal_residual
+    if plan.normal == "hertz":  # also where friction is zero all over the contact, and there is nothing but pressure
+        return certificate.tangential_residual
     if plan.coupling != "johnson":
         return certificate.residual
     alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))

@@ -107,3 +107,15 @@ def test_safeguarded_from_any_start(rolling, vx, spin, seed):
     raw = tangential_solver("tang-safeguarded")(problem, Settings(), start)
     assert raw.status == "Solved"
     assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-11
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [vc.Steady(Fx=-0.2999), vc.Steady(Fx=-0.29999999), vc.Steady(Fx=-0.2997, spin=0.3), vc.Steady(Fy=0.2999, vx=0.01)],
+)
+def test_safeguarded_with_nearly_all_that_friction_carries(rolling, motion):
+    """The splitting alone did not come near: residuals of 5e-4 after its last round."""
+    scene = rolling(motion=motion, normal_force=1.0, friction=0.3, grid=vc.Grid(nx=8, ny=8))
+    safe, polished = vc.solve(scene, tangential="tang-safeguarded"), vc.solve(scene)
+    np.testing.assert_allclose(safe.force, polished.force, atol=1e-9)
+    np.testing.assert_allclose(safe.creepage, polished.creepage, rtol=1e-6, atol=1e-9)

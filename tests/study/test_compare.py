@@ -1,13 +1,14 @@
 """Methods side by side: the bank, what the table says, and what happens to methods that cannot."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.study.compare import DEFAULT_METHODS, Method, summary
+from varcontact.study.compare import DEFAULT_METHODS, Method, as_json, summary
 
 EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-safeguarded")
 
@@ -167,3 +168,46 @@ def test_summary_and_picture(rolling):
 
 def test_default_methods_exist():
     assert [Method.named(name).name for name in DEFAULT_METHODS] == list(DEFAULT_METHODS)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"scenes": None}, "scenes"),
+        ({"scenes": []}, "scenes"),
+        ({"scenes": {1: None}}, "scenes"),
+        ({"methods": None}, "methods"),
+        ({"methods": "tang"}, "methods"),  # not its letters
+        ({"store": 3}, "store"),
+    ],
+)
+def test_arguments_of_other_types_are_refused_by_name(rolling, changes, field):
+    arguments = {"scenes": rolling(), "methods": ["tang"], "store": None, **changes}
+    with pytest.raises(vc.SceneError) as caught:
+        vc.compare(**arguments)
+    assert caught.value.field == field
+
+
+def test_scenes_may_be_called_what_pandas_reads_as_missing(rolling, tmp_path):
+    scenes = {"NA": rolling(grid=vc.Grid(nx=4, ny=4)), "nan": rolling(grid=vc.Grid(nx=5, ny=5))}
+    first = vc.compare(scenes, ["tang"], store=tmp_path / "store.csv")
+    again = vc.compare(scenes, ["tang"], store=tmp_path / "store.csv")
+    assert again["scene"].tolist() == first["scene"].tolist() == ["NA", "nan"]
+    np.testing.assert_array_equal(again["tangential_seconds"], first["tangential_seconds"])
+
+
+def test_hertz_alone_is_no_solution_on_the_elements(rolling):
+    """Its samples miss the discrete equations by the grid's error, far above `tol`."""
+    table = vc.compare(rolling(motion=None, friction=None), ["auto", "norm"])
+    assert table["outcome"].tolist() == ["approximate", "solved"]
+    assert table["residual"][0] > 1e-6
+
+
+def test_json_keeps_all_digits(rolling):
+    table = vc.compare(rolling(), ["tang", "vermeulen-johnson", "cvxpy:CLARABEL"])
+    table.loc[0, "force_bound"] = 5.4123456789e-13
+    table.loc[1, "force_bound"] = np.inf
+    rows = json.loads(as_json(table))
+    assert rows[0]["force_bound"] == 5.4123456789e-13
+    assert rows[1]["force_bound"] is None
+    assert rows[0]["Fx"] == table["Fx"][0]

@@ -142,3 +142,25 @@ def test_pressure_by_any_method(rolling):
     assert by_norm.certificate.normal_residual < 1e-12 < by_hertz.certificate.normal_residual
     moved = dataclasses.replace(by_norm.scene, motion=vc.Steady())
     assert not vc.solve(moved, tangential="fastsim").traction.any()
+
+
+@pytest.mark.parametrize("name", ["fastsim", "fastsim-elliptic"])
+@pytest.mark.parametrize("part", [0.999, 0.9999999])
+def test_fastsim_carries_on_the_elements_all_that_friction_can(rolling, name, part):
+    """Its own strips carry less than f Fz, the elements of a scene exactly that."""
+    scene = rolling(grid=vc.Grid(nx=8, ny=8))
+    limit = scene.friction * scene.hertz.force
+    for motion in (vc.Steady(Fx=-part * limit), vc.Steady(Fx=0.6 * part * limit, Fy=0.8 * part * limit, spin=0.2)):
+        sol = vc.solve(dataclasses.replace(scene, motion=motion), tangential=name)
+        np.testing.assert_allclose(np.hypot(*sol.force), part * limit, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["fastsim", "fastsim-elliptic"])
+def test_fastsim_beyond_saturation_with_the_approach_given(rolling, name):
+    hertz = rolling().hertz
+    scene = rolling(
+        surface=vc.Paraboloids(hertz.Rx, hertz.Ry), normal_force=None, approach=hertz.approach,
+        motion=vc.Steady(Fx=-1.001 * rolling().friction * hertz.force),
+    )  # fmt: skip
+    with pytest.raises(vc.Saturated, match="cannot be carried"):
+        vc.solve(scene, tangential=name)

@@ -79,7 +79,8 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which is the paper's
     points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
     friction, cut off at the bound. Where no way leads down from there, Douglas and Rachford's splitting, which
-    converges from anywhere but slowly, comes near enough for Newton's method.
+    converges from anywhere but slowly, comes near enough for Newton's method. With forces prescribed that friction can
+    just carry it is too slow: there the printed version is asked before.
 
     Parameters
     ----------
@@ -104,7 +105,15 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     best = _descend(problem, at, max_steps)
     if best.status == "Solved":
         return best
-    splitting, newton = _Splitting.of(problem), best.iterations
+    newton = best.iterations
+    if problem.free:
+        printed = tang(problem)
+        raw = _descend(problem, _Point(printed.traction, printed.rigid), max_steps)
+        newton += printed.iterations + raw.iterations
+        if raw.status == "Solved":
+            return replace(raw, iterations=newton)
+        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+    splitting = _Splitting.of(problem)
     for rounds in SPLITTING_ROUNDS:
         at = splitting.moved(at, rounds)
         raw = _descend(problem, at, max_steps)

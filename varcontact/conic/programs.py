@@ -262,6 +262,7 @@ def force_level(problem: TangentialProblem) -> np.ndarray:
 
 
 def equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
+    """The cone of the prescribed forces, where there are any."""
     return [("zero", len(problem.free))] if problem.free else []
 
 

@@ -131,6 +131,13 @@ def _solution(data: xr.Dataset) -> Solution:
     shapes = {name: (2, *grid.shape) if name in vectors else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
+    if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
+        raise ValueError("fields that are not finite numbers")
+    if certificate["force_bound"].shape != (3,):
+        raise ValueError("a bound on the forces that is not three numbers")
+    kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
+    if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
+        raise ValueError(f"{', '.join(kinds)} that are of other types")
     return Solution(
         scene=scene_from(record["scene"]),
         grid=grid,

@@ -100,13 +100,13 @@ def compare(
     Returns
     -------
     pandas.DataFrame
-        One row per scene and method. `outcome` is "solved", "approximate" (a theory), "not converged", "refused"
-        or "unavailable", `reason` why. Forces, moment, creepage and approach; gap, relative gap, residual and
-        guaranteed bound on the force, all recomputed; distance of the force (by the largest friction force) and of
-        the tractions (by the largest traction bound) from the solution of the smallest residual on that scene, and
-        elements with another state than there; iterations; seconds by stage. `repeat_seconds` are those of a second
-        scene with creepages (or forces) one per cent smaller and everything kept that can be, `setup_seconds` what
-        the first took longer.
+        One row per scene and method. `outcome` is "solved", "approximate" (a theory, or Hertz's pressure where
+        that is all), "not converged", "refused" or "unavailable", `reason` why. Forces, moment, creepage and
+        approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the
+        force (by the largest friction force) and of the tractions (by the largest traction bound) from the
+        solution of the smallest residual on that scene, and elements with another state than there; iterations;
+        seconds by stage. `repeat_seconds` are those of a second scene with creepages (or forces) one per cent
+        smaller and everything kept that can be, `setup_seconds` what the first took longer.
 
     Raises
     ------
@@ -126,10 +126,11 @@ def compare(
     import pandas as pd
 
     tol = checks.positive("tol", tol)
-    named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
-    for name, scene in named.items():
-        if not isinstance(scene, Scene):
-            raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
+    named = _named(scenes)
+    if isinstance(methods, str) or not isinstance(methods, Iterable):
+        raise SceneError("methods", methods, "a list of names")
+    if not (store is None or isinstance(store, (str, Path))):
+        raise SceneError("store", store, "the name of a file")
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         raise SceneError("methods" if named else "scenes", [], "one at least")
@@ -143,6 +144,20 @@ def compare(
         if store is not None:
             _keep(store, done)
     return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
+
+
+def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
+    """Scenes by name."""
+    if isinstance(scenes, Scene):
+        return {"scene": scenes}
+    if not isinstance(scenes, Mapping):
+        raise SceneError("scenes", scenes, "a Scene, or a dict of them by name")
+    for name, scene in scenes.items():
+        if not isinstance(name, str):
+            raise SceneError("scenes", name, "named by strings")
+        if not isinstance(scene, Scene):
+            raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
+    return dict(scenes)
 
 
 @dataclass(frozen=True)
@@ -237,7 +252,8 @@ def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solu
         return {"outcome": "unavailable", "reason": str(error)}, None
     except SceneError as error:
         return {"outcome": "refused", "reason": str(error)}, None
-    outcome = "approximate" if plan.tangential in THEORIES or plan.coupling == "johnson" else "solved"
+    formula = plan.tangential in THEORIES or (plan.tangential == "none" and plan.normal == "hertz")
+    outcome = "approximate" if formula or plan.coupling == "johnson" else "solved"
     reason, solution, repeat = "", None, None
     try:
         motions = [scene.motion, _neighbour(scene.motion)] if scene.motion is not None else [None]
@@ -318,7 +334,8 @@ def _stored(store: str | Path | None, methods: list[str], identities: dict[str, 
     if store is None or not Path(store).exists():
         return []
     try:
-        table = pd.read_csv(store, dtype=dict.fromkeys(_WORDS, str))
+        # a scene may be called "NA": only empty figures are missing
+        table = pd.read_csv(store, dtype=dict.fromkeys(_WORDS, str), keep_default_na=False, na_values=[""])
         if list(table.columns) != list(COLUMNS):
             raise ValueError("other columns")
     except (ValueError, OSError, UnicodeDecodeError) as error:
@@ -342,6 +359,17 @@ def _keep(store: str | Path, rows: list[dict[str, Any]]) -> None:
 
     content = pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(index=False).encode()
     write_whole("store", Path(store), content)
+
+
+def as_json(table: pd.DataFrame) -> str:
+    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known."""
+    rows = [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
+    return json.dumps(rows, indent=2, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON can say: no infinity, no NaN."""
+    return value if not isinstance(value, float) or np.isfinite(value) else None
 
 
 def summary(table: pd.DataFrame) -> str:
@@ -416,6 +444,7 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
     axes.set_ylabel("distance of tractions from the best solution,\nby the largest traction bound")
     axes.set_ylim(bottom=1e-17)
     axes.grid(alpha=0.3)
-    figure.legend(loc="outside right upper", fontsize="small")
+    if not measured.empty:
+        figure.legend(loc="outside right upper", fontsize="small")
     plt.close(figure)
     return figure

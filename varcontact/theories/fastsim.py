@@ -397,20 +397,51 @@ def creepage_for_force(
     def force(x: float, y: float) -> np.ndarray:
         return fastsim(a, b, G, friction_force, (x, y, spin), coefficients, m=m, n=n, bound=bound).force
 
+    return np.array([*creepages_meeting(force, (given_x, given_y), (Fx, Fy), unit, friction_force), spin])
+
+
+def creepages_meeting(
+    force: Callable[[float, float], np.ndarray],
+    given: tuple[float, float],
+    prescribed: tuple[float | None, float | None],
+    unit: float,
+    friction_force: float,
+) -> tuple[float, float]:
+    """vx and vy at which a theory gives the prescribed forces; those that are given where there are none.
+
+    Parameters
+    ----------
+    force : callable
+        Fx and Fy of vx and vy, falling with them.
+    given : pair of float
+        Creepages for directions without a force.
+    prescribed : pair of float or None
+    unit : float
+        A creepage at which it slips.
+    friction_force : float
+        By which a miss is judged.
+
+    Raises
+    ------
+    NotConverged
+        If none are found.
+    """
+    Fx, Fy = prescribed
+
     def lateral(x: float) -> float:
-        return given_y if Fy is None else _root(lambda y: float(force(x, y)[1]) - Fy, unit)
+        return given[1] if Fy is None else _root(lambda y: float(force(x, y)[1]) - Fy, unit)
 
     if Fx is not None and Fy is not None:
         quick = _newton(lambda v: (force(*v) - (Fx, Fy)) / friction_force, unit)
         if quick is not None:
-            return np.array([*quick, spin])
-    x = given_x if Fx is None else _root(lambda x: float(force(x, lateral(x))[0]) - Fx, unit)
+            return float(quick[0]), float(quick[1])
+    x = given[0] if Fx is None else _root(lambda x: float(force(x, lateral(x))[0]) - Fx, unit)
     y = lateral(x)
     found = force(x, y)
-    miss = max(abs(found[i] - F) for i, F in enumerate((Fx, Fy)) if F is not None) if (Fx, Fy) != (None, None) else 0.0
+    miss = max((abs(found[i] - F) for i, F in enumerate(prescribed) if F is not None), default=0.0)
     if miss > 1e-9 * friction_force:
         raise NotConverged("no creepages found for the prescribed force", miss / friction_force)
-    return np.array([x, y, spin])
+    return x, y
 
 
 def _newton(miss: Callable[[np.ndarray], np.ndarray], unit: float) -> np.ndarray | None:

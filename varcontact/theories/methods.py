@@ -9,11 +9,12 @@ import numpy as np
 
 from varcontact.active_set.tang import no_slip
 from varcontact.coupling import ContactState
+from varcontact.errors import Saturated
 from varcontact.problem import Discretisation
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
 from varcontact.scene import Scene, Steady
 from varcontact.surfaces import SampledDistance
-from varcontact.theories.fastsim import creepage_for_force, fastsim_on_grid
+from varcontact.theories.fastsim import creepages_meeting, fastsim_on_grid
 from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.simplified import flexibility
 from varcontact.theories.vermeulen_johnson import (
@@ -57,12 +58,12 @@ def fastsim(disc: Discretisation, state: ContactState) -> ContactState:
         state.pressure > 0
     )
     limit = _friction(disc.scene) * state.pressure.sum() * disc.pressure
-    return _fastsim(disc, state, limit * height / height.sum(), "parabolic")
+    return _fastsim(disc, state, limit * height / height.sum())
 
 
 def fastsim_elliptic(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with FASTSIM's tractions under friction times Hertz's pressure, (166)."""
-    return _fastsim(disc, state, _friction(disc.scene) * state.pressure * disc.pressure, "elliptic")
+    return _fastsim(disc, state, _friction(disc.scene) * state.pressure * disc.pressure)
 
 
 def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
@@ -116,10 +117,8 @@ def _friction(scene: Scene) -> float:
     return scene.friction
 
 
-def _fastsim(disc: Discretisation, state: ContactState, bound: np.ndarray, form: str) -> ContactState:
-    """FASTSIM on the grid; forces prescribed are met on the grid, beginning with the creepages of its own division."""
-    from scipy.optimize import root
-
+def _fastsim(disc: Discretisation, state: ContactState, bound: np.ndarray) -> ContactState:
+    """FASTSIM on the grid, where prescribed forces are met, up to the last of what its elements can carry."""
     hertz, motion, G = disc.hertz, disc.scene.motion, disc.scene.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
@@ -129,35 +128,17 @@ def _fastsim(disc: Discretisation, state: ContactState, bound: np.ndarray, form:
         L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
         return fastsim_on_grid(disc.grid, hertz.a, hertz.b, L, bound, creepage)
 
-    forces = [motion.Fx, motion.Fy]
-    free = [i for i in (0, 1) if forces[i] is not None]
-    if free:
-        goal, limit = np.array([forces[i] for i in free], dtype=float), float(bound.sum()) * disc.grid.area
-        vx, vy = _given(motion)
-        creepage = creepage_for_force(
-            hertz.a,
-            hertz.b,
-            G,
-            limit,
-            table,
-            vx=vx,
-            vy=vy,
-            spin=motion.spin,
-            Fx=motion.Fx,
-            Fy=motion.Fy,
-            m=max(disc.grid.nx, 2),
-            n=disc.grid.ny,
-            bound=form,
-        )
-        unit = float(np.abs(creepage[free]).max()) or limit / (hertz.a * hertz.b * G)
+    if motion.Fx is not None or motion.Fy is not None:
+        limit = float(bound.sum()) * disc.grid.area
+        size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+        if size >= limit:
+            raise Saturated(size, limit)
+        unit = 3 * limit / (G * hertz.a * hertz.b * table.C11)
 
-        def lack(parts: np.ndarray) -> np.ndarray:
-            trial = creepage.copy()
-            trial[free] = parts * unit
-            return np.asarray((tractions(trial).sum(axis=(1, 2))[free] * disc.grid.area - goal) / limit)
+        def force(vx: float, vy: float) -> np.ndarray:
+            return np.asarray(tractions(np.array([vx, vy, motion.spin])).sum(axis=(1, 2)) * disc.grid.area)
 
-        creepage = creepage.copy()
-        creepage[free] = root(lack, creepage[free] / unit, tol=1e-13).x * unit
+        creepage[:2] = creepages_meeting(force, (motion.vx, motion.vy), (motion.Fx, motion.Fy), unit, limit)
     traction = tractions(creepage)
     slips = (np.hypot(*traction) >= bound * (1 - 1e-9)) & (state.pressure > 0)
     return _state(disc, state, traction / disc.pressure, _rigid(disc, creepage), slips)
