@@ -1,16 +1,30 @@
 """Closed forms to test against: public, documented, tested by quadrature or limits."""
 
+from varcontact.reference.bufler import Bufler, bufler
+from varcontact.reference.carter import Carter, carter
+from varcontact.reference.cattaneo_line import CattaneoLine, cattaneo_line
 from varcontact.reference.cattaneo_mindlin import CattaneoMindlin, cattaneo_mindlin
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from varcontact.reference.hertz import HertzContact, elliptic_integrals, hertz, hertz_ellipse
+from varcontact.reference.line_contact import LineContact, line_contact
+from varcontact.reference.spence import spence_ratio
 
 __all__ = [
+    "Bufler",
+    "Carter",
+    "CattaneoLine",
     "CattaneoMindlin",
     "CreepageCoefficients",
     "HertzContact",
+    "LineContact",
+    "bufler",
+    "carter",
+    "cattaneo_line",
     "cattaneo_mindlin",
     "creepage_coefficients",
     "elliptic_integrals",
     "hertz",
     "hertz_ellipse",
+    "line_contact",
+    "spence_ratio",
 ]
