@@ -222,6 +222,7 @@ def test_compare(folder):
         (["scene.toml", "--methods", ""], ["methods", "one at least"]),
         (["scene.toml", "--tol", "-1"], ["tol", "positive"]),
         (["nothing.toml"], ["nothing.toml"]),
+        (["scene.toml", "scene.toml"], ["scenes", "each file once"]),
         ([], ["scenes", "--bank"]),
         (["scene.toml", "--out", "none/t.csv"], ["--out", "no folder"]),
     ],

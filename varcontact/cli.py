@@ -109,6 +109,8 @@ def compare(
         _check_picture(plot)
         _check_apart(out, plot)
     files = scenes or []
+    if len(set(files)) < len(files):
+        raise SceneError("scenes", " ".join(map(str, files)), "each file once")
     stems = [path.stem for path in files]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, files, strict=True)]
     described = {name: read_scene(path)[0] for name, path in zip(names, files, strict=True)}
