@@ -96,7 +96,8 @@ def solve(
     plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
     _check_saturation(scene)
-    steps = Steps(plan, tol, polish, Clock(progress))
+    repeats = plan.coupling == "panagiotopoulos" or plan.formulation == "marching"
+    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None)
     disc, state = _on_a_grid_that_holds_it(scene, steps)
     return _judged(disc, state, steps)
 
