@@ -2,13 +2,13 @@
 
 from varcontact.theories.fastsim import (
     FastsimField,
-    creepage_for_force,
     fastsim,
     fastsim_field,
     fastsim_on_grid,
 )
 from varcontact.theories.inputs import Resultants
 from varcontact.theories.linear import linear_creepage, linear_forces
+from varcontact.theories.prescribed import creepage_for_force
 from varcontact.theories.simplified import (
     flexibility,
     simplified_force,

@@ -14,8 +14,9 @@ from varcontact.problem import Discretisation
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
 from varcontact.scene import Scene, Steady
 from varcontact.surfaces import SampledDistance
-from varcontact.theories.fastsim import creepages_meeting, fastsim_on_grid
+from varcontact.theories.fastsim import fastsim_on_grid
 from varcontact.theories.no_slip import no_slip_coefficients
+from varcontact.theories.prescribed import creepages_meeting
 from varcontact.theories.simplified import flexibility
 from varcontact.theories.vermeulen_johnson import (
     vermeulen_johnson,
