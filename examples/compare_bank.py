@@ -12,7 +12,8 @@ import sys
 import pandas as pd
 
 import varcontact as vc
-from varcontact.study.compare import DEFAULT_METHODS, summary
+from varcontact.report import summary
+from varcontact.study.compare import DEFAULT_METHODS
 
 
 def main(

@@ -16,11 +16,12 @@ from varcontact.grid import Grid
 from varcontact.io.netcdf import load
 from varcontact.io.scenefile import read_scene
 from varcontact.plan import Plan
+from varcontact.plot import plot_comparison
 from varcontact.scene import Bodies, Scene, Shift, Steady, Units
 from varcontact.solution import Solution
 from varcontact.solve import certify, solve
 from varcontact.study.bank import standard_bank
-from varcontact.study.compare import compare, plot_comparison
+from varcontact.study.compare import compare
 from varcontact.study.scan import scan
 from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
 

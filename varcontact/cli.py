@@ -99,8 +99,12 @@ def compare(
     """Solve scenes by many methods side by side, each judged by the same certificate."""
     from varcontact.io.netcdf import check_writable
     from varcontact.io.scenefile import read_scene
-    from varcontact.study import compare as study
+    from varcontact.plot import plot_comparison
+    from varcontact.report import summary
     from varcontact.study.bank import standard_bank
+    from varcontact.study.compare import DEFAULT_METHODS
+    from varcontact.study.compare import compare as compare_methods
+    from varcontact.study.store import as_json as table_as_json
 
     for name, path in (("--out", out), ("--plot", plot)):
         if path is not None:
@@ -117,11 +121,11 @@ def compare(
     described |= standard_bank() if bank else {}
     if not described:
         raise SceneError("scenes", [], "one file at least, or --bank")
-    chosen = study.DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
-    table = _with_progress(lambda progress: study.compare(described, chosen, tol=tol, store=out, progress=progress))
-    _print(study.as_json(table) if as_json else study.summary(table))
+    chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
+    table = _with_progress(lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress))
+    _print(table_as_json(table) if as_json else summary(table))
     if plot is not None:
-        _write_picture(study.plot_comparison(table), plot)
+        _write_picture(plot_comparison(table), plot)
 
 
 def main() -> None:

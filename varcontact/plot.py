@@ -1,4 +1,4 @@
-"""Pictures of a solution in the field's way."""
+"""Pictures: a solution in the field's way, and a comparison."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from varcontact.scene import Steady, Units
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -136,3 +137,39 @@ def _label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> st
     if units is None:
         return name
     return f"{name} [{units.of(quantity)}]" if brackets else f"{name} {units.of(quantity)}"
+
+
+def plot_comparison(table: pd.DataFrame) -> Figure:
+    """Picture of a comparison: error of the tractions against time, a point for each scene and method.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        From `compare`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(9, 5.5), layout="constrained")
+    measured = table[table["traction_distance"].notna()]
+    markers = "os^vDP*X<>hd"
+    for i, (method, rows) in enumerate(measured.groupby("method", sort=False)):
+        seconds = rows["normal_seconds"] + rows["tangential_seconds"]
+        error = np.maximum(rows["traction_distance"], 1e-16)
+        color, marker = f"C{i % 10}", markers[i % len(markers)]
+        failed = (rows["outcome"] == "not converged").to_numpy()
+        axes.plot(seconds[~failed], error[~failed], marker, color=color, alpha=0.8, label=f"{method}")
+        if failed.any():
+            label = f"{method}, not converged"
+            axes.plot(seconds[failed], error[failed], marker, color=color, markerfacecolor="none", label=label)
+    axes.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
+    axes.set_ylabel("distance of tractions from the best solution,\nby the largest traction bound")
+    axes.set_ylim(bottom=1e-17)
+    axes.grid(alpha=0.3)
+    if not measured.empty:
+        figure.legend(loc="outside right upper", fontsize="small")
+    plt.close(figure)
+    return figure

@@ -1,15 +1,17 @@
-"""A solution in words, for people."""
+"""A solution in words, for people; a comparison in words."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.scene import Steady
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from varcontact.solution import Solution
 
 
@@ -113,3 +115,45 @@ def _unit(sol: Solution) -> Callable[[str], str]:
 def _number(value: float, other: float) -> str:
     """A component, shown as zero where it is rounding beside the other."""
     return f"{0.0 if abs(value) < 1e-13 * abs(other) else value:.6g}"
+
+
+def summary(table: pd.DataFrame) -> str:
+    """A comparison in words and figures, for people: a block for each scene, then what was not solved and why."""
+    blocks = []
+    for scene, rows in table.groupby("scene", sort=False):
+        records = rows.to_dict("records")
+        lines = [list(_SHOWN), *([_cell(row[name], form) for name, form in _SHOWN.values()] for row in records)]
+        widths = [max(len(line[i]) for line in lines) for i in range(len(_SHOWN))]
+        text = [
+            "  ".join(
+                cell.ljust(width) if i < 2 else cell.rjust(width)
+                for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+            ).rstrip()
+            for line in lines
+        ]
+        reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
+        blocks.append("\n".join([str(scene), *text, *reasons]))
+    return "\n\n".join(blocks)
+
+
+_SHOWN = {
+    "method": ("method", "s"),
+    "outcome": ("outcome", "s"),
+    "Fx": ("Fx", ".6g"),
+    "Fy": ("Fy", ".6g"),
+    "Mz": ("Mz", ".5g"),
+    "rel. gap": ("relative_gap", ".0e"),
+    "residual": ("residual", ".0e"),
+    "force off": ("force_distance", ".0e"),
+    "traction off": ("traction_distance", ".0e"),
+    "areas off": ("misclassified", ".0f"),
+    "iterations": ("iterations", ".0f"),
+    "set-up s": ("setup_seconds", ".3f"),
+    "repeat s": ("repeat_seconds", ".3f"),
+}
+"""Columns of the printed table: which of the measured ones, and how written."""
+
+
+def _cell(value: Any, form: str) -> str:
+    """A value as text; nothing where it is not known."""
+    return "" if value != value else format(value, form)

@@ -8,7 +8,9 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.study.compare import DEFAULT_METHODS, Method, as_json, summary
+from varcontact.report import summary
+from varcontact.study.compare import DEFAULT_METHODS, Method
+from varcontact.study.store import as_json
 
 EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-safeguarded")
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -14,17 +12,16 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
-from varcontact.io.scenefile import scene_to
 from varcontact.methods import available, load_packages, normal_methods, states_programs, tangential_methods
 from varcontact.plan import FORMULATIONS, Plan, make_plan
 from varcontact.scene import Scene, Shift, Steady
 from varcontact.solution import Solution
 from varcontact.solve import solve_many
+from varcontact.study.store import COLUMNS, identity, keep, stored
 from varcontact.theories.methods import THEORIES
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 DEFAULT_METHODS = (
     "clarabel",
@@ -37,38 +34,6 @@ DEFAULT_METHODS = (
     "linear",
     "vermeulen-johnson",
 )
-
-COLUMNS = (
-    "scene",
-    "method",
-    "outcome",
-    "reason",
-    "Fx",
-    "Fy",
-    "Mz",
-    "vx",
-    "vy",
-    "spin",
-    "approach",
-    "gap",
-    "relative_gap",
-    "residual",
-    "force_bound",
-    "force_distance",
-    "traction_distance",
-    "misclassified",
-    "iterations",
-    "normal_seconds",
-    "tangential_seconds",
-    "certificate_seconds",
-    "setup_seconds",
-    "repeat_seconds",
-    "total_seconds",
-    "identity",
-)
-"""What the table says of each scene and method."""
-
-_WORDS = ("scene", "method", "outcome", "reason", "identity")
 
 
 def compare(
@@ -134,15 +99,15 @@ def compare(
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         raise SceneError("methods" if named else "scenes", [], "one at least")
-    identities = {name: _identity(scene, tol) for name, scene in named.items()}
-    done = _stored(store, [method.name for method in chosen], identities)
+    identities = {name: identity(scene, tol) for name, scene in named.items()}
+    done = stored(store, [method.name for method in chosen], identities)
     for name, scene in named.items():
         if any(row["scene"] == name for row in done):
             continue
         rows = _compared(name, scene, chosen, tol, progress)
         done += [{**row, "identity": identities[name]} for row in rows]
         if store is not None:
-            _keep(store, done)
+            keep(store, done)
     return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
 
 
@@ -319,132 +284,3 @@ def _distances(sol: Solution, best: Solution) -> dict[str, Any]:
         "traction_distance": float(np.hypot(*(sol.traction - best.traction)).max() / bound.max()),
         "misclassified": int(np.sum(sol.state != best.state)),
     }
-
-
-def _identity(scene: Scene, tol: float) -> str:
-    """A few digits that tell one scene and tolerance from another."""
-    described = json.dumps([scene_to(scene), tol], sort_keys=True)
-    return hashlib.sha256(described.encode()).hexdigest()[:12]
-
-
-def _stored(store: str | Path | None, methods: list[str], identities: dict[str, str]) -> list[dict[str, Any]]:
-    """Rows of an earlier run: whole scenes, the same by the same methods."""
-    import pandas as pd
-
-    if store is None or not Path(store).exists():
-        return []
-    try:
-        # a scene may be called "NA": only empty figures are missing
-        table = pd.read_csv(store, dtype=dict.fromkeys(_WORDS, str), keep_default_na=False, na_values=[""])
-        if list(table.columns) != list(COLUMNS):
-            raise ValueError("other columns")
-    except (ValueError, OSError, UnicodeDecodeError) as error:
-        raise SceneError("store", str(store), f"a table of an earlier comparison, or a new file ({error})") from None
-    table[list(_WORDS)] = table[list(_WORDS)].fillna("")
-    rows: list[dict[str, Any]] = table.to_dict("records")
-    scenes = dict.fromkeys(row["scene"] for row in rows)
-    for scene in scenes:
-        if [row["method"] for row in rows if row["scene"] == scene] != methods:
-            raise SceneError("store", str(store), "a table by the same methods, in the same order, or a new file")
-    for row in rows:
-        if identities.get(row["scene"], row["identity"]) != row["identity"]:
-            raise SceneError("store", str(store), f"a table with the same scene {row['scene']!r}, or a new file")
-    return rows
-
-
-def _keep(store: str | Path, rows: list[dict[str, Any]]) -> None:
-    import pandas as pd
-
-    from varcontact.io.netcdf import write_whole
-
-    content = pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(index=False).encode()
-    write_whole("store", Path(store), content)
-
-
-def as_json(table: pd.DataFrame) -> str:
-    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known."""
-    rows = [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
-    return json.dumps(rows, indent=2, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    """What JSON can say: no infinity, no NaN."""
-    return value if not isinstance(value, float) or np.isfinite(value) else None
-
-
-def summary(table: pd.DataFrame) -> str:
-    """A comparison in words and figures, for people: a block for each scene, then what was not solved and why."""
-    blocks = []
-    for scene, rows in table.groupby("scene", sort=False):
-        records = rows.to_dict("records")
-        lines = [list(_SHOWN), *([_cell(row[name], form) for name, form in _SHOWN.values()] for row in records)]
-        widths = [max(len(line[i]) for line in lines) for i in range(len(_SHOWN))]
-        text = [
-            "  ".join(
-                cell.ljust(width) if i < 2 else cell.rjust(width)
-                for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-            ).rstrip()
-            for line in lines
-        ]
-        reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
-        blocks.append("\n".join([str(scene), *text, *reasons]))
-    return "\n\n".join(blocks)
-
-
-_SHOWN = {
-    "method": ("method", "s"),
-    "outcome": ("outcome", "s"),
-    "Fx": ("Fx", ".6g"),
-    "Fy": ("Fy", ".6g"),
-    "Mz": ("Mz", ".5g"),
-    "rel. gap": ("relative_gap", ".0e"),
-    "residual": ("residual", ".0e"),
-    "force off": ("force_distance", ".0e"),
-    "traction off": ("traction_distance", ".0e"),
-    "areas off": ("misclassified", ".0f"),
-    "iterations": ("iterations", ".0f"),
-    "set-up s": ("setup_seconds", ".3f"),
-    "repeat s": ("repeat_seconds", ".3f"),
-}
-"""Columns of the printed table: which of the measured ones, and how written."""
-
-
-def _cell(value: Any, form: str) -> str:
-    """A value as text; nothing where it is not known."""
-    return "" if value != value else format(value, form)
-
-
-def plot_comparison(table: pd.DataFrame) -> Figure:
-    """Picture of a comparison: error of the tractions against time, a point for each scene and method.
-
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        From `compare`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(9, 5.5), layout="constrained")
-    measured = table[table["traction_distance"].notna()]
-    markers = "os^vDP*X<>hd"
-    for i, (method, rows) in enumerate(measured.groupby("method", sort=False)):
-        seconds = rows["normal_seconds"] + rows["tangential_seconds"]
-        error = np.maximum(rows["traction_distance"], 1e-16)
-        color, marker = f"C{i % 10}", markers[i % len(markers)]
-        failed = (rows["outcome"] == "not converged").to_numpy()
-        axes.plot(seconds[~failed], error[~failed], marker, color=color, alpha=0.8, label=f"{method}")
-        if failed.any():
-            label = f"{method}, not converged"
-            axes.plot(seconds[failed], error[failed], marker, color=color, markerfacecolor="none", label=label)
-    axes.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
-    axes.set_ylabel("distance of tractions from the best solution,\nby the largest traction bound")
-    axes.set_ylim(bottom=1e-17)
-    axes.grid(alpha=0.3)
-    if not measured.empty:
-        figure.legend(loc="outside right upper", fontsize="small")
-    plt.close(figure)
-    return figure

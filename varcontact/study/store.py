@@ -1,0 +1,100 @@
+"""The table of a comparison: its columns, the file it is kept in, and what it was made from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.errors import SceneError
+from varcontact.io.netcdf import write_whole
+from varcontact.io.scenefile import scene_to
+from varcontact.scene import Scene
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = (
+    "scene",
+    "method",
+    "outcome",
+    "reason",
+    "Fx",
+    "Fy",
+    "Mz",
+    "vx",
+    "vy",
+    "spin",
+    "approach",
+    "gap",
+    "relative_gap",
+    "residual",
+    "force_bound",
+    "force_distance",
+    "traction_distance",
+    "misclassified",
+    "iterations",
+    "normal_seconds",
+    "tangential_seconds",
+    "certificate_seconds",
+    "setup_seconds",
+    "repeat_seconds",
+    "total_seconds",
+    "identity",
+)
+"""What the table says of each scene and method."""
+
+_WORDS = ("scene", "method", "outcome", "reason", "identity")
+
+
+def identity(scene: Scene, tol: float) -> str:
+    """A few digits that tell one scene and tolerance from another."""
+    described = json.dumps([scene_to(scene), tol], sort_keys=True)
+    return hashlib.sha256(described.encode()).hexdigest()[:12]
+
+
+def stored(store: str | Path | None, methods: list[str], identities: dict[str, str]) -> list[dict[str, Any]]:
+    """Rows of an earlier run: whole scenes, the same by the same methods."""
+    import pandas as pd
+
+    if store is None or not Path(store).exists():
+        return []
+    try:
+        # a scene may be called "NA": only empty figures are missing
+        table = pd.read_csv(store, dtype=dict.fromkeys(_WORDS, str), keep_default_na=False, na_values=[""])
+        if list(table.columns) != list(COLUMNS):
+            raise ValueError("other columns")
+    except (ValueError, OSError, UnicodeDecodeError) as error:
+        raise SceneError("store", str(store), f"a table of an earlier comparison, or a new file ({error})") from None
+    table[list(_WORDS)] = table[list(_WORDS)].fillna("")
+    rows: list[dict[str, Any]] = table.to_dict("records")
+    scenes = dict.fromkeys(row["scene"] for row in rows)
+    for scene in scenes:
+        if [row["method"] for row in rows if row["scene"] == scene] != methods:
+            raise SceneError("store", str(store), "a table by the same methods, in the same order, or a new file")
+    for row in rows:
+        if identities.get(row["scene"], row["identity"]) != row["identity"]:
+            raise SceneError("store", str(store), f"a table with the same scene {row['scene']!r}, or a new file")
+    return rows
+
+
+def keep(store: str | Path, rows: list[dict[str, Any]]) -> None:
+    """Write all rows there are, or leave the file as it was."""
+    import pandas as pd
+
+    content = pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(index=False).encode()
+    write_whole("store", Path(store), content)
+
+
+def as_json(table: pd.DataFrame) -> str:
+    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known."""
+    rows = [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
+    return json.dumps(rows, indent=2, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON can say: no infinity, no NaN."""
+    return value if not isinstance(value, float) or np.isfinite(value) else None
