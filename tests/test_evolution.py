@@ -61,9 +61,10 @@ def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
     grid = GRID.spread((-1.2, 1.2, -0.9, 0.9))
     disc = discretise(rolling(), grid)
     problem = disc.tangential_problem(hertz_pressure(disc, unloaded(grid)).pressure, marching=True)
-    lazy = lambda step, settings, start: dataclasses.replace(start, status="MaxIterations")  # noqa: E731
-    assert march(lazy, problem, Settings(), None).status == "MaxIterations"
-    broken = lambda step, settings, start: RawSolution(np.full((2, step.size), np.nan), np.zeros(2), 1, "Lost")  # noqa: E731
+    lazy = lambda step, settings, start: dataclasses.replace(start, status="Tired", solved=False)  # noqa: E731
+    raw = march(lazy, problem, Settings(), None)
+    assert raw.status == "Tired" and not raw.solved
+    broken = lambda step, settings, start: RawSolution(np.full((2, step.size), np.nan), np.zeros(2), 1, "Lost", False)  # noqa: E731
     raw = march(broken, problem, Settings(), None)
-    assert raw.status == "Lost"
+    assert raw.status == "Lost" and not raw.solved
     assert np.isfinite(raw.traction).all()

@@ -15,8 +15,6 @@ Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution
 MAX_STEPS = 2000
 IDLE_STEPS, NEARLY_STILL = 5, 1e-4
 """A march that hardly moves, relative to the largest traction, and comes no nearer in so many steps, is at its end."""
-FAILURES = ("Cycled", "NewtonFailed", "MaxIterations")
-"""Words of active-set methods that ended at their best iterate: where that is the start, nothing changes either."""
 
 
 def march(solver: Solver, problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -39,7 +37,7 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
     -------
     RawSolution
         `iterations` counts the solver's over all steps; `status` is "Steady", the solver's own word where that
-        gave no number or failed in the last step, or "MaxSteps".
+        gave no number or failed in a last step short of the tolerance, or "MaxSteps".
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
@@ -66,6 +64,7 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
         least = min(least, residual)
         still = change <= NEARLY_STILL * float(np.abs(raw.traction).max())
         if residual <= settings.tol or (still and idle >= IDLE_STEPS):  # the solver comes no nearer
-            status = raw.status if raw.status in FAILURES else "Steady"
+            # A solver that fails may give back its start: then nothing changes either.
+            status = "Steady" if residual <= settings.tol or raw.solved else raw.status
             break
-    return RawSolution(at.traction, at.rigid, iterations, status)
+    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady")

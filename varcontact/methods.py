@@ -113,7 +113,7 @@ def _from_a_start_or_none(
 ) -> RawSolution:
     """TANG; where a start (the step, the pass or the creepage before) leads nowhere, from its own."""
     raw = method(problem, start)
-    if start is None or raw.status == "Solved":
+    if start is None or raw.solved:
         return raw
     again = method(problem, None)
     return replace(again, iterations=raw.iterations + again.iterations)

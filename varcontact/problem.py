@@ -177,12 +177,15 @@ class RawSolution:
     iterations : int
     status : str
         The solver's own word.
+    solved : bool
+        What that word means: whether the solver says that it reached all it was asked for.
     """
 
     traction: np.ndarray
     rigid: np.ndarray
     iterations: int
     status: str
+    solved: bool = True
 
 
 @dataclass(frozen=True, eq=False)

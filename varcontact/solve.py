@@ -121,7 +121,7 @@ def solve_many(
         steps = Steps(plan, tol, polish, Clock(progress), setups)
         if disc is not None and state is not None and motion is not None and plan.coupling == "none":
             disc = disc.moved(motion)
-            state = _contact(disc, steps, replace(state, iterations={}, status={}))
+            state = _contact(disc, steps, replace(state, iterations={}, status={}, solved={}))
         else:
             disc, state = _on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
         yield _judged(disc, state, steps)

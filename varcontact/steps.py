@@ -82,6 +82,7 @@ class Steps:
                 approach=float(raw.rigid[0]),
                 iterations=_counted(state, "normal", raw.iterations),
                 status={**state.status, "normal": raw.status},
+                solved={**state.solved, "normal": raw.solved},
             )
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -102,6 +103,7 @@ class Steps:
                 rigid=raw.rigid,
                 iterations=_counted(state, "tangential", raw.iterations),
                 status={**state.status, "tangential": raw.status},
+                solved={**state.solved, "tangential": raw.solved},
             )
 
     def _normal(self, problem: NormalProblem, start: RawSolution | None) -> RawSolution:

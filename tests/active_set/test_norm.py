@@ -57,7 +57,7 @@ def test_tractions_change_the_pressure(rolling):
 @pytest.mark.parametrize("exchange", ["set", "one"])
 def test_too_few_exchanges_are_named(rolling, exchange):
     raw = norm(problem(rolling, "force", False), exchange=exchange, max_exchanges=2)
-    assert raw.status == "MaxIterations"
+    assert raw.status == "MaxIterations" and not raw.solved
     assert raw.traction.min() >= 0, "admissible in any case"
 
 

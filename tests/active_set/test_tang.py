@@ -37,7 +37,7 @@ def test_both_versions_agree(rolling, motion):
     problem = posed(rolling(motion=motion))
     printed, safe = tang(problem), tang_safeguarded(problem)
     for raw in (printed, safe):
-        assert raw.status == "Solved"
+        assert raw.status == "Solved" and raw.solved
         assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
         again = tang(problem, raw)
         assert again.status == "Solved"
@@ -92,6 +92,15 @@ def test_no_slip_needs_no_areas(rolling):
         raw = method(problem)
         assert np.abs(problem.shift(raw.traction, raw.rigid)).max() < 1e-13
         assert problem.area * raw.traction[0].sum() == pytest.approx(problem.force[0], rel=1e-12)
+
+
+def test_what_is_not_solved_says_so(rolling):
+    """Ended at its limit, even where the start it came from was called solved."""
+    problem = posed(rolling())
+    start = dataclasses.replace(no_slip(problem), solved=True)
+    raw = tang_safeguarded(problem, start, max_steps=1)
+    assert raw.status == "MaxIterations" and not raw.solved
+    assert tang_safeguarded(problem, dataclasses.replace(raw, solved=False)).solved
 
 
 @settings(max_examples=12)

@@ -4,10 +4,34 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
 
 import varcontact as vc
+from varcontact.conic.accuracy import BACKENDS
+from varcontact.conic.programs import ConicProgram
+from varcontact.conic.solvers import backend
+from varcontact.methods import CVXPY_SOLVERS, PROGRAM_SOLVERS, available
 
 GRID = vc.Grid(nx=8, ny=8)
+ALL = [*PROGRAM_SOLVERS, *(f"qpsolvers:{name}" for name in BACKENDS), *(f"cvxpy:{name}" for name in CVXPY_SOLVERS)]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_solver_tells_whether_it_solved(name):
+    """``min x^2/2 + x`` has an answer with -1/2 <= x <= 1, and none with 2 <= x <= 1, whatever words say so."""
+    try:
+        available("method", name, ALL)
+    except vc.SolverUnavailable as error:
+        pytest.skip(str(error))
+    one = csc_matrix([[1.0]])
+    for lowest, possible in ((-0.5, True), (2.0, False)):
+        program = ConicProgram(
+            one, np.array([1.0]), csc_matrix([[1.0], [-1.0]]), np.array([1.0, -lowest]), [("nonnegative", 2)],
+            lambda x, z: (x, np.zeros(1)),
+        )  # fmt: skip
+        raw = backend(name)(program, 1e-8, None)
+        assert raw.solved is possible, raw.status
+        assert not possible or raw.traction[0] == pytest.approx(-0.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("formulation", ["complementary", "potential"])

@@ -56,7 +56,7 @@ def norm(
             status = "Solved"
             break
         contact = contact | overlaps
-    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), len(seen), status)
+    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), len(seen), status, status == "Solved")
 
 
 def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchanges: int) -> RawSolution:
@@ -89,7 +89,7 @@ def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchan
             status = "Solved"
             break
         contact[np.argmin(np.where(overlaps, distance, np.inf))] = True
-    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), exchanges, status)
+    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), exchanges, status, status == "Solved")
 
 
 def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndarray:

@@ -70,7 +70,7 @@ def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSol
             break
         sticks = sticks & ~beyond if beyond.any() else sticks | forward
     assert best is not None
-    return replace(best, iterations=newton, status=status)
+    return replace(best, iterations=newton, status=status, solved=status == "Solved")
 
 
 def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60) -> RawSolution:
@@ -103,14 +103,14 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     sticking = no_slip(problem)
     at = _Point(project(sticking.traction, problem.bound), sticking.rigid)
     best = _descend(problem, at, max_steps)
-    if best.status == "Solved":
+    if best.solved:
         return best
     newton = best.iterations
     if problem.free:
         printed = tang(problem)
         raw = _descend(problem, _Point(printed.traction, printed.rigid), max_steps)
         newton += printed.iterations + raw.iterations
-        if raw.status == "Solved":
+        if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, _Point(raw.traction, raw.rigid))
     splitting = _Splitting.of(problem)
@@ -118,10 +118,10 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         at = splitting.moved(at, rounds)
         raw = _descend(problem, at, max_steps)
         newton += raw.iterations
-        if raw.status == "Solved":
+        if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, _Point(raw.traction, raw.rigid))
-    return replace(best, iterations=newton, status="MaxIterations")
+    return replace(best, iterations=newton, status="MaxIterations", solved=False)
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
@@ -288,8 +288,8 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
             if least < (1 - 0.1 * part) * merit:
                 break
         merit, best = least, _better(problem, best, at)
-    residual = tangential_residual(problem, best.traction, best.rigid)
-    return replace(best, iterations=count, status="Solved" if residual <= SOLVED else "MaxIterations")
+    solved = tangential_residual(problem, best.traction, best.rigid) <= SOLVED
+    return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
 
 
 def _merit(problem: TangentialProblem, at: _Point, trial: np.ndarray) -> float:

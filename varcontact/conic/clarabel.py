@@ -39,4 +39,6 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
     recover = program.recover
     del program  # the solver has its own copy of the dense matrices
     result = solver.solve()
-    return RawSolution(*recover(np.array(result.x), np.array(result.z)), int(result.iterations), str(result.status))
+    traction, rigid = recover(np.array(result.x), np.array(result.z))
+    solved = bool(result.status == clarabel.SolverStatus.Solved)
+    return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)

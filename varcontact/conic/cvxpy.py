@@ -31,7 +31,8 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
         status, iterations = str(model.problem.status), model.problem.solver_stats.num_iters
     except cp.SolverError as error:
         status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0
-    return RawSolution(*program.recover(model.variables(), model.multipliers()), int(iterations or 0), status)
+    traction, rigid = program.recover(model.variables(), model.multipliers())
+    return RawSolution(traction, rigid, int(iterations or 0), status, status == cp.OPTIMAL)
 
 
 @dataclass(frozen=True, eq=False)

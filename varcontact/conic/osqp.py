@@ -29,4 +29,6 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
         setups.keep(key, program, solver)
     result = solver.solve(raise_error=False)
     traction, rigid = program.recover(np.array(result.x), np.array(result.y))
-    return RawSolution(traction, rigid, int(result.info.iter), str(result.info.status))
+    info = result.info
+    solved = bool(info.status_val == osqp.SolverStatus.OSQP_SOLVED)
+    return RawSolution(traction, rigid, int(info.iter), str(info.status), solved)

@@ -36,7 +36,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
             result = qpsolvers.solve_problem(problem, name, initvals=start, **options(name, tol))
         except qpsolvers.QPError as error:  # a program it cannot take: quadprog wants P positive definite
             nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
-            return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}")
+            return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False)
     x = np.full(program.q.size, np.nan) if result.x is None else np.asarray(result.x, dtype=float)
     z = np.full(program.b.size, np.nan)
     for rows, multipliers in ((equal, result.y), (~equal, result.z)):
@@ -45,7 +45,8 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     if setups is not None and result.found:
         setups.keep(key, program, x)
     iterations = getattr(result.extras.get("info"), "iter", 0)
-    return RawSolution(*program.recover(x, z), int(iterations), "Solved" if result.found else "NotFound")
+    status = "Solved" if result.found else "NotFound"
+    return RawSolution(*program.recover(x, z), int(iterations), status, bool(result.found))
 
 
 def _strictly_upper(matrix: Any) -> Any:

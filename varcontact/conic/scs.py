@@ -35,4 +35,5 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
     z = np.empty(rows.size)
     z[rows] = result["y"]
     traction, rigid = program.recover(np.array(result["x"]), z)
-    return RawSolution(traction, rigid, int(result["info"]["iter"]), str(result["info"]["status"]))
+    info = result["info"]
+    return RawSolution(traction, rigid, int(info["iter"]), str(info["status"]), info["status_val"] == scs.SOLVED)
