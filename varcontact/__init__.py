@@ -23,13 +23,14 @@ from varcontact.solve import certify, solve
 from varcontact.study.bank import standard_bank
 from varcontact.study.compare import compare
 from varcontact.study.scan import scan
-from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
+from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Bodies",
     "Certificate",
+    "Cylinders",
     "Ellipse",
     "Grid",
     "NoContact",

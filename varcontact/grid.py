@@ -12,7 +12,7 @@ from varcontact.errors import SceneError
 
 @dataclass(frozen=True, kw_only=True)
 class Grid:
-    """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles.
+    """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.
 
     Two forms (the third is the word ``"auto"`` in its place):
 
@@ -20,10 +20,13 @@ class Grid:
       on every side;
     - ``Grid(nx=, ny=, dx=, dy=, x0=, y0=)``: the lattice itself, ``(x0, y0)`` its lower left corner.
 
+    Line contact has no ny, dy, y0: ``Grid(nx=)`` or ``Grid(nx=, dx=, x0=)``. Its lattice is one row of unit width
+    along y, so that forces are per unit length.
+
     Parameters
     ----------
     nx, ny : int
-        Numbers of elements along x (rolling direction) and y.
+        Numbers of elements along x (rolling direction) and y; ny is left out in line contact.
     dx, dy : float, optional
         Side lengths of an element [length].
     x0, y0 : float, optional
@@ -43,10 +46,12 @@ class Grid:
     array([0.25, 0.75, 1.25])
     >>> grid.y
     array([-0.5,  0.5])
+    >>> Grid(nx=4, dx=0.5, x0=-1.0).shape
+    (1, 4)
     """
 
     nx: int
-    ny: int
+    ny: int | None = None
     dx: float | None = None
     dy: float | None = None
     x0: float | None = None
@@ -56,25 +61,40 @@ class Grid:
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "nx", whole("grid.nx", self.nx))
-        set_(self, "ny", whole("grid.ny", self.ny))
+        if self.ny is not None:
+            set_(self, "ny", whole("grid.ny", self.ny))
         set_(self, "margin", whole("grid.margin", self.margin, least=0))
-        lattice = {name: getattr(self, name) for name in ("dx", "dy", "x0", "y0")}
-        missing = [name for name, value in lattice.items() if value is None]
-        if len(missing) == 4:
+        names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
+        for name in {"dy", "y0"} - set(names):
+            if getattr(self, name) is not None:
+                raise SceneError(f"grid.{name}", getattr(self, name), "left out, as ny is: line contact has no rows")
+        missing = [name for name in names if getattr(self, name) is None]
+        if len(missing) == len(names):
             return
         if missing:
-            raise SceneError(f"grid.{missing[0]}", None, "given, as dx, dy, x0 and y0 come together")
-        for name in ("dx", "dy"):
-            set_(self, name, positive(f"grid.{name}", lattice[name]))
-        for name in ("x0", "y0"):
-            set_(self, name, number(f"grid.{name}", lattice[name]))
+            raise SceneError(f"grid.{missing[0]}", None, f"given, as {', '.join(names)} come together")
+        for name in names:
+            check = positive if name in ("dx", "dy") else number
+            set_(self, name, check(f"grid.{name}", getattr(self, name)))
+
+    @property
+    def line(self) -> bool:
+        """Whether it is for line contact: no rows."""
+        return self.ny is None
 
     @property
     def explicit(self) -> bool:
         """Whether the lattice itself is given."""
         return self.dx is not None
 
+    @property
+    def rows(self) -> int:
+        """Number of rows: ny, or the one of line contact."""
+        return 1 if self.ny is None else self.ny
+
     def _lattice(self) -> tuple[float, float, float, float]:
+        if self.line and self.dx is not None and self.x0 is not None:
+            return self.dx, 1.0, self.x0, -0.5
         if self.dx is None or self.dy is None or self.x0 is None or self.y0 is None:
             raise SceneError("grid", self, "an explicit lattice (dx, dy, x0, y0) where its elements are asked for")
         return self.dx, self.dy, self.x0, self.y0
@@ -87,11 +107,16 @@ class Grid:
     @property
     def shape(self) -> tuple[int, int]:
         """(ny, nx), the shape of fields on the grid."""
-        return self.ny, self.nx
+        return self.rows, self.nx
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return self.rows * self.nx
 
     @property
     def area(self) -> float:
-        """Area of one element."""
+        """Area of one element; in line contact that of a strip of unit length."""
         dx, dy, _, _ = self._lattice()
         return dx * dy
 
@@ -105,23 +130,40 @@ class Grid:
     def y(self) -> np.ndarray:
         """y of the element centres, shape (ny,)."""
         _, dy, _, y0 = self._lattice()
-        return y0 + (np.arange(self.ny) + 0.5) * dy
+        return y0 + (np.arange(self.rows) + 0.5) * dy
 
     @property
     def box(self) -> tuple[float, float, float, float]:
         """(left, right, bottom, top) of the potential contact."""
         dx, dy, x0, y0 = self._lattice()
-        return x0, x0 + self.nx * dx, y0, y0 + self.ny * dy
+        return x0, x0 + self.nx * dx, y0, y0 + self.rows * dy
 
-    def extended(self, left: int = 1, right: int = 1, bottom: int = 1, top: int = 1) -> Grid:
-        """The same lattice with more elements around it."""
+    def window(self, left: int, right: int, bottom: int, top: int) -> Grid:
+        """The same lattice from column `left` to before column `right`, from row `bottom` to before row `top`.
+
+        Columns and rows beyond the grid (negative numbers) extend it; line contact has no rows to choose.
+        """
         dx, dy, x0, y0 = self._lattice()
-        return Grid(
-            nx=self.nx + left + right, ny=self.ny + bottom + top, dx=dx, dy=dy, x0=x0 - left * dx, y0=y0 - bottom * dy
-        )
+        nx, x0 = right - left, x0 + left * dx
+        if self.line:
+            return Grid(nx=nx, dx=dx, x0=x0)
+        return Grid(nx=nx, ny=top - bottom, dx=dx, dy=dy, x0=x0, y0=y0 + bottom * dy)
+
+    def extended(self) -> Grid:
+        """The same lattice with one more element on every side."""
+        return self.window(-1, self.nx + 1, -1, self.rows + 1)
+
+    def scaled(self, length: float) -> Grid:
+        """The lattice with lengths in units of `length`."""
+        dx, dy, x0, y0 = self._lattice()
+        if self.line:
+            return Grid(nx=self.nx, dx=dx / length, x0=x0 / length)
+        return Grid(nx=self.nx, ny=self.ny, dx=dx / length, dy=dy / length, x0=x0 / length, y0=y0 / length)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
         """The lattice with `nx` by `ny` elements across a box (left, right, bottom, top), and the margin."""
         left, right, bottom, top = box
-        dx, dy, m = (right - left) / self.nx, (top - bottom) / self.ny, self.margin
+        dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
+        if self.ny is None:
+            return Grid(nx=self.nx + 2 * m, dx=dx, x0=left - m * dx)
         return Grid(nx=self.nx + 2 * m, ny=self.ny + 2 * m, dx=dx, dy=dy, x0=left - m * dx, y0=bottom - m * dy)

@@ -10,14 +10,15 @@ import numpy as np
 from varcontact import memory
 from varcontact.coupling import ContactState
 from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
 from varcontact.problem import Discretisation, discretise
 from varcontact.scene import Scene
 from varcontact.surfaces import SampledDistance
 
-AUTO = Grid(nx=24, ny=24)
-"""What grid="auto" stands for."""
+AUTO, AUTO_LINE = Grid(nx=24, ny=24), Grid(nx=100)
+"""What grid="auto" stands for, in three dimensions and in line contact."""
 
 Box = tuple[float, float, float, float]
 
@@ -36,7 +37,7 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     """
     spec = _spec(scene)
     margin = 0 if spec.explicit else 2 * spec.margin
-    size = 400.0 * (spec.nx + margin) * (spec.ny + margin)
+    size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
     memory.need("a grid of this size", size, "a grid with fewer elements would fit")
     if spec.explicit:
         return spec
@@ -47,11 +48,11 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     assert isinstance(surface, SampledDistance)
     box = surface.box
     for _ in range(60):
-        look = Grid(nx=24, ny=24, margin=0).spread(box)
-        lowest = SampledDistance(_lowest_in_elements(surface, look))
+        look = Grid(nx=24, ny=None if scene.line else 24, margin=0).spread(box)
+        lowest = _lowest_in_elements(surface, look)
         state = pressure_on(discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look))
         contact = _contact_box(look, state.pressure)
-        if min(_across(state.pressure)) >= 8:
+        if min(_across(state.pressure)) >= (1 if scene.line else 8) and max(_across(state.pressure)) >= 8:
             break
         box = _clipped(_contact_box(look, state.pressure, around=1), surface)
     return _within(spec.spread(contact), surface)
@@ -63,13 +64,15 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray) -> Grid | None:
     columns, rows = _across(pressure)
     if spec.explicit or not isinstance(surface, SampledDistance):
         return None
-    if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.ny:
+    if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
         return None
     return _within(spec.spread(_contact_box(grid, pressure)), surface)
 
 
 def _spec(scene: Scene) -> Grid:
-    return scene.grid if isinstance(scene.grid, Grid) else AUTO
+    if isinstance(scene.grid, Grid):
+        return scene.grid
+    return AUTO_LINE if scene.line else AUTO
 
 
 def _across(pressure: np.ndarray) -> tuple[int, int]:
@@ -78,18 +81,17 @@ def _across(pressure: np.ndarray) -> tuple[int, int]:
     return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
 
 
-def _lowest_in_elements(surface: SampledDistance, grid: Grid) -> np.ndarray:
+def _lowest_in_elements(surface: SampledDistance, grid: Grid) -> SampledDistance:
     """The lowest distance known in each element: no summit falls between the centres of a coarse look."""
     distance = surface.distance(grid).copy()
-    assert surface.x is not None
-    assert surface.y is not None
+    x, y = surface.coordinates
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
-    ix, iy = (np.floor((surface.x - x0) / dx).astype(int), np.floor((surface.y - y0) / dy).astype(int))
-    ix[surface.x == grid.box[1]], iy[surface.y == grid.box[3]] = grid.nx - 1, grid.ny - 1
-    columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.ny)
+    ix, iy = (np.floor((x - x0) / dx).astype(int), np.floor((y - y0) / dy).astype(int))
+    ix[x == grid.box[1]], iy[y == grid.box[3]] = grid.nx - 1, grid.rows - 1
+    columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.rows)
     flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
-    np.minimum.at(distance.ravel(), flat, surface.h[np.ix_(rows, columns)].ravel())
-    return distance
+    np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
+    return SampledDistance(distance[0] if grid.line else distance, reference_depth=surface.reference_depth)
 
 
 def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
@@ -106,43 +108,51 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
         Whether the pressure is Hertz's: then his ellipse tells.
     """
     contact = state.pressure > 0
-    inner = contact.copy()
-    inner[1:-1, 1:-1] = False
     grid = disc.grid.extended()
     overlap = np.zeros(grid.shape, dtype=bool)
-    if inner.any():
+    if (contact & _rim(disc.grid)).any():
         if closed_form:
             assert disc.hertz is not None
             overlap = disc.hertz.pressure(grid.x[None, :], grid.y[:, None]) > 0
         else:
             overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
-        overlap[1:-1, 1:-1] = False
+        overlap &= _rim(grid)
     if overlap.any():
         return _contact_box(grid, overlap)
     return _overlapping_samples(disc, state)
+
+
+def _rim(grid: Grid) -> np.ndarray:
+    """The outermost elements; in line contact those at the two ends."""
+    rim = np.ones(grid.shape, dtype=bool)
+    rim[:, 1:-1] = not grid.line
+    rim[1:-1, 1:-1] = False
+    return rim
 
 
 def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
     """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
     wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid))
     distance = (wider.distance - disc.base) / disc.displacement - state.approach
-    distance = distance + wider.normal_operator.apply(np.pad(state.pressure, 1)[None])[0]
+    around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
+    distance = distance + wider.normal_operator.apply(np.pad(state.pressure[None], around))[0]
     if disc.scene.bodies.K != 0 and np.any(state.traction):
-        distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, ((0, 0), (1, 1), (1, 1))))[0]
+        distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, around))[0]
     return distance
 
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
     """The box of the samples away from the contact elements where the bodies would overlap."""
     surface = disc.scene.surface
-    if not isinstance(surface, SampledDistance) or surface.x is None or surface.y is None:
+    if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
-    distance = (surface.h - disc.base) / disc.displacement - state.approach
+    distance = (surface.samples - disc.base) / disc.displacement - state.approach
     suspects = (distance < 0) & ~_near_contact(disc, state, surface)  # pressures only push apart
     if not suspects.any():
         return None
     iy, ix = np.nonzero(suspects)
-    x, y, below = surface.x[ix], surface.y[iy], distance[iy, ix]
+    (all_x, all_y), below = surface.coordinates, distance[iy, ix]
+    x, y = all_x[ix], all_y[iy]
     raised = below + _raised_about(disc, state, x, y)
     lowest = np.argsort(raised)[:500]
     doubtful = lowest[raised[lowest] < 0.02 * float(np.abs(below).max())]
@@ -150,9 +160,11 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     centres = disc.points.reshape(2, -1)[:, elements, None]
     (dx, dy), nu = disc.lattice.sides, disc.scene.bodies.combined_nu
     x, y = x[doubtful], y[doubtful]
-    numbers = influence_numbers(
-        x / disc.length - centres[0], y / disc.length - centres[1], dx, dy, nu=nu, components=["zz"]
-    )
+    from_x, from_y = x / disc.length - centres[0], y / disc.length - centres[1]
+    if disc.scene.line:
+        numbers = strip_influence_numbers(from_x, dx, nu=nu, depth=disc.depth, components=["zz"])
+    else:
+        numbers = influence_numbers(from_x, from_y, dx, dy, nu=nu, components=["zz"])
     over = below[doubtful] + state.pressure.ravel()[elements] @ numbers["zz"] < -1e-9 * abs(state.approach)
     if not over.any():
         return None
@@ -161,24 +173,24 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
 
 def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
     """The samples in contact elements and in those next to them, where displacements are known at centres only."""
-    assert surface.x is not None
-    assert surface.y is not None
+    x, y = surface.coordinates
     wide = np.pad(state.pressure > 0, 2)
     shifts = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
     near = np.any([np.roll(wide, shift, axis=(0, 1)) for shift in shifts], axis=0)
     (dx, dy), (x0, _, y0, _) = disc.grid.sides, disc.grid.box
-    column = np.clip(np.floor((surface.x - x0) / dx).astype(int) + 2, 0, wide.shape[1] - 1)
-    row = np.clip(np.floor((surface.y - y0) / dy).astype(int) + 2, 0, wide.shape[0] - 1)
+    column = np.clip(np.floor((x - x0) / dx).astype(int) + 2, 0, wide.shape[1] - 1)
+    row = np.clip(np.floor((y - y0) / dy).astype(int) + 2, 0, wide.shape[0] - 1)
     return np.asarray(near[np.ix_(row, column)])
 
 
 def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Normal displacement at points away from the contact, each element's pressure as a point force."""
+    """Normal displacement at points away from the contact, each element's pressure as a point or line force."""
     elements = np.flatnonzero(state.pressure)
     centres, load = disc.points.reshape(2, -1)[:, elements, None], state.pressure.ravel()[elements] * disc.lattice.area
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * elements.size // 2_000_000):
-        raised[part] = load @ (1 / np.hypot(x[part] / disc.length - centres[0], y[part] / disc.length - centres[1]))
+        distance = np.hypot(x[part] / disc.length - centres[0], y[part] / disc.length - centres[1])
+        raised[part] = load @ (-2 * np.log(distance / disc.depth) if disc.scene.line else 1 / distance)
     return (1 - disc.scene.bodies.combined_nu) / np.pi * raised
 
 
@@ -240,8 +252,7 @@ def _within(grid: Grid, surface: SampledDistance) -> Grid:
     left, right, bottom, top = surface.box
     columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
     rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))
-    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
-    return Grid(nx=columns.size, ny=rows.size, dx=dx, dy=dy, x0=x0 + columns[0] * dx, y0=y0 + rows[0] * dy)
+    return grid.window(columns[0], columns[-1] + 1, rows[0], rows[-1] + 1)
 
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
@@ -250,12 +261,12 @@ def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     if disc.hertz is not None:
         return discretise(disc.scene, grid).distance
     assert isinstance(surface, SampledDistance)
-    if surface.x is not None:
+    if surface.placed:
         left, right, bottom, top = surface.box
         if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
             return surface.distance(grid)
     distance = disc.distance
-    for axis in (0, 1):
+    for axis in (1,) if grid.line else (0, 1):
         distance = np.concatenate([_next(distance, axis, 0), distance, _next(distance, axis, -1)], axis=axis)
     return distance
 

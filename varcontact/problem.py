@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, RestrictedOperator, influence_operator
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator, influence_operator, strip_operator
 from varcontact.errors import NoContact, SceneError
 from varcontact.grid import Grid
 from varcontact.reference.hertz import HertzContact
+from varcontact.reference.line_contact import line_contact
 from varcontact.scene import Scene, Shift, Steady
-from varcontact.surfaces import Paraboloids, SampledDistance
+from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
 
 if TYPE_CHECKING:
     from varcontact.conic.setups import Setups
@@ -34,6 +35,12 @@ _SHARED = (
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
+
+FREE_DEPTH = 4.0
+"""Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
+
+From one length on all influence numbers are positive, and A_zz is positive definite.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +225,22 @@ class Discretisation:
 
     @property
     def force(self) -> float:
-        """Scale of forces."""
-        return self.pressure * self.length**2
+        """Scale of forces; in line contact per unit length."""
+        return self.pressure * (self.length if self.scene.line else self.length**2)
+
+    @property
+    def depth(self) -> float:
+        """Dimensionless depth from which displacements count in line contact."""
+        given = self.scene.reference_depth
+        return FREE_DEPTH if given is None else given / self.length
+
+    @property
+    def hertz_approach(self) -> float:
+        """Hertz's approach [length]; of a line contact from the depth that its influence numbers have."""
+        assert self.hertz is not None
+        if not self.scene.line:
+            return self.hertz.approach
+        return line_contact(self.hertz.Rx, self.scene.bodies, a=self.hertz.a).approach(self.depth * self.length)
 
     @property
     def base(self) -> float:
@@ -229,8 +250,7 @@ class Discretisation:
     @cached_property
     def lattice(self) -> Grid:
         """The dimensionless grid."""
-        (dx, dy), (x0, _, y0, _), scale = self.grid.sides, self.grid.box, self.length
-        return Grid(nx=self.grid.nx, ny=self.grid.ny, dx=dx / scale, dy=dy / scale, x0=x0 / scale, y0=y0 / scale)
+        return self.grid.scaled(self.length)
 
     @property
     def step(self) -> float | None:
@@ -270,6 +290,10 @@ class Discretisation:
 
     def _operator(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:
         bodies = self.scene.bodies
+        if self.scene.line:
+            return strip_operator(
+                self.lattice, rows, columns, nu=bodies.combined_nu, K=bodies.K, depth=self.depth, lag=lag
+            )
         return influence_operator(self.lattice, rows, columns, nu=bodies.combined_nu, K=bodies.K, lag=lag)
 
     def moved(self, motion: Steady | Shift) -> Discretisation:
@@ -341,13 +365,12 @@ def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
     x = y = 0.0
     surface = scene.surface
     if isinstance(surface, SampledDistance):
-        iy, ix = np.unravel_index(np.argmin(surface.h), surface.h.shape)
-        if scene.approach is not None and scene.approach <= surface.h[iy, ix]:
-            return NoContact(
-                "approach", scene.approach, f"above the least undeformed distance, {surface.h[iy, ix]:.6g}"
-            )
-        if surface.x is not None and surface.y is not None:
-            x, y = float(surface.x[ix]), float(surface.y[iy])
+        iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
+        least = float(surface.samples[iy, ix])
+        if scene.approach is not None and scene.approach <= least:
+            return NoContact("approach", scene.approach, f"above the least undeformed distance, {least:.6g}")
+        if surface.placed:
+            x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
         else:
             x, y = left, bottom
     if not (left <= x <= right and bottom <= y <= top):
@@ -363,23 +386,31 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
     Raises
     ------
     SceneError
-        If the grid cannot hold the contact: elements larger than it, or a distance beyond the approach all over.
+        If the grid cannot hold the contact: elements larger than it, or a distance beyond the approach all over;
+        or a reference depth within the potential contact.
     """
     hertz, (dx, dy) = scene.hertz, grid.sides
+    along_x, depth = grid.nx * dx, scene.reference_depth
+    if depth is not None and depth < along_x:
+        raise SceneError(
+            "surface.reference_depth", depth, f"no less than the length of the potential contact, {along_x:.6g}"
+        )
     if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
         raise SceneError(
             "grid",
             (dx, dy),
             f"fine enough to hold one contact element: the contact is {2 * hertz.a:.6g} by {2 * hertz.b:.6g}",
         )
-    surface = Paraboloids(hertz.Rx, hertz.Ry) if hertz is not None else scene.surface
-    assert isinstance(surface, (Paraboloids, SampledDistance))
+    surface = scene.surface
+    if isinstance(surface, Ellipse):
+        assert hertz is not None
+        surface = Paraboloids(hertz.Rx, hertz.Ry)
     distance = surface.distance(grid)
-    length = math.sqrt(grid.nx * dx * grid.ny * dy)
+    length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
     if hertz is not None:
         pressure = hertz.peak_pressure
     elif scene.normal_force is not None:
-        pressure = scene.normal_force / length**2
+        pressure = scene.normal_force / (length if scene.line else length**2)
     else:
         assert scene.approach is not None
         overlap = scene.approach - float(distance.min())

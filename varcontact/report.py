@@ -29,7 +29,8 @@ def _headline(sol: Solution) -> str:
     K = sol.scene.bodies.K
     bodies = "quasi-identical bodies" if K == 0 else f"unlike bodies (K = {K:.3g})"
     state = "" if sol.converged else ": NOT CONVERGED"
-    return f"{kind} of {bodies}, {sol.grid.nx} x {sol.grid.ny} elements{state}"
+    size = f"line contact, {sol.grid.nx}" if sol.grid.line else f"{sol.grid.nx} x {sol.grid.ny}"
+    return f"{kind} of {bodies}, {size} elements{state}"
 
 
 def _loads(sol: Solution) -> list[tuple[str, str]]:
@@ -39,7 +40,7 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
             "normal force",
             f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.pressure.max():.4g}{unit('pressure')}",
         ),
-        ("approach", f"{sol.approach:.6g}{unit('length')}"),
+        ("approach", f"{_sized(sol.approach)}{unit('length')}"),
     ]
     motion = sol.scene.motion
     if motion is None:
@@ -48,7 +49,8 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     if isinstance(motion, Steady):
         rows.append(("creepage", f"vx = {first:.6g}, vy = {second:.6g}, spin = {third:.6g}{unit('spin')}"))
     else:
-        rows.append(("rigid shift", f"ux = {first:.6g}, uy = {second:.6g}{unit('length')}, rotation = {third:.6g}"))
+        shifts = f"ux = {_sized(first)}, uy = {_sized(second)}{unit('length')}"
+        rows.append(("rigid shift", f"{shifts}, rotation = {third:.6g}"))
     Fx, Fy = sol.force
     limit = sol.traction_bound.sum() * sol.grid.area
     part = f", {np.hypot(Fx, Fy) / limit:.4f} of what friction can carry" if 0 < limit < np.inf else ""
@@ -110,6 +112,10 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
 def _unit(sol: Solution) -> Callable[[str], str]:
     units = sol.scene.units
     return lambda quantity: f" {units.of(quantity)}" if units is not None else ""
+
+
+def _sized(displacement: float) -> str:
+    return "(open without a reference depth)" if np.isnan(displacement) else f"{displacement:.6g}"
 
 
 def _number(value: float, other: float) -> str:

@@ -12,7 +12,8 @@ from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.grid import Grid
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
-from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.reference.line_contact import line_contact
+from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 
 
 @dataclass(frozen=True)
@@ -195,17 +196,19 @@ class Scene:
     ----------
     bodies : Bodies
         Elastic constants.
-    surface : Paraboloids, Ellipse or SampledDistance
+    surface : Paraboloids, Ellipse, Cylinders or SampledDistance
         Undeformed distance.
     normal_force, approach : float
-        Exactly one of the two: compressive force [force], or approach of the bodies [length].
-    friction : float or array_like, shape (ny, nx)
+        Exactly one of the two: compressive force [force; in line contact per unit length], or approach of the
+        bodies [length].
+    friction : float or array_like, shape (ny, nx), or (nx,) in line contact
         Coefficient of friction; a number (``inf``: no slip at all), or one number per element of an explicit
         grid. Needed where there is a motion.
     motion : Steady or Shift, optional
         None: normal contact only.
     grid : Grid or "auto"
-        The potential contact and its elements; ``"auto"``: 24 elements across the contact either way.
+        The potential contact and its elements; ``"auto"``: 24 elements across the contact either way, 100 in line
+        contact.
     units : Units, optional
         Names of the units, for reports, files and pictures.
 
@@ -237,7 +240,7 @@ class Scene:
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         _instance("bodies", self.bodies, (Bodies,))
-        _instance("surface", self.surface, (Paraboloids, Ellipse, SampledDistance))
+        _instance("surface", self.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
         if self.motion is not None:
             _instance("motion", self.motion, (Steady, Shift))
         if self.units is not None:
@@ -245,6 +248,7 @@ class Scene:
         if not (isinstance(self.grid, str) and self.grid == "auto"):
             _instance("grid", self.grid, (Grid,), ' or "auto"')
         self._check_load()
+        self._check_dimension()
         if self.friction is None:
             if self.motion is not None:
                 raise SceneError("friction", None, "given where there is a motion (a number, inf, or an array)")
@@ -255,12 +259,43 @@ class Scene:
                 raise SceneError("friction", self.friction, allowed)
             set_(self, "friction", f)
         else:
-            set_(self, "friction", checks.array("friction", self.friction, 2))
+            row = self.line and np.ndim(self.friction) == 1
+            set_(self, "friction", checks.array("friction", np.atleast_2d(self.friction) if row else self.friction, 2))
             self._check_on_grid("friction", self.friction)
             if np.any(self.friction < 0):
                 raise SceneError("friction", float(np.min(self.friction)), "zero or positive everywhere")
         if isinstance(self.surface, SampledDistance) and self.surface.x is None:
-            self._check_on_grid("surface.h", self.surface.h)
+            self._check_on_grid("surface.h", self.surface.samples)
+
+    def _check_dimension(self) -> None:
+        """Line contact has no rows, no spin, and a reference depth where displacements are prescribed."""
+        motion, surface, grid = self.motion, self.surface, self.grid
+        if not isinstance(surface, (Cylinders, SampledDistance)) or not is_line(surface):
+            if isinstance(grid, Grid) and grid.line:
+                raise SceneError("grid.ny", None, "given: only line contact has no rows")
+            return
+        if isinstance(grid, Grid) and not grid.line:
+            if grid.ny != 1:
+                raise SceneError("grid.ny", grid.ny, "left out in line contact")
+            object.__setattr__(self, "grid", Grid(nx=grid.nx, dx=grid.dx, x0=grid.x0, margin=grid.margin))
+        if motion is not None and motion.rigid[2] != 0:
+            name = "spin" if isinstance(motion, Steady) else "rotation"
+            raise SceneError(f"motion.{name}", motion.rigid[2], "0 in line contact, where nothing depends on y")
+        if surface.reference_depth is not None:
+            return
+        needed = []
+        if self.approach is not None:
+            needed.append("approach")
+        if isinstance(motion, Shift):
+            moves_x = motion.Fx is None and (motion.ux != 0 or (self.bodies.K != 0 and not self.frictionless))
+            needed += ["motion.ux"] * moves_x + ["motion.uy"] * (motion.Fy is None and motion.uy != 0)
+        if needed:
+            raise SceneError(
+                "surface.reference_depth",
+                None,
+                f"given, for {' and '.join(needed)}: in line contact displacements count from a depth; or a prescribed "
+                "force",
+            )
 
     def _check_load(self) -> None:
         if (self.normal_force is None) == (self.approach is None):
@@ -285,9 +320,24 @@ class Scene:
             )
 
     @property
+    def line(self) -> bool:
+        """Whether it is a line contact, in plane strain."""
+        return is_line(self.surface)
+
+    @property
+    def reference_depth(self) -> float | None:
+        """The depth from which displacements count in line contact, where it is given."""
+        return self.surface.reference_depth if isinstance(self.surface, (Cylinders, SampledDistance)) else None
+
+    @property
     def hertz(self) -> HertzContact | None:
-        """Hertz's solution where the surface is Hertzian, else None."""
+        """Hertz's solution where the surface is Hertzian, else None; a line contact is an ellipse with infinite b.
+
+        The approach of a line contact is NaN where no reference depth is given.
+        """
         load = {"force": self.normal_force, "approach": self.approach}
+        if isinstance(self.surface, Cylinders):
+            return _hertz_line(self.surface, self.bodies, **load)
         if isinstance(self.surface, Paraboloids):
             return hertz(self.surface.Rx, self.surface.Ry, self.bodies, **load)
         if isinstance(self.surface, Ellipse):
@@ -303,6 +353,18 @@ class Scene:
     def no_slip(self) -> bool:
         """Whether friction is infinite."""
         return isinstance(self.friction, float) and math.isinf(self.friction)
+
+
+def _hertz_line(surface: Cylinders, bodies: Bodies, force: float | None, approach: float | None) -> HertzContact:
+    depth = surface.reference_depth
+    if force is None:
+        assert approach is not None
+        assert depth is not None
+        contact = line_contact(surface.R, bodies, approach=approach, depth=depth)
+    else:
+        contact = line_contact(surface.R, bodies, force=force)
+        approach = math.nan if depth is None else contact.approach(depth)
+    return HertzContact(contact.a, math.inf, approach, contact.force, contact.peak_pressure, surface.R, math.inf)
 
 
 def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "") -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.problem import Discretisation, discretise
-from varcontact.scene import Steady
+from varcontact.scene import Shift, Steady
 from varcontact.solution import SLIP, STICK, Solution
 from varcontact.theories.methods import THEORIES
 
@@ -22,6 +22,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if plan.tangential in THEORIES or plan.coupling == "johnson":
         approximate = plan.tangential if plan.tangential in THEORIES else plan.coupling
         raise SceneError("solution", approximate, "by an exact method, at whose solution the problem is linearised")
+    if scene.line and scene.reference_depth is None and isinstance(scene.motion, Shift):
+        raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a shift needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
     if bearing.size == 0:

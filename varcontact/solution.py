@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from varcontact.energy import Certificate
 from varcontact.grid import Grid
 from varcontact.plan import Plan
 from varcontact.problem import Discretisation
-from varcontact.scene import Scene
+from varcontact.scene import Scene, Shift, Steady
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,9 +46,10 @@ class Solution:
     state : int8 ndarray, shape (ny, nx)
         0 exterior, 1 stick, 2 slip.
     approach : float
-        Approach of the bodies [length].
+        Approach of the bodies [length]; NaN in line contact without a reference depth.
     creepage : tuple of float
-        (vx, vy, spin); of a shift (ux, uy, rotation).
+        (vx, vy, spin); of a shift (ux, uy, rotation), NaN where a force is prescribed in line contact without a
+        reference depth.
     certificate : Certificate
     converged : bool
         Whether the tolerance was reached.
@@ -231,7 +233,7 @@ def solution_of(
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
     shift, areas = _shift_and_areas(disc, state, contact)
     rolled = disc.step * disc.length / disc.displacement if disc.step is not None else 1 / disc.displacement
-    rigid = (0.0, 0.0, 0.0) if scene.motion is None else scene.motion.rigid
+    afloat = scene.line and scene.reference_depth is None  # displacements are known but for a constant
     return Solution(
         scene=scene,
         grid=disc.grid,
@@ -241,14 +243,24 @@ def solution_of(
         slip=shift / rolled,
         distance=distance - state.approach * disc.displacement,
         state=areas,
-        approach=state.approach * disc.displacement + disc.base,
-        creepage=(rigid[0] + float(state.rigid[0]) / rolled, rigid[1] + float(state.rigid[1]) / rolled, rigid[2]),
+        approach=math.nan if afloat and scene.approach is None else state.approach * disc.displacement + disc.base,
+        creepage=_creepage(scene.motion, state.rigid / rolled, afloat),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
         status=state.status,
         timing=timing,
     )
+
+
+def _creepage(motion: Steady | Shift | None, found: np.ndarray, afloat: bool) -> tuple[float, float, float]:
+    """What is prescribed, and what was found where a force is."""
+    if motion is None:
+        return 0.0, 0.0, 0.0
+    along_x, along_y, about_z = motion.rigid
+    if isinstance(motion, Shift) and afloat:
+        found = np.where([motion.Fx is not None, motion.Fy is not None], math.nan, found)
+    return along_x + float(found[0]), along_y + float(found[1]), about_z
 
 
 def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -74,7 +74,7 @@ class Steps:
             raw = self._normal(problem, start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
-            pressure = np.zeros(disc.grid.nx * disc.grid.ny)
+            pressure = np.zeros(disc.grid.size)
             pressure[elements] = raw.traction
             return replace(
                 state,
@@ -95,7 +95,7 @@ class Steps:
             raw = self._tractions(problem, state)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
-            traction = np.zeros((2, disc.grid.nx * disc.grid.ny))
+            traction = np.zeros((2, disc.grid.size))
             traction[:, problem.operator.elements] = raw.traction
             return replace(
                 state,
@@ -191,7 +191,7 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     if not pressure.any():
         raise out_of_reach(disc.scene, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
-    approach = (disc.hertz.approach - disc.base) / disc.displacement
+    approach = (disc.hertz_approach - disc.base) / disc.displacement
     return replace(state, pressure=pressure / disc.pressure, approach=approach)
 
 

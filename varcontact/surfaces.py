@@ -86,18 +86,58 @@ class Ellipse:
         object.__setattr__(self, "b", checks.positive("surface.b", self.b))
 
 
+@dataclass(frozen=True)
+class Cylinders:
+    """Line contact of cylinders with axes along y: undeformed distance ``x^2/(2 R)``, forces per unit length.
+
+    Parameters
+    ----------
+    R : float
+        Combined radius [length], ``1/R = 1/R1 + 1/R2``, positive and finite.
+    reference_depth : float, optional
+        d in the logarithm of plane strain, ``-ln(|x|/d)`` [length]: displacements count from the points of the
+        surface at that distance from a line load. In plane strain they grow without end, and approaches and shifts
+        mean something only with it; needed where one is prescribed. Tractions by prescribed forces, and all of
+        steady rolling, do not depend on it.
+
+    Examples
+    --------
+    >>> Cylinders(R=0.25)
+    Cylinders(R=0.25, reference_depth=None)
+    """
+
+    R: float
+    reference_depth: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "R", checks.positive("surface.R", self.R))
+        _check_depth(self)
+
+    def distance(self, grid: Grid) -> np.ndarray:
+        """Undeformed distance at the element centres, shape (1, nx) [length]."""
+        return (grid.x**2 / (2 * self.R))[None, :]
+
+
+def _check_depth(surface: Cylinders | SampledDistance) -> None:
+    if surface.reference_depth is not None:
+        depth = checks.positive("surface.reference_depth", surface.reference_depth)
+        object.__setattr__(surface, "reference_depth", depth)
+
+
 @dataclass(frozen=True, eq=False)
 class SampledDistance:
     """Any undeformed distance, measured or computed, by its samples.
 
     Parameters
     ----------
-    h : array_like, shape (ny, nx)
+    h : array_like, shape (ny, nx), or (nx,) in line contact
         Undeformed distance [length], indexed [iy, ix].
     x, y : array_like, shape (nx,) and (ny,), optional
         Where the samples were taken [length], ascending. Given, they serve any grid within them, by
         interpolation (`distance`); not given, the samples are those at the element centres of the scene's
-        explicit grid.
+        explicit grid. Line contact has no y.
+    reference_depth : float, optional
+        In line contact only, see `Cylinders`.
 
     Raises
     ------
@@ -116,13 +156,19 @@ class SampledDistance:
     h: np.ndarray
     x: np.ndarray | None = None
     y: np.ndarray | None = None
+    reference_depth: float | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        set_(self, "h", checks.array("surface.h", self.h, 2))
-        if (self.x is None) != (self.y is None):
+        set_(self, "h", checks.array("surface.h", self.h, 1 if np.ndim(self.h) == 1 else 2))
+        if self.line and self.y is not None:
+            raise SceneError("surface.y", self.y, "left out in line contact, where h is one row")
+        if not self.line and (self.x is None) != (self.y is None):
             raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
-        for name, size in (("x", self.h.shape[1]), ("y", self.h.shape[0])):
+        if not self.line and self.reference_depth is not None:
+            raise SceneError("surface.reference_depth", self.reference_depth, "left out, but in line contact")
+        _check_depth(self)
+        for name, size in (("x", self.h.shape[-1]), ("y", self.h.shape[0])):
             if getattr(self, name) is None:
                 continue
             points = checks.array(f"surface.{name}", getattr(self, name), 1)
@@ -131,10 +177,32 @@ class SampledDistance:
             set_(self, name, points)
 
     @property
+    def line(self) -> bool:
+        """Whether it is line contact: one row of samples along x."""
+        return self.h.ndim == 1
+
+    @property
+    def samples(self) -> np.ndarray:
+        """The samples as (ny, nx), one row in line contact."""
+        return np.atleast_2d(self.h)
+
+    @property
+    def placed(self) -> bool:
+        """Whether the samples carry their own coordinates."""
+        return self.x is not None
+
+    @property
+    def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of samples that carry them; y is 0 in line contact."""
+        assert self.x is not None
+        return self.x, np.zeros(1) if self.y is None else self.y
+
+    @property
     def box(self) -> tuple[float, float, float, float]:
         """(left, right, bottom, top) of the samples that carry their own coordinates."""
-        assert self.x is not None and self.y is not None
-        return float(self.x[0]), float(self.x[-1]), float(self.y[0]), float(self.y[-1])
+        x, y = self.coordinates
+        bottom, top = (-0.5, 0.5) if self.line else (float(y[0]), float(y[-1]))
+        return float(x[0]), float(x[-1]), bottom, top
 
     def distance(self, grid: Grid) -> np.ndarray:
         """Undeformed distance at the element centres, shape (ny, nx) [length].
@@ -142,15 +210,17 @@ class SampledDistance:
         A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which
         does not.
         """
-        if self.x is None or self.y is None:
-            if self.h.shape != grid.shape:
+        if self.x is None:
+            if self.samples.shape != grid.shape:
                 raise SceneError("surface.h", f"array of shape {self.h.shape}", f"of the grid's shape {grid.shape}")
-            return self.h
+            return self.samples
         left, right, bottom, top = self.box
-        slack = 1e-9 * max(right - left, top - bottom)
+        slack = 1e-9 * (right - left if self.line else max(right - left, top - bottom))
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
             raise SceneError("grid", tuple(round(v, 12) for v in grid.box), f"within the samples, {self.box}")
+        if self.y is None:  # the same row four times
+            return _interpolated(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)), grid.x, grid.y)
         return _interpolated(self.x, self.y, self.h, grid.x, grid.y)
 
 
@@ -178,4 +248,9 @@ def _interpolated(x: np.ndarray, y: np.ndarray, h: np.ndarray, at_x: np.ndarray,
     return np.where(beside, calm(at_x, at_y), spline(at_y, at_x))
 
 
-Surface = Paraboloids | Ellipse | SampledDistance
+Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
+
+
+def is_line(surface: Surface) -> bool:
+    """Whether a surface makes a line contact."""
+    return isinstance(surface, Cylinders) or (isinstance(surface, SampledDistance) and surface.line)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.grid import Grid
 
 
@@ -165,7 +166,7 @@ def influence_operator(
     """
     dx, dy = grid.sides
     x = np.arange(-(grid.nx - 1), grid.nx) * dx
-    y = np.arange(grid.ny) * dy
+    y = np.arange(grid.rows) * dy
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
     half = influence_numbers(x, y[:, None], dx, dy, nu=nu, K=K, components=names)
@@ -173,7 +174,38 @@ def influence_operator(
         before = influence_numbers(x + lag, y[:, None], dx, dy, nu=nu, K=K, components=names)
         half = {name: half[name] - before[name] for name in names}
     full = [_mirrored(half[name], odd=name.count("y") == 1) for name in names]
-    return GridOperator(grid.shape, np.array(full).reshape(len(rows), len(columns), 2 * grid.ny - 1, 2 * grid.nx - 1))
+    return GridOperator(grid.shape, np.array(full).reshape(len(rows), len(columns), 2 * grid.rows - 1, 2 * grid.nx - 1))
+
+
+def strip_operator(
+    grid: Grid,
+    rows: Iterable[str],
+    columns: Iterable[str],
+    *,
+    nu: float,
+    K: float = 0.0,
+    depth: float = 1.0,
+    lag: float | None = None,
+) -> GridOperator:
+    """Influence numbers A of line contact on a grid, or A - C: see `influence_operator` and the strip's numbers.
+
+    Examples
+    --------
+    >>> operator = strip_operator(Grid(nx=3, dx=0.1, x0=0.0), "xy", "xy", nu=0.3, depth=4.0)
+    >>> operator.table.shape
+    (2, 2, 1, 5)
+    """
+    dx, _ = grid.sides
+    x = np.arange(-(grid.nx - 1), grid.nx) * dx
+    rows, columns = list(rows), list(columns)
+    names = [row + column for row in rows for column in columns]
+    numbers = strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=names)
+    if lag is not None:
+        before = strip_influence_numbers(x + lag, dx, nu=nu, K=K, depth=depth, components=names)
+        numbers = {name: numbers[name] - before[name] for name in names}
+    return GridOperator(
+        grid.shape, np.array([numbers[name] for name in names]).reshape(len(rows), len(columns), 1, x.size)
+    )
 
 
 def _mirrored(half: np.ndarray, odd: bool) -> np.ndarray:

@@ -13,9 +13,14 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
 from varcontact.scene import Bodies, Scene, Shift, Steady, Units
-from varcontact.surfaces import Ellipse, Paraboloids, SampledDistance
+from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 
-SURFACES = {"paraboloids": Paraboloids, "ellipse": Ellipse, "sampled-distance": SampledDistance}
+SURFACES = {
+    "paraboloids": Paraboloids,
+    "ellipse": Ellipse,
+    "cylinders": Cylinders,
+    "sampled-distance": SampledDistance,
+}
 MOTIONS = {"steady": Steady, "shift": Shift}
 SOLVE_KEYS = ("normal", "tangential", "coupling", "formulation", "tol", "polish")
 

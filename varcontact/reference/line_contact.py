@@ -43,8 +43,25 @@ class LineContact:
         """Semi-elliptical pressure at x, zero outside the contact."""
         return self.peak_pressure * np.sqrt(np.maximum(1 - (np.asarray(x) / self.a) ** 2, 0.0))
 
+    def approach(self, depth: float) -> float:
+        """Approach [length] where displacements count from the depth d of the logarithm, ``-ln(|x|/d)``.
 
-def line_contact(R: float, bodies: Bodies, *, force: float | None = None, a: float | None = None) -> LineContact:
+        ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth
+        z far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that
+        of its own body: with that d it is Johnson's formula (Contact Mechanics, section 5.6).
+        """
+        return self.a**2 / (2 * self.R) * (math.log(2 * positive("depth", depth) / self.a) + 0.5)
+
+
+def line_contact(
+    R: float,
+    bodies: Bodies,
+    *,
+    force: float | None = None,
+    a: float | None = None,
+    approach: float | None = None,
+    depth: float | None = None,
+) -> LineContact:
     """Hertz's solution for the undeformed distance ``x^2/(2 R)`` in plane strain.
 
     Parameters
@@ -53,8 +70,11 @@ def line_contact(R: float, bodies: Bodies, *, force: float | None = None, a: flo
         Combined radius of the cylinders [length].
     bodies : Bodies
         Elastic constants; unlikeness (K) has no part in Hertz's theory.
-    force, a : float
-        Exactly one of the two: normal force per unit length, or half-width of the contact [length].
+    force, a, approach : float
+        Exactly one of the three: normal force per unit length, half-width of the contact [length], or approach of
+        the bodies [length].
+    depth : float, optional
+        With the approach: the depth from which displacements count, see `LineContact.approach`.
 
     Returns
     -------
@@ -63,13 +83,13 @@ def line_contact(R: float, bodies: Bodies, *, force: float | None = None, a: flo
     Raises
     ------
     SceneError
-        If a number is not positive and finite, or not exactly one of force and half-width is given.
+        If a number is not positive and finite, or not exactly one of force, half-width and approach is given.
 
     Notes
     -----
     ``a^2 = 4 (1 - nu) N R / (pi G)`` and ``p0 = 2 N / (pi a) = G a / (2 (1 - nu) R)`` with the combined constants
-    (58), (59); ``G/(1 - nu)`` is the E* of Johnson, Contact Mechanics, section 4.2. There is no approach: in plane
-    strain it depends on the bodies as a whole.
+    (58), (59); ``G/(1 - nu)`` is the E* of Johnson, Contact Mechanics, section 4.2. In plane strain the approach
+    depends on the bodies as a whole: here through the depth.
 
     Examples
     --------
@@ -79,12 +99,33 @@ def line_contact(R: float, bodies: Bodies, *, force: float | None = None, a: flo
     0.001727 3.685e+08
     """
     R = positive("R", R)
-    if (force is None) == (a is None):
-        raise SceneError("force, a", (force, a), "exactly one of the two")
+    if sum(value is not None for value in (force, a, approach)) != 1:
+        raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone")
+    if approach is not None:
+        if depth is None:
+            raise SceneError("depth", None, "given with the approach")
+        a = _half_width(R, positive("approach", approach), positive("depth", depth))
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
     a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness)) if a is None else positive("a", a)
     peak_pressure = stiffness * a / (2 * R)
     return LineContact(a, math.pi / 2 * a * peak_pressure if force is None else float(force), peak_pressure, R, bodies)
+
+
+def _half_width(R: float, approach: float, depth: float) -> float:
+    """The half-width from ``approach = a^2/(2 R) (ln(2 d/a) + 1/2)``, which grows with a up to a = 2 d."""
+    from scipy.optimize import brentq
+
+    if approach >= depth**2 / R:
+        raise SceneError("approach", approach, f"far below depth^2/R = {depth**2 / R:.6g}, where plane strain ends")
+
+    def excess(log_part: float) -> float:
+        part = math.exp(log_part)
+        return 2 * log_part + math.log(0.5 - math.log(part / 2)) - math.log(2 * R * approach / depth**2)
+
+    low = 0.5 * math.log(R * approach / depth**2) - 1.0
+    while excess(low) > 0:
+        low -= 1.0
+    return depth * math.exp(brentq(excess, low, math.log(2), xtol=1e-15, rtol=1e-15))
 
 
 def require_like(bodies: Bodies) -> None:

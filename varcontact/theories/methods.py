@@ -31,7 +31,7 @@ def why_not(name: str, scene: Scene) -> str:
     """Why a theory cannot treat a scene, or nothing where it can."""
     if scene.bodies.K != 0:
         return f"it is for quasi-identical bodies (K = 0), K is {scene.bodies.K:.3g}"
-    if isinstance(scene.surface, SampledDistance):
+    if scene.line or isinstance(scene.surface, SampledDistance):
         return "it is for elliptic contacts"
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
@@ -46,7 +46,7 @@ def linear(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with tractions that stick everywhere, however large: Kalker's linear theory on these elements."""
     problem = disc.tangential_problem(state.pressure)
     raw = no_slip(problem)
-    traction = np.zeros((2, disc.grid.nx * disc.grid.ny))
+    traction = np.zeros((2, disc.grid.size))
     traction[:, problem.operator.elements] = raw.traction
     return _state(disc, state, traction.reshape(2, *disc.grid.shape), raw.rigid, np.zeros(disc.grid.shape, dtype=bool))
 

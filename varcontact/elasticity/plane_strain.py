@@ -1,0 +1,89 @@
+"""Influence numbers of line contact: displacement difference by uniform tractions on an infinite strip.
+
+Plane strain (44) for pressure and longitudinal traction, anti-plane shear for lateral traction. Displacements count
+from the points of the surface at the distance `depth` of a line load, ``-ln(|x|/depth)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+
+def strip_influence_numbers(
+    x: np.ndarray,
+    dx: float,
+    *,
+    nu: float,
+    K: float = 0.0,
+    G: float = 1.0,
+    depth: float = 1.0,
+    components: Iterable[str] = ("xx", "yy", "zz"),
+) -> dict[str, np.ndarray]:
+    """Influence numbers B_ij of a strip of width dx.
+
+    Parameters
+    ----------
+    x : array_like
+        Field point minus the strip's centre line [length].
+    dx : float
+        Width of the strip [length].
+    nu, K, G : float
+        Combined constants (58)-(60).
+    depth : float
+        Distance at which displacements along the traction are zero [length].
+    components : iterable of str
+        Which of the nine: "xz" is the displacement difference along x by a unit pressure.
+
+    Returns
+    -------
+    dict
+        Component to array of the shape of x [length/(force/area)].
+
+    Notes
+    -----
+    With ``L = -[[s ln(|s|/d) - s]]`` (the integral of ``-ln(|x - x'|/d)`` over the strip, s from ``x - dx/2`` to
+    ``x + dx/2``) and ``J = [[|s|]]`` (the integral of ``sgn(x - x')``): ``pi G B`` is ``2 (1 - nu) L`` (xx and zz),
+    ``2 L`` (yy), ``-pi K J`` (xz), ``pi K J`` (zx); all others are zero. They are the limits of the rectangle's as
+    its length along y grows, but for constants.
+
+    Examples
+    --------
+    >>> B = strip_influence_numbers(np.array([0.0, 3.0]), 1.0, nu=0.25, components=["zz"])["zz"]
+    >>> print((B * np.pi / 1.5).round(6))
+    [ 1.693147 -1.093944]
+    """
+    x = np.asarray(x, dtype=float)
+    plane, antiplane = 2 * (1 - nu), 2.0
+    of_logarithm = {"xx": plane, "yy": antiplane, "zz": plane}
+    of_sign = {"xz": -np.pi * K, "zx": np.pi * K}
+    logarithm, sign = _logarithm(x, dx, depth), _sign(x, dx)
+    return {
+        name: (of_logarithm.get(name, 0.0) * logarithm + of_sign.get(name, 0.0) * sign) / (np.pi * G)
+        for name in components
+    }
+
+
+def _logarithm(x: np.ndarray, dx: float, depth: float) -> np.ndarray:
+    """The integral of -ln(|x - x'|/depth) over the strip, without cancellation far away.
+
+    With r = |x| and h = dx/2: ``-dx (ln(r/d) - 1) - h ln|1 - t^2| - r ln|(1 + t)/(1 - t)|``, t = h/r; the last three
+    terms but ln(r/d) add up to ``dx (t^2/6 + t^4/20 + ...)`` where t is small.
+    """
+    from scipy.special import xlogy
+
+    half, r = dx / 2, np.abs(x)
+    near = r < 8 * dx
+    result = np.empty(r.shape)
+    right, left = (r[near] + half) / depth, (r[near] - half) / depth
+    result[near] = dx - depth * (xlogy(right, right) - xlogy(left, np.abs(left)))
+    t2 = (half / r[~near]) ** 2
+    series = sum(t2**k / (2 * k * (2 * k + 1)) for k in range(1, 7))  # t < 1/16: the next term is below 1e-19
+    result[~near] = dx * (series - np.log(r[~near] / depth))
+    return result
+
+
+def _sign(x: np.ndarray, dx: float) -> np.ndarray:
+    """The integral of sgn(x - x') over the strip."""
+    return np.clip(2 * x, -dx, dx)
