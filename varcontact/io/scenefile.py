@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -136,7 +136,7 @@ def _bodies(table: Mapping[str, Any]) -> Bodies:
     return Bodies(*(_needed("bodies", table, name) for name in ("G", "nu")))
 
 
-def _kind(name: str, table: Any, kinds: Mapping[str, Callable[..., Any]], folder: Path) -> Any:
+def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path) -> Any:
     entries = dict(_table(name, table))
     kind = entries.pop("kind", None)
     if isinstance(kind, str):
@@ -149,8 +149,8 @@ def _kind(name: str, table: Any, kinds: Mapping[str, Callable[..., Any]], folder
     return _made(name, made, entries)
 
 
-def _made(name: str, cls: Callable[..., Any], entries: Mapping[str, Any]) -> Any:
-    fields = dataclasses.fields(cls)  # type: ignore[arg-type]
+def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
+    fields = dataclasses.fields(cls)
     _known(name, entries, [f.name for f in fields])
     for f in fields:
         if f.default is dataclasses.MISSING:
