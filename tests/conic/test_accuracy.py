@@ -1,7 +1,5 @@
 """One request, the same meaning to every solver: errors of the tractions against those asked for."""
 
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
 
@@ -19,9 +17,6 @@ REQUESTS = (1e-2, 1e-4, 1e-6, 1e-8)
 
 def errors(solve, name, posed, exact, formulation):
     """Largest error of a traction by the largest traction, for each request."""
-    install = BACKENDS[name.partition(":")[2].lower() or name].install
-    if find_spec(install) is None:
-        pytest.skip(f"{install} is not installed")
     found = []
     for tol in REQUESTS:
         raw = solve(name, posed, Settings(tol, formulation))
@@ -36,15 +31,14 @@ def falls(found, worse):
     assert np.all(found[1:] <= 3 * np.maximum(found[:-1], np.array(REQUESTS[1:]))), found
 
 
-QP = [f"qpsolvers:{name}" for name in BACKENDS] + ["clarabel", "osqp", "scs"]
+QP = [*(f"qpsolvers:{name}" for name in BACKENDS), "clarabel", "osqp", "scs", "cvxpy:PROXQP", "cvxpy:HIGHS"]
+NORMAL = [(name, formulation) for formulation in ("complementary", "potential") for name in QP]
+NORMAL.remove(("qpsolvers:quadprog", "potential"))  # it takes no singular P, see tests/test_methods.py
 
 
-@pytest.mark.parametrize("name", [*QP, "cvxpy:PROXQP", "cvxpy:HIGHS"])
-@pytest.mark.parametrize("formulation", ["complementary", "potential"])
+@pytest.mark.parametrize(("name", "formulation"), NORMAL)
 def test_normal(rolling, name, formulation):
     posed = discretise(rolling(), GRID).normal_problem().reachable()
-    if (name, formulation) == ("qpsolvers:quadprog", "potential"):
-        pytest.skip("quadprog takes no singular P, see tests/test_methods.py")
     # in the potential form the tractions are multipliers, known to fewer digits
     falls(errors(solve_normal, name, posed, norm(posed), formulation), 1.0 if formulation == "complementary" else 10.0)
 

@@ -1,13 +1,11 @@
 """Set-ups that are used again: with the same data, with new vectors, with new matrices; nothing stale."""
 
 import dataclasses
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.conic.accuracy import BACKENDS
 from varcontact.conic.programs import normal_potential, normal_program
 from varcontact.conic.setups import Setups
 from varcontact.conic.solvers import solve_normal, solve_tangential
@@ -21,9 +19,6 @@ CLOSE = {"normal": 1e-8, "tangential": 1e-5}
 
 def fresh_and_kept(solve, name, problems, tol, **settings):
     """Answers in a row with one store of set-ups, and each from nothing."""
-    install = BACKENDS[name.partition(":")[2].lower() or name].install
-    if find_spec(install) is None:
-        pytest.skip(f"{install} is not installed")
     setups = Setups()
     for posed in problems:
         kept = solve(name, posed, Settings(1e-8, setups=setups, **settings))
@@ -47,19 +42,19 @@ def normal_problems(rolling):
     return [first, first, bumpy, heavier, softer, softer, first, by_approach, first]
 
 
-NAMES = [
+QP = [
     "clarabel",
     "osqp",
     "scs",
-    *(f"qpsolvers:{n}" for n in ("piqp", "proxqp", "daqp", "quadprog", "osqp", "highs")),
+    *(f"qpsolvers:{name}" for name in ("piqp", "proxqp", "daqp", "quadprog", "osqp", "highs")),
+    *(f"cvxpy:{name}" for name in ("CLARABEL", "OSQP", "SCS", "PIQP")),
 ]
+NORMAL = [(name, formulation) for formulation in ("complementary", "potential") for name in QP]
+NORMAL.remove(("qpsolvers:quadprog", "potential"))  # it takes no singular P, see tests/test_methods.py
 
 
-@pytest.mark.parametrize("name", [*NAMES, "cvxpy:CLARABEL", "cvxpy:OSQP", "cvxpy:SCS", "cvxpy:PIQP"])
-@pytest.mark.parametrize("formulation", ["complementary", "potential"])
+@pytest.mark.parametrize(("name", "formulation"), NORMAL)
 def test_normal(rolling, name, formulation):
-    if (name, formulation) == ("qpsolvers:quadprog", "potential"):
-        pytest.skip("quadprog takes no singular P, see tests/test_methods.py")
     fresh_and_kept(solve_normal, name, normal_problems(rolling), CLOSE["normal"], formulation=formulation)
 
 
@@ -97,7 +92,6 @@ def test_what_is_found(rolling):
 
 def test_a_warm_start_saves_iterations(rolling):
     """Splitting begins where it ended: solving the same again takes fewer iterations."""
-    pytest.importorskip("scs")
     posed = discretise(rolling(), GRID).normal_problem()
     setups = Setups()
     first, again = (solve_normal("scs", posed, Settings(1e-6, setups=setups)) for _ in range(2))

@@ -39,10 +39,7 @@ def test_every_solver_tells_whether_it_solved(name):
 def test_approach(rolling, name, formulation):
     """The approach that belongs to a force, prescribed, gives that force and the same pressures."""
     scene = rolling(motion=None, friction=None, grid=GRID)
-    try:
-        by_force = vc.solve(scene, normal=name, formulation=formulation, polish=False)
-    except vc.SolverUnavailable as error:
-        pytest.skip(str(error))
+    by_force = vc.solve(scene, normal=name, formulation=formulation, polish=False)
     hertz = scene.hertz
     asked = dataclasses.replace(
         scene, surface=vc.Paraboloids(hertz.Rx, hertz.Ry), normal_force=None, approach=by_force.approach,
@@ -74,8 +71,6 @@ def test_creepages(rolling, name, kind, formulation, which):
     scene = rolling(motion=dataclasses.replace(motion, **zero, **asked), grid=GRID)
     try:
         raw = vc.solve(scene, tangential=name, formulation=formulation, polish=False, tol=1e-7)
-    except vc.SolverUnavailable as error:
-        pytest.skip(str(error))
     except vc.NotConverged as error:
         raw = error.solution  # a few times the request, see tests/test_methods.py
     found = dict(zip(names, raw.creepage, strict=False))
@@ -96,10 +91,7 @@ def test_near_saturation_and_beyond(rolling, tangential, kind, direction, check_
     motion = vc.Steady if kind == "steady" else vc.Shift
     Fx, Fy = 0.999 * 0.3 * np.array(direction)
     scene = rolling(motion=motion(Fx=float(Fx), Fy=float(Fy)), grid=GRID)
-    try:
-        strong = vc.solve(scene, tangential=tangential)
-    except vc.SolverUnavailable as error:
-        pytest.skip(str(error))
+    strong = vc.solve(scene, tangential=tangential)
     check_kkt(strong, 1e-8, closed_form=True)
     names = FREE[kind][1]
     again = vc.solve(rolling(motion=motion(**dict(zip(names, strong.creepage, strict=False))), grid=GRID))

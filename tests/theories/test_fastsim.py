@@ -98,17 +98,15 @@ def test_converges_to_the_analytic_solution(bound):
     L = float(flexibility(A, B, G, creepage, TABLE))
     exact = simplified_force(A, B, L, LIMIT, creepage[0], creepage[1], bound)
 
-    def order(counts, **fixed):
+    def order(counts, varied, **fixed):
         errors = [
-            np.hypot(*(fastsim(*CONTACT, creepage, TABLE, bound=bound, **sizes(k), **fixed).force - exact))
+            np.hypot(*(fastsim(*CONTACT, creepage, TABLE, bound=bound, **{varied: k}, **fixed).force - exact))
             for k in counts
         ]
         return -np.polyfit(np.log(counts), np.log(errors), 1)[0]
 
-    sizes = lambda k: {"m": k}  # noqa: E731
-    assert order([8, 16, 32, 64], n=4000) > (1.7 if bound == "parabolic" else 1.3)
-    sizes = lambda k: {"n": k}  # noqa: E731
-    assert order([4, 8, 16, 32], m=4000) > 1.4
+    assert order([8, 16, 32, 64], "m", n=4000) > (1.7 if bound == "parabolic" else 1.3)
+    assert order([4, 8, 16, 32], "n", m=4000) > 1.4
     fine = fastsim(*CONTACT, creepage, TABLE, m=1000, n=1000, bound=bound).force
     np.testing.assert_allclose(fine, exact, rtol=1e-4)
 
