@@ -58,16 +58,10 @@ def solve(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
-    from varcontact.io.netcdf import check_writable
     from varcontact.io.scenefile import read_scene
     from varcontact.solve import solve as solve_scene
 
-    for name, path in (("--out", out), ("--plot", plot)):
-        if path is not None:
-            check_writable(name, path)
-    if plot is not None:
-        _check_picture(plot)
-        _check_apart(out, plot)
+    _check_outputs(out, plot)
     described, options = read_scene(scene)
     given: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol}
@@ -97,7 +91,6 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve scenes by many methods side by side, each judged by the same certificate."""
-    from varcontact.io.netcdf import check_writable
     from varcontact.io.scenefile import read_scene
     from varcontact.plot import plot_comparison
     from varcontact.report import summary
@@ -106,12 +99,7 @@ def compare(
     from varcontact.study.compare import compare as compare_methods
     from varcontact.study.store import as_json as table_as_json
 
-    for name, path in (("--out", out), ("--plot", plot)):
-        if path is not None:
-            check_writable(name, path)
-    if plot is not None:
-        _check_picture(plot)
-        _check_apart(out, plot)
+    _check_outputs(out, plot)
     files = scenes or []
     if len(set(files)) < len(files):
         raise SceneError("scenes", " ".join(map(str, files)), "each file once")
@@ -173,6 +161,19 @@ def _with_progress(work: Any) -> Any:
         return work(status.update)
 
 
+def _check_outputs(out: Path | None, plot: Path | None) -> None:
+    """Refuse files that could not be written, before any work is done for them."""
+    from varcontact.io.netcdf import check_writable
+
+    for name, path in (("--out", out), ("--plot", plot)):
+        if path is not None:
+            check_writable(name, path)
+    if plot is not None:
+        _check_picture(plot)
+        if out is not None and out.resolve() == plot.resolve():
+            raise OutputError("--plot", plot, "is the file of --out as well")
+
+
 def _check_picture(path: Path) -> None:
     import matplotlib as mpl
 
@@ -184,11 +185,6 @@ def _check_picture(path: Path) -> None:
         raise OutputError(
             "--plot", path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}"
         )
-
-
-def _check_apart(out: Path | None, plot: Path) -> None:
-    if out is not None and out.resolve() == plot.resolve():
-        raise OutputError("--plot", plot, "is the file of --out as well")
 
 
 def _write_picture(figure: Any, path: Path) -> None:
