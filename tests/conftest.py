@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.elasticity.operators import influence_operator
 
 DATA = Path(__file__).parent / "data"
 
@@ -39,6 +40,33 @@ def paper_table():
             return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
 
     return read
+
+
+@pytest.fixture(scope="session")
+def touched_coefficients():
+    """A function: Kalker's creepage coefficients of a discrete ellipse, see `no_slip_on_touched`."""
+    return no_slip_on_touched
+
+
+def no_slip_on_touched(ratio: float, nu: float, cells: int, offset: float) -> np.ndarray:
+    """C11, C22, C23, C33 on all elements that the ellipse touches, with ab = 1 and G = 1.
+
+    Elements taken by their centres make the error jump with the grid (staircase); taking every element touched
+    makes it larger but regular, so that its order can be fitted and the limit extrapolated.
+    """
+    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+    grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
+    dx, dy = grid.sides
+    near_x, near_y = np.maximum(np.abs(grid.x) - dx / 2, 0) / a, np.maximum(np.abs(grid.y) - dy / 2, 0) / b
+    touched = np.flatnonzero((near_x[None, :] ** 2 + near_y[:, None] ** 2 < 1 - 1e-12).ravel())
+    x, y = (c.ravel()[touched] for c in np.meshgrid(grid.x, grid.y))
+    matrix = influence_operator(grid, "xy", "xy", nu=nu, lag=dx).dense(touched)
+    one, zero = np.ones(x.size), np.zeros(x.size)
+    shifts = dx * np.array([[one, zero], [zero, one], [-y, x + offset * dx]]).reshape(3, -1)
+    tractions = -np.linalg.solve(matrix, shifts.T).T.reshape(3, 2, -1) * grid.area
+    forces = tractions.sum(axis=2)
+    moment = np.sum(x * tractions[2, 1] - y * tractions[2, 0])
+    return -np.array([forces[0, 0], forces[1, 1], forces[2, 1], moment])
 
 
 @pytest.fixture(scope="session")

@@ -2,35 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import lu_factor, lu_solve
 
 import varcontact as vc
-from varcontact.elasticity.operators import influence_operator
-
-
-def coefficients(ratio: float, nu: float, cells: int, offset: float) -> np.ndarray:
-    """C11, C22, C23, C33 on all elements that the ellipse touches, with ab = 1 and G = 1.
-
-    Elements taken by their centres make the error jump with the grid (staircase); taking every element touched
-    makes it larger but regular, so that its order can be fitted and the limit extrapolated.
-    """
-    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
-    grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
-    dx, dy = grid.sides
-    near_x, near_y = np.maximum(np.abs(grid.x) - dx / 2, 0) / a, np.maximum(np.abs(grid.y) - dy / 2, 0) / b
-    touched = np.flatnonzero((near_x[None, :] ** 2 + near_y[:, None] ** 2 < 1 - 1e-12).ravel())
-    x, y = (c.ravel()[touched] for c in np.meshgrid(grid.x, grid.y))
-    matrix = influence_operator(grid, "xy", "xy", nu=nu, lag=dx).dense(touched)
-    one, zero = np.ones(x.size), np.zeros(x.size)
-    shifts = dx * np.array([[one, zero], [zero, one], [-y, x + offset * dx]]).reshape(3, -1)
-    tractions = -lu_solve(lu_factor(matrix), shifts.T).T.reshape(3, 2, -1) * grid.area
-    forces = tractions.sum(axis=2)
-    moment = np.sum(x * tractions[2, 1] - y * tractions[2, 0])
-    return -np.array([forces[0, 0], forces[1, 1], forces[2, 1], moment])
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.5])
-def test_table_3(paper_table, nu):
+def test_table_3(paper_table, touched_coefficients, nu):
     """Every row: the error falls with the grid at a fitted order near 1, and its extrapolation meets the table.
 
     The spin is sampled at the path's middle, which extrapolates best for long contacts (a/b = 10: C33 of 32 cells
@@ -39,7 +16,7 @@ def test_table_3(paper_table, nu):
     cells = np.array([8, 16, 32])
     for row in paper_table("table3_creepage_coefficients.csv"):
         printed = np.array([row[f"{name}_nu{'0' if nu == 0 else '05'}"] for name in ("C11", "C22", "C23", "C33")])
-        computed = np.array([coefficients(row["a_over_b"], nu, n, offset=0.5) for n in cells])
+        computed = np.array([touched_coefficients(row["a_over_b"], nu, n, offset=0.5) for n in cells])
         errors = np.abs(computed / printed - 1)
         assert np.all(np.diff(errors, axis=0) < 0), row
         order = -np.polyfit(np.log(cells), np.log(errors), 1)[0]
