@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact.checks import positive
 from varcontact.errors import SceneError
+from varcontact.reference.line_contact import line_contact
 
 if TYPE_CHECKING:
     from varcontact.scene import Bodies
@@ -111,11 +112,10 @@ def bufler(R: float, bodies: Bodies, *, force: float | None = None, a: float | N
     >>> print(f"{rolling.eta:.5f} {rolling.creepage:.7f}")
     0.09843 -0.0019685
     """
-    R = positive("R", R)
     if (force is None) == (a is None):
         raise SceneError("force, a", (force, a), "exactly one of the two")
     eta = math.atanh(bodies.K / (1 - bodies.combined_nu)) / math.pi
-    per_square = math.pi * bodies.combined_G * (1 + 4 * eta**2) / (4 * (1 - bodies.combined_nu) * R)
-    a = math.sqrt(positive("force", force) / per_square) if a is None else positive("a", a)
-    force = per_square * a**2 if force is None else float(force)
-    return Bufler(a, force, -2 * eta * a / R, eta, R, bodies)
+    more = 1 + 4 * eta**2  # so many times the force of Hertz's contact of the same half-width
+    hertz = line_contact(R, bodies, force=None if force is None else positive("force", force) / more, a=a)
+    force = more * hertz.force if force is None else float(force)
+    return Bufler(hertz.a, force, -2 * eta * hertz.a / hertz.R, eta, hertz.R, bodies)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import number, positive
-from varcontact.errors import Saturated, SceneError
-from varcontact.reference.line_contact import require_like
+from varcontact.checks import number
+from varcontact.errors import SceneError
+from varcontact.reference.line_contact import friction_limit, part_of_limit
 
 if TYPE_CHECKING:
     from varcontact.reference.line_contact import LineContact
@@ -102,16 +102,13 @@ def carter(
     >>> print(f"{rolling.stick_half_width:.6f} {rolling.creepage:.6f} {rolling.full_sliding_creepage:.6f}")
     0.005000 0.000750 0.001500
     """
-    require_like(contact.bodies)
-    friction = positive("friction", friction)
+    limit, friction = friction_limit(contact, friction), float(friction)
+    full = friction * contact.a / contact.R
     if (creepage is None) == (force is None):
         raise SceneError("creepage, force", (creepage, force), "exactly one of the two")
-    full, limit = friction * contact.a / contact.R, friction * contact.force
     if creepage is None:
         force = number("force", force)
-        part = abs(force) / limit
-        if part >= 1:
-            raise Saturated(abs(force), limit)
+        part = part_of_limit(force, limit)
         root = math.sqrt(1 - part)
         return Carter(contact, friction, -math.copysign(full * part / (1 + root), force), force, contact.a * root)
     creepage = number("creepage", creepage)

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import number, positive
-from varcontact.errors import Saturated
-from varcontact.reference.line_contact import require_like
+from varcontact.checks import number
+from varcontact.reference.line_contact import friction_limit, part_of_limit
 
 if TYPE_CHECKING:
     from varcontact.reference.line_contact import LineContact
@@ -89,10 +88,6 @@ def cattaneo_line(contact: LineContact, friction: float, force: float) -> Cattan
     >>> print(f"{cattaneo_line(contact, 0.3, 0.75 * 0.3 * contact.force).stick_half_width:.6f}")
     0.005000
     """
-    require_like(contact.bodies)
-    limit = positive("friction", friction) * contact.force
-    force = number("force", force)
-    part = abs(force) / limit
-    if part >= 1:
-        raise Saturated(abs(force), limit)
+    limit, force = friction_limit(contact, friction), number("force", force)
+    part = part_of_limit(force, limit)
     return CattaneoLine(contact, float(friction), force, contact.a * math.sqrt(1 - part))

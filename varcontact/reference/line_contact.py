@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.checks import positive
-from varcontact.errors import SceneError
+from varcontact.errors import Saturated, SceneError
 
 if TYPE_CHECKING:
     from varcontact.scene import Bodies
@@ -128,7 +128,15 @@ def _half_width(R: float, approach: float, depth: float) -> float:
     return depth * math.exp(brentq(excess, low, math.log(2), xtol=1e-15, rtol=1e-15))
 
 
-def require_like(bodies: Bodies) -> None:
-    """Raise where normal and tangential problem are coupled."""
-    if bodies.K != 0:
-        raise SceneError("bodies.K", bodies.K, "0 (like bodies: the closed form knows no coupling)")
+def friction_limit(contact: LineContact, friction: float) -> float:
+    """The tangential force per unit length that friction can carry between like bodies."""
+    if contact.bodies.K != 0:
+        raise SceneError("bodies.K", contact.bodies.K, "0 (like bodies: the closed form knows no coupling)")
+    return positive("friction", friction) * contact.force
+
+
+def part_of_limit(force: float, limit: float) -> float:
+    """The size of a tangential force by what friction can carry, below 1 or `Saturated`."""
+    if abs(force) >= limit:
+        raise Saturated(abs(force), limit)
+    return abs(force) / limit
