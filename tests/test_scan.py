@@ -71,6 +71,11 @@ def test_refused(rolling, changes, creepages, field):
     assert failure.value.field.startswith(field)
 
 
+def test_progress_that_cannot_be_called_is_refused(rolling):
+    with pytest.raises(vc.SceneError, match="progress = 3 is not allowed"):
+        vc.scan(rolling(grid=GRID), CREEPAGES, progress=3)
+
+
 def test_a_method_that_cannot_treat_one_of_them_is_refused_at_once(rolling):
     stages = []
     with pytest.raises(vc.SceneError, match="no spin"):

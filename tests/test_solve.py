@@ -362,6 +362,7 @@ def test_hertz_and_the_program_agree_to_the_grids_error(rolling):
         ({"tol": 0.0}, "tol", "positive"),
         ({"polish": "no"}, "polish", "true or false"),
         ({"polish": 1}, "polish", "true or false"),
+        ({"progress": 3}, "progress", "None, or a function"),
     ],
 )
 def test_unknown_methods(rolling, arguments, field, words):

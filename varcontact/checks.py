@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -55,6 +55,13 @@ def flag(field: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise SceneError(field, value, "true or false")
     return bool(value)
+
+
+def progress(value: Any) -> Callable[[str], None] | None:
+    """What is told of each stage, or nobody."""
+    if not (value is None or callable(value)):
+        raise SceneError("progress", value, "None, or a function of one string")
+    return value
 
 
 def is_array(value: Any) -> bool:

@@ -181,6 +181,7 @@ def test_default_methods_exist():
         ({"methods": None}, "methods"),
         ({"methods": "tang"}, "methods"),  # not its letters
         ({"store": 3}, "store"),
+        ({"progress": 3}, "progress"),
     ],
 )
 def test_arguments_of_other_types_are_refused_by_name(rolling, changes, field):

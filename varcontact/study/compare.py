@@ -90,7 +90,7 @@ def compare(
     """
     import pandas as pd
 
-    tol = checks.positive("tol", tol)
+    tol, progress = checks.positive("tol", tol), checks.progress(progress)
     named = _named(scenes)
     if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise SceneError("methods", methods, "a list of names")
