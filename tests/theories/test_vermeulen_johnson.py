@@ -97,6 +97,18 @@ def test_total_of_the_tractions(creepage):
     np.testing.assert_allclose(total, vermeulen_johnson(A, B, G, LIMIT, creepage, TABLE), atol=2e-4 * LIMIT)
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-18, 1e-160, 1e-300])
+def test_small_creepage(rolling, size):
+    """Tractions go linearly to 0 with the creepage and never vanish before it; so does the force on a scene's grid."""
+    small = vermeulen_johnson_traction([0.0, -3.0, 5.0], 0.5, A, B, G, LIMIT, (size * UNIT, -size * UNIT, 0), TABLE)
+    x, y = np.array([0.0, -3.0, 5.0]) / A, 0.5 / B
+    slope = 1.5 * LIMIT / (np.pi * A * B) * (1 - x) / np.sqrt(1 - x**2 - y**2)  # of the bound less the inner ellipsoid
+    np.testing.assert_allclose(small / size, [-slope, slope * TABLE.C22 / TABLE.C11], rtol=1e-7)
+    sol = vc.solve(rolling(motion=vc.Steady(vx=size, vy=-2 * size)), tangential="vermeulen-johnson")
+    expected = linear_forces(1.2, 0.9, 1.0, (1.0, -2.0, 0.0), creepage_coefficients(1.2, 0.9, 0.28)).force
+    np.testing.assert_allclose(sol.force / size, expected, rtol=1e-7)
+
+
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 def test_inverse(xi, eta):
     """Every mixture: the creepages found give the prescribed forces, and the given creepage stays."""

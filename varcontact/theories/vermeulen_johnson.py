@@ -265,10 +265,13 @@ def vermeulen_johnson_traction(
     if xi.ndim:
         raise SceneError("creepage", f"array of shape {np.shape(creepage)}", "one triple (vx, vy, 0)")
     w = math.hypot(xi, eta)
-    rest = max(1 - w, 0.0)
-    # both ellipsoids by their height squared; the inner one has the outer's form, r times as large
+    part = min(w, 1.0)
+    # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part times as large
     outer = 1 - (x / a) ** 2 - (y / b) ** 2
-    inner = rest**2 - (x / a - (1 - rest)) ** 2 - (y / b) ** 2
-    size = np.sqrt(np.maximum(outer, 0.0)) - np.sqrt(np.maximum(inner, 0.0))
+    inner = (1 - part) ** 2 - (x / a - part) ** 2 - (y / b) ** 2
+    heights = np.sqrt(np.maximum(outer, 0.0)) + np.sqrt(np.maximum(inner, 0.0))
+    # the difference of the roots by that of the squares, 2 part (1 - x/a) in stick: nothing cancels for small creepage
+    squares = np.where(inner > 0, 2 * part * (1 - x / a), np.maximum(outer, 0.0))
+    size = squares / np.where(heights > 0, heights, 1.0)
     direction = np.array([xi, eta]) / (w or 1.0)
     return 1.5 * limit / (math.pi * a * b) * np.multiply.outer(direction, size)
