@@ -1,4 +1,9 @@
-"""Where the bodies differ, pressure and traction depend on each other (paper, sections 2 and 4.5)."""
+"""Where the bodies differ, pressure and traction depend on each other (paper, sections 2 and 4.5).
+
+Johnson's process is a single pass: the pressure without tractions, then the tractions. The two loops here repeat
+passes until the whole is solved. Both are fixed points, Panagiotopoulos's of the tractions, the joint one of the
+traction bound; where a fixed point is approached slowly or not at all, Anderson's acceleration takes over.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+from varcontact.errors import VarcontactError
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +32,10 @@ class ContactState:
         The solvers' own words on the last pass, by problem.
     solved : dict
         What those mean, by problem: whether the solver says that it reached all it was asked for.
-    changes : tuple of float
-        Change of the tractions in each pass, by the largest traction.
+    passes : tuple of (float, float)
+        Of each pass of a coupling loop: its change, and the residual of the whole after it.
+    bearing : ndarray, shape (ny, nx), optional
+        The pressure that the traction bound counts with, where that is not `pressure`: within a joint pass.
     slips : bool ndarray, shape (ny, nx), optional
         The slip area where a theory tells it; otherwise the natural map does.
     """
@@ -38,44 +47,140 @@ class ContactState:
     iterations: dict[str, int] = field(default_factory=dict)
     status: dict[str, str] = field(default_factory=dict)
     solved: dict[str, bool] = field(default_factory=dict)
-    changes: tuple[float, ...] = ()
+    passes: tuple[tuple[float, float], ...] = ()
+    bearing: np.ndarray | None = None
     slips: np.ndarray | None = None
 
 
 Step = Callable[[ContactState], ContactState]
+Judge = Callable[[ContactState], float]
+
+MEMORY, SLOW, PATIENCE = 5, 0.2, 12
+"""Passes that the acceleration looks back; the least gain of a pass without it; passes without gain before the end."""
 
 
 def panagiotopoulos(
-    start: ContactState, normal: Step, tangential: Step, tol: float, max_passes: int = 100
+    start: ContactState, normal: Step, tangential: Step, residual: Judge, tol: float, max_passes: int = 100
 ) -> ContactState:
-    """Tangential problem with the pressure fixed, normal problem with the tractions fixed, until both stay.
+    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until both stay.
 
-    The paper's process (4.5), from the pressure without tractions; a single tangential problem would be
-    Johnson's process (74). It stops when the tractions change by less than `tol`, when they stop falling,
-    when a solver gives up twice in a row, or after `max_passes`; the certificate of the whole tells which.
+    The paper's process (4.5), from the pressure without tractions.
 
     Parameters
     ----------
     start : ContactState
-        With the pressure that goes with no tractions.
+        With the pressure that goes with its tractions, or with none.
     normal, tangential : callable
         The two problems, from one state to the next.
+    residual : callable
+        Natural-map residual of the whole in a state.
     tol : float
-        Change of the tractions to stop at, by the largest traction.
+        Residual to stop at.
     max_passes : int
+
+    Returns
+    -------
+    ContactState
+        That of the least residual; `passes` tells how it went.
     """
-    state, changes, failures = tangential(start), [1.0], 0
+
+    def one_pass(state: ContactState) -> ContactState:
+        return tangential(normal(state))
+
+    def with_traction(state: ContactState, traction: np.ndarray) -> ContactState:
+        return replace(state, traction=traction)
+
+    return _fixed_point(
+        tangential(start), one_pass, lambda state: state.traction, with_traction, residual, tol, max_passes
+    )
+
+
+def joint(start: ContactState, together: Step, residual: Judge, tol: float, max_passes: int = 100) -> ContactState:
+    """Pressure and tractions together with the traction bound fixed, until that stays.
+
+    Parameters
+    ----------
+    start : ContactState
+        With the pressure without tractions, which gives the first bound.
+    together : callable
+        Pressure and tractions under the bound that `bearing` gives.
+    residual, tol, max_passes
+        As in `panagiotopoulos`.
+    """
+
+    def one_pass(state: ContactState) -> ContactState:
+        return replace(together(replace(state, bearing=state.pressure)), bearing=None)
+
+    def with_pressure(state: ContactState, pressure: np.ndarray) -> ContactState:
+        return replace(state, pressure=np.maximum(pressure, 0.0))
+
+    return _fixed_point(
+        one_pass(start), one_pass, lambda state: state.pressure, with_pressure, residual, tol, max_passes
+    )
+
+
+def alternating(start: ContactState, normal: Step, tangential: Step, tol: float, max_passes: int = 50) -> ContactState:
+    """A joint pass by alternation: both problems in turn under a fixed bound.
+
+    In a shift that is block descent of the complementary energy, which is convex, and converges.
+    """
+    state = tangential(start)
     for _ in range(max_passes):
         after = tangential(normal(state))
-        size = max(float(np.abs(after.traction).max()), np.finfo(float).tiny)
-        changes.append(float(np.abs(after.traction - state.traction).max()) / size)
-        state = replace(after, changes=tuple(changes))
-        failures = 0 if all(state.solved.values()) else failures + 1
-        if changes[-1] < tol or failures == 2 or _stalled(changes):
+        change = _distance(after.traction, state.traction)
+        state = after
+        if change <= tol:
             break
     return state
 
 
-def _stalled(changes: list[float], passes: int = 8) -> bool:
-    """Whether the last passes brought nothing: it circles, or the solvers are no more exact than this."""
-    return len(changes) > 2 * passes and min(changes[-passes:]) >= min(changes[:-passes])
+def _fixed_point(
+    state: ContactState,
+    one_pass: Step,
+    field_of: Callable[[ContactState], np.ndarray],
+    with_field: Callable[[ContactState, np.ndarray], ContactState],
+    residual: Judge,
+    tol: float,
+    max_passes: int,
+) -> ContactState:
+    """Repeat a pass from one field to the next; the state of the least residual.
+
+    It ends at the tolerance, where PATIENCE passes brought nothing, where solvers give up twice in a row or
+    altogether, or after `max_passes`.
+    """
+    best = state = replace(state, passes=((1.0, residual(state)),))
+    given: list[np.ndarray] = []
+    found: list[np.ndarray] = []
+    lost, failures, accelerated = 0, 0, False
+    while best.passes[-1][1] > tol and len(state.passes) < max_passes and lost < PATIENCE and failures < 2:
+        try:
+            after = one_pass(state)
+        except VarcontactError:  # an iterate that is no contact any more
+            break
+        given, found = [*given[-MEMORY:], field_of(state)], [*found[-MEMORY:], field_of(after)]
+        step = (_distance(found[-1], given[-1]), residual(after))
+        after = replace(after, passes=(*state.passes, step))
+        failures = 0 if all(after.solved.values()) else failures + 1
+        if step[1] < best.passes[-1][1]:
+            best, lost = after, 0
+        else:
+            lost += 1
+        accelerated = accelerated or not step[1] < SLOW * state.passes[-1][1]
+        state = with_field(after, _mixed(given, found)) if accelerated else after
+    return replace(best, passes=state.passes)
+
+
+def _mixed(given: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
+    """Anderson's acceleration: the combination of what was found whose own combination of changes is least."""
+    changes = np.array([(y - x).ravel() for x, y in zip(given, found, strict=True)])
+    if len(changes) == 1:
+        return found[-1]
+    weights, *_ = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=1e-10)
+    steps = np.diff(np.array(found), axis=0)
+    return np.asarray(found[-1] - np.tensordot(weights, steps, axes=1))
+
+
+def _distance(one: np.ndarray, other: np.ndarray) -> float:
+    """Largest difference of two fields by the largest of the first."""
+    size = max(float(np.abs(one).max()), np.finfo(float).tiny)
+    return float(np.abs(one - other).max()) / size

@@ -106,6 +106,22 @@ def certify_problems(
     )
 
 
+def residuals(
+    disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray, rigid: np.ndarray
+) -> tuple[float, float]:
+    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions."""
+    coupled = disc.scene.bodies.K != 0 and np.any(traction)
+    normal = disc.normal_problem(traction if coupled else None)
+    normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
+    tangential = disc.tangential_problem(pressure)
+    tractions, bearing = traction.reshape(2, -1), tangential.operator.elements
+    stray = np.hypot(*np.delete(tractions, bearing, axis=1)).max(initial=0.0)  # where no friction can carry it
+    error = _relative(float(stray), float(np.hypot(*tractions).max()))
+    if tangential.size:
+        error = _worst(error, tangential_residual(tangential, tractions[:, bearing], rigid))
+    return normal_error, error
+
+
 def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
     """Projection of tractions (2, n) on the disks of radius `bound` (n,)."""
     size = np.hypot(*traction)

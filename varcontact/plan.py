@@ -11,7 +11,7 @@ from varcontact.scene import Scene, Steady
 from varcontact.surfaces import SampledDistance
 from varcontact.theories.methods import THEORIES, why_not
 
-COUPLING_METHODS = ("johnson", "panagiotopoulos")
+COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
 
 
@@ -26,7 +26,7 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical bodies and without friction, else "johnson" or "panagiotopoulos".
+        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos" or "joint".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
@@ -154,4 +154,6 @@ def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
         return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
     if wanted == "johnson":
         return wanted, "asked for: one pass, the pressure as without friction"
+    if wanted == "joint":
+        return wanted, "asked for: pressure and tractions together, with only the traction bound fixed in a pass"
     return "panagiotopoulos", f"unlike bodies (K = {scene.bodies.K:.3g}): normal and tangential problem in turn"

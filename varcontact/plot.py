@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.errors import SceneError
 from varcontact.scene import Steady, Units
 
 if TYPE_CHECKING:
@@ -106,6 +107,23 @@ def draw_section(ax: Axes, sol: Solution) -> None:
     ax.axhline(0, color="k", linewidth=0.5)
     ax.set_xlabel(_label("x", "length", sol))
     ax.set_title(_label(f"Section along x at y = {sol.grid.y[row]:.3g}", "length", sol, brackets=False))
+
+
+def plot_passes(sol: Solution) -> Figure:
+    """Change and residual of the whole against the passes of a coupling loop, see `Solution.plot_passes`."""
+    from matplotlib import pyplot as plt
+
+    if not sol.passes:
+        raise SceneError("solution", sol.plan.coupling, "of a coupling loop (panagiotopoulos or joint)")
+    figure, ax = plt.subplots(figsize=(5.2, 4.0), layout="constrained")
+    changes, residuals = np.array(sol.passes).T
+    passes = np.arange(1, len(residuals) + 1)
+    ax.semilogy(passes, residuals, "o-", color=TRACTION_COLOUR, markersize=4, label="residual of the whole")
+    ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", markersize=3, label="change of the pass")
+    ax.set_xlabel("pass")
+    ax.set_title(f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}" + ("" if sol.converged else ": not converged"))
+    ax.legend(frameon=False)
+    return figure
 
 
 def _frame(ax: Axes, sol: Solution) -> None:

@@ -58,15 +58,19 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     return _within(spec.spread(contact), surface)
 
 
-def fitted(scene: Scene, grid: Grid, pressure: np.ndarray) -> Grid | None:
-    """A grid that lies closer around the contact, where the scene's number of elements across it is not met."""
+def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
+    """A grid that lies closer around the contact, where the scene's number of elements across it is not met.
+
+    Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
+    """
     spec, surface = _spec(scene), scene.surface
     columns, rows = _across(pressure)
-    if spec.explicit or not isinstance(surface, SampledDistance):
+    if spec.explicit or not (any_surface or isinstance(surface, SampledDistance)):
         return None
     if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
         return None
-    return _within(spec.spread(_contact_box(grid, pressure)), surface)
+    closer = spec.spread(_contact_box(grid, pressure))
+    return _within(closer, surface) if isinstance(surface, SampledDistance) else closer
 
 
 def _spec(scene: Scene) -> Grid:
@@ -194,8 +198,11 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
     return (1 - disc.scene.bodies.combined_nu) / np.pi * raised
 
 
-def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Grid:
+def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more: float = 0.0) -> Grid:
     """A grid that takes in what was found outside, with the scene's number of elements across the contact.
+
+    Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a contact that
+    tractions move, only the next elements are seen.
 
     Raises
     ------
@@ -220,8 +227,11 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box) -> Gr
             "surface", _rounded(surface.box), "sampled beyond the contact, which reaches the samples' edge"
         )
     inner = _contact_box(grid, pressure)
-    left, bottom = (min(inner[i], overlap[i]) for i in (0, 2))
-    right, top = (max(inner[i], overlap[i]) for i in (1, 3))
+    along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
+    left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]
+    right = max(inner[1], overlap[1] + along_x) if overlap[1] > inner[1] else inner[1]
+    bottom = min(inner[2], overlap[2] - along_y) if overlap[2] < inner[2] else inner[2]
+    top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
     wider = spec.spread((left, right, bottom, top))
     return _within(wider, surface) if isinstance(surface, SampledDistance) else wider
 

@@ -316,13 +316,19 @@ class Discretisation:
             approach=None if approach is None else (approach - self.base) / self.displacement,
         )
 
-    def tangential_problem(self, pressure: np.ndarray, marching: bool = False) -> TangentialProblem:
-        """The tangential problem on the elements with a traction bound, for a pressure (ny, nx)."""
+    def tangential_problem(
+        self, pressure: np.ndarray, bearing: np.ndarray | None = None, marching: bool = False
+    ) -> TangentialProblem:
+        """The tangential problem on the elements with a traction bound, for a pressure (ny, nx).
+
+        The bound is friction times that pressure, or times that of `bearing` where it is given.
+        """
         scene, motion = self.scene, self.scene.motion
         assert motion is not None
-        contact = pressure.ravel() > 0
+        pressed = (pressure if bearing is None else bearing).ravel()
+        contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            bound = np.broadcast_to(np.asarray(scene.friction), pressure.shape).ravel() * pressure.ravel()
+            bound = np.broadcast_to(np.asarray(scene.friction), pressure.shape).ravel() * pressed
         elements = np.flatnonzero(contact & (bound > 0))
         shift = self.rigid_shift().reshape(2, -1)[:, elements]
         if scene.bodies.K != 0:

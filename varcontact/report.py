@@ -103,6 +103,8 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
     for name in ("normal", "tangential", "coupling"):
         steps = sol.iterations.get(name)
         iterations = f", {steps} iterations" if steps else ""
+        if name == "coupling" and sol.passes:
+            iterations = f", {len(sol.passes)} passes"
         rows.append((name, f"{getattr(sol.plan, name)}: {sol.plan.reasons.get(name, '')}{iterations}"))
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
     rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))

@@ -59,6 +59,9 @@ class Solution:
         The solvers' own words, by problem.
     timing : dict
         Seconds by stage, and in total.
+    passes : tuple of (float, float)
+        Of each pass of a coupling loop: how much it changed (of the tractions, or of the pressure in a joint pass),
+        and the residual of the whole after it.
     """
 
     scene: Scene
@@ -76,6 +79,7 @@ class Solution:
     iterations: dict[str, int]
     status: dict[str, str]
     timing: dict[str, float]
+    passes: tuple[tuple[float, float], ...] = ()
 
     @property
     def normal_force(self) -> float:
@@ -157,6 +161,7 @@ class Solution:
             "formulation": self.plan.formulation,
             "iterations": self.iterations,
             "status": self.status,
+            "passes": len(self.passes),
             "seconds": self.timing["total"],
         }
 
@@ -213,6 +218,18 @@ class Solution:
 
         return plot(self)
 
+    def plot_passes(self) -> Figure:
+        """Picture of how the passes of a coupling loop converged.
+
+        Raises
+        ------
+        SceneError
+            If there was no coupling loop.
+        """
+        from varcontact.plot import plot_passes
+
+        return plot_passes(self)
+
 
 def _known(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
@@ -250,6 +267,7 @@ def solution_of(
         iterations=state.iterations,
         status=state.status,
         timing=timing,
+        passes=state.passes,
     )
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.clock import Clock
 from varcontact.conic.setups import Setups
-from varcontact.coupling import ContactState, panagiotopoulos
-from varcontact.energy import Certificate, certify_problems, normal_residual
+from varcontact.coupling import ContactState, joint, panagiotopoulos
+from varcontact.energy import Certificate, certify_problems, normal_residual, residuals
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.grid import Grid
 from varcontact.plan import Plan, make_plan
@@ -48,8 +49,9 @@ def solve(
         Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
         "tang" (as printed) or "tang-safeguarded", active sets; or an approximate theory: "fastsim",
         "fastsim-elliptic", "linear", "vermeulen-johnson".
-    coupling : {"auto", "johnson", "panagiotopoulos"}
-        How the two meet where the bodies differ (K != 0).
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint"}
+        How the two meet where the bodies differ (K != 0): one pass; both problems in turn; or pressure and tractions
+        together with only the traction bound fixed, in a shift one convex program a pass.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
         rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but
@@ -96,7 +98,7 @@ def solve(
     plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
     _check_saturation(scene)
-    repeats = plan.coupling == "panagiotopoulos" or plan.formulation == "marching"
+    repeats = plan.coupling in ("panagiotopoulos", "joint") or plan.formulation == "marching"
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None)
     disc, state = _on_a_grid_that_holds_it(scene, steps)
     return _judged(disc, state, steps)
@@ -141,8 +143,9 @@ def _judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution
 
 def _why(solution: Solution, state: ContactState) -> str:
     """What is known about why a solution is not one."""
-    if state.changes:
-        return f"; the last of {len(state.changes)} passes changed the tractions by {state.changes[-1]:.1e}"
+    if state.passes:
+        change = state.passes[-1][0]
+        return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
     words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
     reason = no_guarantee(solution)
     return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
@@ -217,28 +220,31 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
 def _on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:
     """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
 
-    The contact without tangential tractions settles the grid; unlike bodies are looked at once more at the end.
+    The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
     """
-    closed_form = steps.plan.normal == "hertz"
+    closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
     with steps.clock("grid"):
         looks = Steps(replace(steps.plan, normal="clarabel"), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+    moved = 0
     for attempt in range(20):
         disc = discretise(scene, grid)
         state = steps.pressure(disc, unloaded(grid))
         with steps.clock("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
-        if overlap is None and closer is None:
+        if (overlap is None and closer is None) or (coupled and moved):
             state = _contact(disc, steps, state)
-            if steps.plan.coupling == "none":
+            if not coupled:
                 return disc, state
             with steps.clock("grid"):
                 overlap = outside(disc, state)
-            if overlap is None:
+                closer = fitted(scene, grid, state.pressure, any_surface=True) if 0 < moved < 4 else None
+            if overlap is None and closer is None:
                 return disc, state
+            moved += 1
         if overlap is not None:
-            grid = enlarged(scene, grid, state.pressure, overlap)
+            grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
         elif closer is not None:
             grid = closer
     raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
@@ -246,18 +252,19 @@ def _on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation
 
 def _contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
     """Pressure and traction by the plan's coupling, from the pressure without traction."""
-
-    def normal(state: ContactState) -> ContactState:
-        return steps.pressure(disc, state)
-
-    def tangential(state: ContactState) -> ContactState:
-        return steps.traction(disc, state)
-
+    normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
     if steps.plan.tangential == "none":
         return start
     if steps.plan.coupling == "panagiotopoulos":
-        return panagiotopoulos(start, normal, tangential, tol=steps.tol / 10)
+        return panagiotopoulos(start, normal, tangential, whole, tol=steps.tol / 10)
+    if steps.plan.coupling == "joint":
+        return joint(start, partial(steps.together, disc), whole, tol=steps.tol / 10)
     return tangential(start)
+
+
+def _whole(disc: Discretisation, state: ContactState) -> float:
+    """The residual of the whole problem in a state, by FFT."""
+    return max(residuals(disc, state.pressure, state.approach, state.traction, state.rigid))
 
 
 def _check_saturation(scene: Scene) -> None:

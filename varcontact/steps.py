@@ -13,8 +13,9 @@ from varcontact import memory
 from varcontact.active_set.norm import norm
 from varcontact.active_set.tang import no_slip, tang_safeguarded
 from varcontact.clock import Clock
+from varcontact.conic.joint import solve_joint
 from varcontact.conic.setups import Setups
-from varcontact.coupling import ContactState
+from varcontact.coupling import ContactState, alternating
 from varcontact.energy import normal_residual, project, tangential_residual
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.evolution import march
@@ -90,7 +91,9 @@ class Steps:
         with self.clock("tangential"):
             if self.plan.tangential in THEORIES:
                 return THEORIES[self.plan.tangential](disc, state)
-            problem = disc.tangential_problem(state.pressure, marching=self.plan.formulation == "marching")
+            problem = disc.tangential_problem(
+                state.pressure, state.bearing, marching=self.plan.formulation == "marching"
+            )
             _check_force(problem, disc.force)
             raw = self._tractions(problem, state)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
@@ -105,6 +108,46 @@ class Steps:
                 status={**state.status, "tangential": raw.status},
                 solved={**state.solved, "tangential": raw.solved},
             )
+
+    def together(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The state with pressure and tractions of each other, under the traction bound of its `bearing`.
+
+        One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
+        two problems in turn.
+        """
+        if self.plan.formulation == "complementary" and states_programs(self.plan.tangential):
+            state = self._joint_program(disc, state)
+            if not self.polish:
+                return state
+        enough = 0.01 * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
+        return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
+
+    def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
+        nothing = unloaded(disc.grid)
+        normal = disc.normal_problem()
+        tangential = disc.tangential_problem(nothing.pressure, state.bearing)
+        _check_force(tangential, disc.force)
+        size = normal.distance.size + 2 * tangential.size
+        memory.need("the joint program", 120.0 * size**2, "a grid with fewer elements would fit")
+        asked = 1e-6 if self.polish else UNPOLISHED * self.tol
+        with self.clock("joint"):
+            coupling = disc.traction_to_distance.dense(normal.operator.elements, tangential.operator.elements)
+            pressed, rubbed = solve_joint(self.plan.tangential, normal, tangential, coupling, self._settings(asked))
+        traction = np.zeros((2, *disc.grid.shape))
+        traction.reshape(2, -1)[:, tangential.operator.elements] = rubbed.traction
+        pressed = without_noise(disc.normal_problem(traction), pressed)
+        if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
+            raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {rubbed.status}", np.inf)
+        return replace(
+            state,
+            pressure=pressed.traction.reshape(disc.grid.shape),
+            approach=float(pressed.rigid[0]),
+            traction=traction,
+            rigid=rubbed.rigid,
+            iterations=_counted(state, "tangential", rubbed.iterations),
+            status={**state.status, "tangential": rubbed.status},
+            solved={**state.solved, "tangential": rubbed.solved},
+        )
 
     def _normal(self, problem: NormalProblem, start: RawSolution | None) -> RawSolution:
         solver = normal_solver(self.plan.normal)

@@ -58,7 +58,7 @@ def normal_program(problem: NormalProblem) -> ConicProgram:
     from scipy.sparse import csc_matrix
 
     n, force = problem.distance.size, problem.force
-    level, displacement = _normal_scales(problem)
+    level, displacement = normal_scales(problem)
     distance, pressure = problem.distance - level, displacement / problem.operator.diagonal
     P = upper(problem.operator.matrix * (pressure / displacement))
     ones = -np.ones(n)
@@ -86,7 +86,7 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
     from scipy.sparse import csc_matrix
 
     n, force = problem.distance.size, problem.force
-    level, displacement = _normal_scales(problem)
+    level, displacement = normal_scales(problem)
     pressure = displacement / problem.operator.diagonal
     matrix = problem.operator.matrix / problem.operator.diagonal
     if force is None:
@@ -102,7 +102,7 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
     return ConicProgram(P, q, A, (problem.distance - level) / displacement, [("nonnegative", n)], recover)
 
 
-def _normal_scales(problem: NormalProblem) -> tuple[float, float]:
+def normal_scales(problem: NormalProblem) -> tuple[float, float]:
     """The level from which distances count (the approach where it is known), and the scale of displacements."""
     least = float(problem.distance.min())
     if problem.force is None:

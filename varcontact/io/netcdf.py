@@ -68,6 +68,7 @@ def dataset(sol: Solution) -> xr.Dataset:
         "iterations": sol.iterations,
         "status": sol.status,
         "timing": sol.timing,
+        "passes": sol.passes,
     }
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
@@ -150,6 +151,7 @@ def _solution(data: xr.Dataset) -> Solution:
         iterations=record["iterations"],
         status=record["status"],
         timing=record["timing"],
+        passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
     )
 
 
