@@ -180,9 +180,8 @@ class Steps:
         if np.all(np.hypot(*sticking.traction) <= problem.bound):
             return sticking  # friction is nowhere exhausted: the linear solution is the solution
         if self.plan.formulation == "gap" and not problem.monotone:
-            return tang_safeguarded(
-                problem
-            )  # no convex program: what finds a solution is tried, the certificate judges
+            # No convex program: what finds a solution is tried, and the certificate judges it.
+            return tang_safeguarded(problem)
         return self._polished(problem, solver, tang_safeguarded, tangential_residual, start)
 
     def _settings(self, tol: float) -> Settings:

@@ -1,8 +1,9 @@
-"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and safeguarded."""
+"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and variants."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -10,9 +11,10 @@ from varcontact.energy import project, tangential_residual
 from varcontact.problem import RawSolution, TangentialProblem
 
 MAX_EXCHANGES = 200
-MAX_NEWTON = 30
-ROUGH, EXACT = 1e-3, 1e-13
-"""Errors, by the rigid shift, at which Newton's method on given areas stops."""
+MAX_NEWTON = 200
+"""On given areas Newton's method may wander long before it is near: 100 steps leave one in twenty problems unsolved."""
+ROUGH, EXACT, ROUNDING = 1e-3, 1e-13, 1e-9
+"""Errors, by the rigid shift, at which it stops; below the last where they fall no more."""
 ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
@@ -20,7 +22,9 @@ SOLVED = 1e-11
 SPLITTING_ROUNDS = (50, 200, 800)
 
 
-def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSolution:
+def tang(
+    problem: TangentialProblem, start: RawSolution | None = None, newton: Literal["exact", "inexact"] = "exact"
+) -> RawSolution:
     """TANG as the paper prints it.
 
     It begins with every element in the stick area. On given areas it solves ``E = 0`` in the stick area (linear)
@@ -33,6 +37,9 @@ def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSol
     problem : TangentialProblem
     start : RawSolution, optional
         Its areas and directions in place of the printed start.
+    newton : {"exact", "inexact"}
+        How far Newton's method goes on given areas. "exact": to the end, as point 3 has it. "inexact", not the
+        paper's: no further than exchanges need, and to the end only where there is nothing left to exchange.
 
     Returns
     -------
@@ -48,15 +55,15 @@ def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSol
         at = _Point(start.traction, start.rigid)
         sticks = np.hypot(*_trial(problem, at)) <= problem.bound
     seen: set[bytes] = set()
-    best, newton, status = start, 0, "MaxIterations"
+    best, count, status = start, 0, "MaxIterations"
     for _ in range(MAX_EXCHANGES):
         if sticks.tobytes() in seen:
             status = "Cycled"
             break
         seen.add(sticks.tobytes())
-        for enough in (ROUGH, EXACT):  # exchanges do not need more; what they leave alone does
+        for enough in (ROUGH, EXACT) if newton == "inexact" else (EXACT,):
             at, steps, solved = _on_areas(problem, sticks, at, enough)
-            newton += steps
+            count += steps
             beyond = sticks & (np.hypot(*at.traction) > problem.bound)  # point 4
             forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
             if not solved or beyond.any() or forward.any():
@@ -70,7 +77,7 @@ def tang(problem: TangentialProblem, start: RawSolution | None = None) -> RawSol
             break
         sticks = sticks & ~beyond if beyond.any() else sticks | forward
     assert best is not None
-    return replace(best, iterations=newton, status=status, solved=status == "Solved")
+    return replace(best, iterations=count, status=status, solved=status == "Solved")
 
 
 def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60) -> RawSolution:
@@ -80,7 +87,7 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
     friction, cut off at the bound. Where no way leads down from there, Douglas and Rachford's splitting, which
     converges from anywhere but slowly, comes near enough for Newton's method. With forces prescribed that friction can
-    just carry it is too slow: there the printed version is asked before.
+    just carry it is too slow: there TANG with inexact Newton steps is asked before.
 
     Parameters
     ----------
@@ -107,9 +114,9 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         return best
     newton = best.iterations
     if problem.free:
-        printed = tang(problem)
-        raw = _descend(problem, _Point(printed.traction, printed.rigid), max_steps)
-        newton += printed.iterations + raw.iterations
+        rough = tang(problem, newton="inexact")
+        raw = _descend(problem, _Point(rough.traction, rough.rigid), max_steps)
+        newton += rough.iterations + raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, _Point(raw.traction, raw.rigid))
@@ -258,14 +265,14 @@ def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough
     """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
     at, slips = _on_bound(problem, sticks, at, at.traction), ~sticks
     scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
-    error, count = np.inf, 0
-    while count < MAX_NEWTON and error > enough:
-        count += 1
+    error, before, count = np.inf, np.inf, 0
+    while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
+        count, before = count + 1, error
         at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
         shift, direction = _shift(problem, at), at.traction[:, slips] / problem.bound[slips]
         across = shift[1, slips] * direction[0] - shift[0, slips] * direction[1]
         error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(across).max(initial=0.0)) / scale
-    return at, count, bool(error < max(enough, 1e-9))
+    return at, count, bool(error < max(enough, ROUNDING))
 
 
 def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:

@@ -29,6 +29,7 @@ DEFAULT_METHODS = (
     "scs",
     "cvxpy:CLARABEL",
     "tang",
+    "tang-inexact",
     "tang-safeguarded",
     "fastsim",
     "linear",
