@@ -17,13 +17,14 @@ from varcontact.io.netcdf import load
 from varcontact.io.scenefile import read_scene
 from varcontact.plan import Plan
 from varcontact.plot import plot_comparison
-from varcontact.scene import Bodies, Scene, Shift, Steady, Units
+from varcontact.scene import Bodies, Scene, Shift, Steady
 from varcontact.solution import Solution
 from varcontact.solve import certify, solve
 from varcontact.study.bank import standard_bank
 from varcontact.study.compare import compare
 from varcontact.study.scan import scan
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.units import Units
 
 __version__ = "0.1.0"
 

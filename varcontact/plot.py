@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.scene import Steady, Units
+from varcontact.scene import Steady
+from varcontact.units import Units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,12 +18,15 @@ if TYPE_CHECKING:
 
     from varcontact.solution import Solution
 
-_BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "fontsize": "small", "frameon": False}
+BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "fontsize": "small", "frameon": False}
 STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
 
 
 def plot(sol: Solution) -> Figure:
     """Pressure; traction arrows over stick and slip areas; the section along x with the traction bound.
+
+    Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and slip
+    areas; without a motion the pressure.
 
     Parameters
     ----------
@@ -35,6 +39,10 @@ def plot(sol: Solution) -> Figure:
     """
     from matplotlib import pyplot as plt
 
+    if sol.scene.line:
+        from varcontact.plot_line import plot_line
+
+        return plot_line(sol)
     panels = 1 if sol.scene.motion is None else 2
     figure, axes = plt.subplots(1, panels + 1, figsize=(5.2 * (panels + 1), 4.6), layout="constrained", squeeze=False)
     draw_pressure(axes[0, 0], sol)
@@ -50,7 +58,7 @@ def draw_pressure(ax: Axes, sol: Solution) -> None:
     pressure = np.ma.masked_less_equal(sol.pressure, 0)
     image = ax.imshow(pressure, origin="lower", extent=(left, right, bottom, top), cmap="viridis")
     assert ax.figure is not None
-    ax.figure.colorbar(image, ax=ax, shrink=0.8, label=_label("pressure", "pressure", sol))
+    ax.figure.colorbar(image, ax=ax, shrink=0.8, label=label("pressure", "pressure", sol))
     ax.set_title("Pressure")
     _frame(ax, sol)
 
@@ -80,7 +88,7 @@ def draw_areas(ax: Axes, sol: Solution) -> None:
     first, second, turn = sol.creepage
     if turn != 0 and left < -second / turn < right and bottom < first / turn < top:
         handles += ax.plot(-second / turn, first / turn, "k.", markersize=8, label="spin pole")
-    ax.legend(handles=handles, ncols=3, **_BELOW)
+    ax.legend(handles=handles, ncols=3, **BELOW)
     ax.set_title("Tangential traction on body 1")
     _frame(ax, sol)
 
@@ -95,18 +103,18 @@ def draw_section(ax: Axes, sol: Solution) -> None:
     bound = sol.traction_bound[row, shown]
     if sol.scene.motion is None:
         ax.plot(x, sol.pressure[row, shown], "o-", color=TRACTION_COLOUR, markersize=3)
-        ax.set_ylabel(_label("pressure", "pressure", sol))
+        ax.set_ylabel(label("pressure", "pressure", sol))
     else:
         if np.all(np.isfinite(bound)):
             ax.fill_between(x, -bound, bound, color="0.92", label="within the traction bound")
             ax.plot(x, bound, "0.5", x, -bound, "0.5", linewidth=1)
         for component, name, style in ((0, "along x", "o-"), (1, "along y", "s--")):
             ax.plot(x, sol.traction[component, row, shown], style, markersize=3, label=name)
-        ax.set_ylabel(_label("traction", "pressure", sol))
-        ax.legend(ncols=3, **_BELOW)
+        ax.set_ylabel(label("traction", "pressure", sol))
+        ax.legend(ncols=3, **BELOW)
     ax.axhline(0, color="k", linewidth=0.5)
-    ax.set_xlabel(_label("x", "length", sol))
-    ax.set_title(_label(f"Section along x at y = {sol.grid.y[row]:.3g}", "length", sol, brackets=False))
+    ax.set_xlabel(label("x", "length", sol))
+    ax.set_title(label(f"Section along x at y = {sol.grid.y[row]:.3g}", "length", sol, brackets=False))
 
 
 def plot_passes(sol: Solution) -> Figure:
@@ -129,9 +137,9 @@ def plot_passes(sol: Solution) -> Figure:
 def _frame(ax: Axes, sol: Solution) -> None:
     """Labels, and the contact with a margin of two elements."""
     ax.set_xlabel(
-        _label("x", "length", sol) + (", rolling to the right" if isinstance(sol.scene.motion, Steady) else "")
+        label("x", "length", sol) + (", rolling to the right" if isinstance(sol.scene.motion, Steady) else "")
     )
-    ax.set_ylabel(_label("y", "length", sol))
+    ax.set_ylabel(label("y", "length", sol))
     left, right, bottom, top = _contact_box(sol)
     ax.set_xlim(left, right)
     ax.set_ylim(bottom, top)
@@ -150,11 +158,14 @@ def _equal_axes(sol: Solution) -> bool:
     return 0.2 < (right - left) / (top - bottom) < 5
 
 
-def _label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:
+def label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:
+    """A name with its unit, where the scene names units."""
     units: Units | None = sol.scene.units
     if units is None:
         return name
-    return f"{name} [{units.of(quantity)}]" if brackets else f"{name} {units.of(quantity)}"
+    return (
+        f"{name} [{units.of(quantity, sol.scene.line)}]" if brackets else f"{name} {units.of(quantity, sol.scene.line)}"
+    )
 
 
 def plot_comparison(table: pd.DataFrame) -> Figure:

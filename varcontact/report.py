@@ -40,28 +40,37 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
             "normal force",
             f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.pressure.max():.4g}{unit('pressure')}",
         ),
-        ("approach", f"{_sized(sol.approach)}{unit('length')}"),
+        ("approach", _sized(sol.approach, unit("length"))),
     ]
     motion = sol.scene.motion
     if motion is None:
         return rows
     first, second, third = sol.creepage
     if isinstance(motion, Steady):
-        rows.append(("creepage", f"vx = {first:.6g}, vy = {second:.6g}, spin = {third:.6g}{unit('spin')}"))
+        turn = "" if sol.scene.line else f", spin = {third:.6g}{unit('spin')}"
+        rows.append(("creepage", f"vx = {first:.6g}, vy = {second:.6g}{turn}"))
     else:
-        shifts = f"ux = {_sized(first)}, uy = {_sized(second)}{unit('length')}"
-        rows.append(("rigid shift", f"{shifts}, rotation = {third:.6g}"))
-    Fx, Fy = sol.force
-    limit = sol.traction_bound.sum() * sol.grid.area
+        turn = "" if sol.scene.line else f", rotation = {third:.6g}"
+        shifts = (f"{name} = {_sized(value, unit('length'))}" for name, value in (("ux", first), ("uy", second)))
+        rows.append(("rigid shift", ", ".join(shifts) + turn))
+    limit = float(sol.traction_bound.sum() * sol.grid.area)
+    Fx, Fy = (_without_noise(F, limit) for F in sol.force)
     part = f", {np.hypot(Fx, Fy) / limit:.4f} of what friction can carry" if 0 < limit < np.inf else ""
-    rows.append(("tangential force", f"Fx = {_number(Fx, Fy)}, Fy = {_number(Fy, Fx)}{unit('force')}{part}"))
-    rows.append(("twisting moment", f"Mz = {sol.moment:.6g}{unit('moment')}"))
+    rows.append(
+        (
+            "tangential force",
+            f"Fx = {_without_noise(Fx, Fy):.6g}, Fy = {_without_noise(Fy, Fx):.6g}{unit('force')}{part}",
+        )
+    )
+    moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
+    rows.append(("twisting moment", f"Mz = {moment:.6g}{unit('moment')}"))
     return rows
 
 
 def _areas(sol: Solution) -> list[tuple[str, str]]:
     count, unit = sol.elements, _unit(sol)
-    text = f"{count['contact']} elements, {sol.areas['contact']:.4g}{unit('area')}"
+    size = f"{sol.areas['contact']:.4g}{unit('area')}" + (" wide" if sol.scene.line else "")
+    text = f"{count['contact']} elements, {size}"
     if sol.scene.motion is not None:
         text += f": {count['stick']} stick, {count['slip']} slip"
     return [("contact", text)]
@@ -112,17 +121,17 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
 
 
 def _unit(sol: Solution) -> Callable[[str], str]:
-    units = sol.scene.units
-    return lambda quantity: f" {units.of(quantity)}" if units is not None else ""
+    units, line = sol.scene.units, sol.scene.line
+    return lambda quantity: f" {units.of(quantity, line)}" if units is not None else ""
 
 
-def _sized(displacement: float) -> str:
-    return "(open without a reference depth)" if np.isnan(displacement) else f"{displacement:.6g}"
+def _sized(displacement: float, unit: str) -> str:
+    return "open (no reference depth)" if np.isnan(displacement) else f"{displacement:.6g}{unit}"
 
 
-def _number(value: float, other: float) -> str:
-    """A component, shown as zero where it is rounding beside the other."""
-    return f"{0.0 if abs(value) < 1e-13 * abs(other) else value:.6g}"
+def _without_noise(value: float, scale: float) -> float:
+    """A number, or zero where it is rounding beside the scale."""
+    return 0.0 if abs(value) < 1e-13 * abs(scale) < np.inf else value
 
 
 def summary(table: pd.DataFrame) -> str:

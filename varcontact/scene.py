@@ -14,6 +14,7 @@ from varcontact.grid import Grid
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.units import Units
 
 
 @dataclass(frozen=True)
@@ -161,31 +162,6 @@ class Shift:
     def rigid(self) -> tuple[float, float, float]:
         """(ux, uy, rotation)."""
         return self.ux, self.uy, self.rotation
-
-
-@dataclass(frozen=True, kw_only=True)
-class Units:
-    """Names of the units a scene is given in, for labels only: nothing is converted.
-
-    Examples
-    --------
-    >>> Units(length="mm", force="N").of("pressure")
-    'N/mm^2'
-    """
-
-    length: str
-    force: str
-
-    def __post_init__(self) -> None:
-        for name in ("length", "force"):
-            if not isinstance(getattr(self, name), str):
-                raise SceneError(f"units.{name}", getattr(self, name), "a name, in quotes")
-
-    def of(self, quantity: str) -> str:
-        """Unit of "length", "force", "pressure", "moment", "spin", "area", or "1"."""
-        L, F = self.length, self.force
-        names = {"length": L, "force": F, "pressure": f"{F}/{L}^2", "moment": f"{F} {L}", "spin": f"1/{L}"}
-        return names.get(quantity, f"{L}^2" if quantity == "area" else "1")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -83,7 +83,7 @@ class Solution:
 
     @property
     def normal_force(self) -> float:
-        """Total compressive force."""
+        """Total compressive force; in line contact this and all forces are per unit length."""
         return float(self.pressure.sum() * self.grid.area)
 
     @property
@@ -115,7 +115,7 @@ class Solution:
 
     @property
     def areas(self) -> dict[str, float]:
-        """Areas of contact, stick and slip."""
+        """Areas of contact, stick and slip; in line contact per unit length: widths."""
         return {name: count * self.grid.area for name, count in self.elements.items()}
 
     def report(self) -> str:

@@ -41,18 +41,23 @@ def dataset(sol: Solution) -> xr.Dataset:
     """A solution as an xarray dataset, see `Solution.to_xarray`.
 
     The attribute ``units`` of each variable is in the scene's units, or in words like "force/length^2" where the
-    scene names none.
+    scene names none; forces of a line contact are per unit length.
     """
     import xarray as xr
 
-    from varcontact.scene import Shift, Units
+    from varcontact.scene import Shift
+    from varcontact.units import Units
 
     units = sol.scene.units or Units(length="length", force="force")
-    shift = isinstance(sol.scene.motion, Shift)
+    shift, line = isinstance(sol.scene.motion, Shift), sol.scene.line
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in _FIELDS.items():
         quantity = "length" if name == "slip" and shift else quantity
-        variables[name] = (dims, np.asarray(getattr(sol, name)), {"units": units.of(quantity), "long_name": words})
+        variables[name] = (
+            dims,
+            np.asarray(getattr(sol, name)),
+            {"units": units.of(quantity, line), "long_name": words},
+        )
     coordinates = {
         "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
         "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),

@@ -12,8 +12,9 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
-from varcontact.scene import Bodies, Scene, Shift, Steady, Units
+from varcontact.scene import Bodies, Scene, Shift, Steady
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.units import Units
 
 SURFACES = {
     "paraboloids": Paraboloids,
