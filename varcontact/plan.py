@@ -83,7 +83,9 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
     hertzian = not isinstance(scene.surface, SampledDistance)
     if wanted == "hertz":
         if not hertzian:
-            raise SceneError("normal", wanted, "another method: Hertz's pressure is for paraboloids, ellipses and cylinders")
+            raise SceneError(
+                "normal", wanted, "another method: Hertz's pressure is for paraboloids, ellipses and cylinders"
+            )
         if coupled:
             raise SceneError(
                 "normal",

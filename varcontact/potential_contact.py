@@ -47,9 +47,10 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     surface = scene.surface
     assert isinstance(surface, SampledDistance)
     box = surface.box
+    depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
     for _ in range(60):
         look = Grid(nx=24, ny=None if scene.line else 24, margin=0).spread(box)
-        lowest = _lowest_in_elements(surface, look)
+        lowest = _lowest_in_elements(surface, look, depth)
         state = pressure_on(discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look))
         contact = _contact_box(look, state.pressure)
         if min(_across(state.pressure)) >= (1 if scene.line else 8) and max(_across(state.pressure)) >= 8:
@@ -85,7 +86,7 @@ def _across(pressure: np.ndarray) -> tuple[int, int]:
     return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
 
 
-def _lowest_in_elements(surface: SampledDistance, grid: Grid) -> SampledDistance:
+def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:
     """The lowest distance known in each element: no summit falls between the centres of a coarse look."""
     distance = surface.distance(grid).copy()
     x, y = surface.coordinates
@@ -95,7 +96,7 @@ def _lowest_in_elements(surface: SampledDistance, grid: Grid) -> SampledDistance
     columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.rows)
     flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
     np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
-    return SampledDistance(distance[0] if grid.line else distance, reference_depth=surface.reference_depth)
+    return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
 
 
 def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
@@ -212,19 +213,20 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     spec = _spec(scene)
     left, right, bottom, top = grid.box
     if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
-        place = f"({(overlap[0] + overlap[1]) / 2:.6g}, {(overlap[2] + overlap[3]) / 2:.6g})"
+        middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
+        place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
         raise SceneError("grid", grid, f"finer: the contact at {place} falls between the centres of the elements")
     if spec.explicit:
         raise SceneError(
             "grid",
-            _rounded(grid.box),
-            "a potential contact (left, right, bottom, top) that contains the contact, which goes on at "
-            f"{_rounded(overlap)}; where a body ends there, add elements with a large distance",
+            _rounded(grid.box, grid.line),
+            f"a potential contact (left, right{'' if grid.line else ', bottom, top'}) that contains the contact, which "
+            f"goes on at {_rounded(overlap, grid.line)}; where a body ends there, add elements with a large distance",
         )
     surface = scene.surface
     if isinstance(surface, SampledDistance) and _clipped(overlap, surface) != overlap:
         raise SceneError(
-            "surface", _rounded(surface.box), "sampled beyond the contact, which reaches the samples' edge"
+            "surface", _rounded(surface.box, grid.line), "sampled beyond the contact, which reaches the samples' edge"
         )
     inner = _contact_box(grid, pressure)
     along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
@@ -248,8 +250,9 @@ def _contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
     )
 
 
-def _rounded(box: Box) -> tuple[float, ...]:
-    return tuple(float(f"{value:.6g}") for value in box)
+def _rounded(box: Box, line: bool) -> tuple[float, ...]:
+    """For people: of line contact only left and right."""
+    return tuple(float(f"{value:.6g}") for value in (box[:2] if line else box))
 
 
 def _clipped(box: Box, surface: SampledDistance) -> Box:

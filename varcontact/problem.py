@@ -402,10 +402,9 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
             "surface.reference_depth", depth, f"no less than the length of the potential contact, {along_x:.6g}"
         )
     if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
+        size = f"{2 * hertz.a:.6g}" + ("" if scene.line else f" by {2 * hertz.b:.6g}")
         raise SceneError(
-            "grid",
-            (dx, dy),
-            f"fine enough to hold one contact element: the contact is {2 * hertz.a:.6g} by {2 * hertz.b:.6g}",
+            "grid", dx if scene.line else (dx, dy), f"fine enough to hold one contact element: the contact is {size}"
         )
     surface = scene.surface
     if isinstance(surface, Ellipse):

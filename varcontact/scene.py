@@ -253,7 +253,9 @@ class Scene:
         if isinstance(grid, Grid) and not grid.line:
             if grid.ny != 1:
                 raise SceneError("grid.ny", grid.ny, "left out in line contact")
-            object.__setattr__(self, "grid", Grid(nx=grid.nx, dx=grid.dx, x0=grid.x0, margin=grid.margin))
+            if grid.dy is not None:
+                raise SceneError("grid.dy", grid.dy, "left out in line contact, where forces are per unit length")
+            object.__setattr__(self, "grid", Grid(nx=grid.nx, margin=grid.margin))
         if motion is not None and motion.rigid[2] != 0:
             name = "spin" if isinstance(motion, Steady) else "rotation"
             raise SceneError(f"motion.{name}", motion.rigid[2], "0 in line contact, where nothing depends on y")
@@ -288,12 +290,13 @@ class Scene:
             raise NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}: no contact")
 
     def _check_on_grid(self, field: str, values: Any) -> None:
+        entries = "nx, dx, x0" if self.line else "nx, ny, dx, dy, x0, y0"
         if not (isinstance(self.grid, Grid) and self.grid.explicit):
-            raise SceneError("grid", self.grid, f"explicit (nx, ny, dx, dy, x0, y0) where {field} is given on it")
+            raise SceneError("grid", self.grid, f"explicit ({entries}) where {field} is given on it")
         if values.shape != self.grid.shape:
-            raise SceneError(
-                field, f"array of shape {values.shape}", f"of the grid's shape (ny, nx) = {self.grid.shape}"
-            )
+            allowed = f"(nx,) = ({self.grid.nx},)" if self.line else f"(ny, nx) = {self.grid.shape}"
+            given = values.shape[1:] if self.line and values.shape[0] == 1 else values.shape
+            raise SceneError(field, f"array of shape {given}", f"of the grid's shape {allowed}")
 
     @property
     def line(self) -> bool:

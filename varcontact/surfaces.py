@@ -166,7 +166,7 @@ class SampledDistance:
         if not self.line and (self.x is None) != (self.y is None):
             raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
         if not self.line and self.reference_depth is not None:
-            raise SceneError("surface.reference_depth", self.reference_depth, "left out, but in line contact")
+            raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
         _check_depth(self)
         for name, size in (("x", self.h.shape[-1]), ("y", self.h.shape[0])):
             if getattr(self, name) is None:
