@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -152,28 +153,53 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
     distance = (surface.samples - disc.base) / disc.displacement - state.approach
-    suspects = (distance < 0) & ~_near_contact(disc, state, surface)  # pressures only push apart
+    suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
     if not suspects.any():
         return None
     iy, ix = np.nonzero(suspects)
     (all_x, all_y), below = surface.coordinates, distance[iy, ix]
-    x, y = all_x[ix], all_y[iy]
+    x, y = all_x[ix] / disc.length, all_y[iy] / disc.length
     raised = below + _raised_about(disc, state, x, y)
     lowest = np.argsort(raised)[:500]
     doubtful = lowest[raised[lowest] < 0.02 * float(np.abs(below).max())]
-    elements = np.flatnonzero(state.pressure)
-    centres = disc.points.reshape(2, -1)[:, elements, None]
-    (dx, dy), nu = disc.lattice.sides, disc.scene.bodies.combined_nu
     x, y = x[doubtful], y[doubtful]
-    from_x, from_y = x / disc.length - centres[0], y / disc.length - centres[1]
-    if disc.scene.line:
-        numbers = strip_influence_numbers(from_x, dx, nu=nu, depth=disc.depth, components=["zz"])
-    else:
-        numbers = influence_numbers(from_x, from_y, dx, dy, nu=nu, components=["zz"])
-    over = below[doubtful] + state.pressure.ravel()[elements] @ numbers["zz"] < -1e-9 * abs(state.approach)
+    over = below[doubtful] + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
     if not over.any():
         return None
-    return float(x[over].min()), float(x[over].max()), float(y[over].min()), float(y[over].max())
+    x, y = x[over] * disc.length, y[over] * disc.length
+    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+
+
+def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
+    """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
+
+    Pressures only push them apart.
+    """
+    if disc.scene.bodies.K == 0 or not np.any(state.traction):
+        return 0.0
+    load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
+    return abs(disc.scene.bodies.K) * load / (1.0 if disc.scene.line else np.pi * min(disc.lattice.sides))
+
+
+def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (2, n) of the contact elements, and their tractions along x, along y and z, (3, n)."""
+    elements = np.flatnonzero(state.pressure)
+    tractions = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)
+    return disc.points.reshape(2, -1)[:, elements], tractions[:, elements]
+
+
+def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Normal displacement difference at points."""
+    (centre_x, centre_y), tractions = _loaded(disc, state)
+    (dx, dy), bodies = disc.lattice.sides, disc.scene.bodies
+    loads = {"zz": tractions[2]} if bodies.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
+    constants: dict[str, Any] = {"nu": bodies.combined_nu, "K": bodies.K, "components": loads}
+    from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
+    if disc.scene.line:
+        numbers = strip_influence_numbers(from_x, dx, depth=disc.depth, **constants)
+    else:
+        numbers = influence_numbers(from_x, from_y, dx, dy, **constants)
+    return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
 
 
 def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
@@ -189,14 +215,19 @@ def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDis
 
 
 def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Normal displacement at points away from the contact, each element's pressure as a point or line force."""
-    elements = np.flatnonzero(state.pressure)
-    centres, load = disc.points.reshape(2, -1)[:, elements, None], state.pressure.ravel()[elements] * disc.lattice.area
+    """Normal displacement difference at points away from the contact, each element's load as a point or line force."""
+    centres, tractions = _loaded(disc, state)
+    load_x, load_y, load_z = tractions * disc.lattice.area
+    nu, K = disc.scene.bodies.combined_nu, disc.scene.bodies.K
     raised = np.empty(x.size)
-    for part in np.array_split(np.arange(x.size), 1 + x.size * elements.size // 2_000_000):
-        distance = np.hypot(x[part] / disc.length - centres[0], y[part] / disc.length - centres[1])
-        raised[part] = load @ (-2 * np.log(distance / disc.depth) if disc.scene.line else 1 / distance)
-    return (1 - disc.scene.bodies.combined_nu) / np.pi * raised
+    for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 2_000_000):
+        from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
+        r = np.hypot(from_x, from_y)
+        if disc.scene.line:
+            raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.depth)) + np.pi * K * load_x @ np.sign(from_x)
+        else:
+            raised[part] = (1 - nu) * load_z @ (1 / r) + K * (load_x @ (from_x / r**2) + load_y @ (from_y / r**2))
+    return raised / np.pi
 
 
 def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more: float = 0.0) -> Grid:

@@ -30,15 +30,16 @@ def sensitivity(sol: Solution) -> np.ndarray:
         return np.zeros((2, 3))
     disc = discretise(scene, sol.grid)
     linear = _Linearised(disc, sol, bearing, contact if scene.bodies.K != 0 else np.zeros(0, dtype=int))
-    return linear.forces(_unit_shifts(disc)[:, :, bearing])
+    slopes = linear.forces(_unit_shifts(disc)[:, :, bearing])
+    return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 
 
 def _unit_shifts(disc: Discretisation) -> np.ndarray:
-    """Rigid shifts by unit creepages, (3, 2, elements of the grid), dimensionless."""
+    """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
     motion = disc.scene.motion
     names = ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation")
     shifts = []
-    for name in names:
+    for name in names[: 2 if disc.scene.line else 3]:
         values: dict[str, Any] = {**dict.fromkeys(names, 0.0), name: 1.0, "Fx": None, "Fy": None}
         assert motion is not None
         shifts.append(disc.moved(replace(motion, **values)).rigid_shift().reshape(2, -1))

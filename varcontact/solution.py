@@ -191,7 +191,7 @@ class Solution:
         ndarray, shape (2, 3)
             ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas
             as they are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave.
-            Unlike bodies: with the change of the pressures.
+            Unlike bodies: with the change of the pressures. Line contact has no spin: zeros.
 
         Raises
         ------
