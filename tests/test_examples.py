@@ -101,3 +101,53 @@ def test_compare_bank(tmp_path, capsys):
     assert table["traction_distance"][table["outcome"] == "solved"].max() < 1e-6
     assert (table["outcome"] == "solved").sum() >= 26
     assert "exact methods: forces within" in capsys.readouterr().out
+
+
+def test_fig27_to_29_unlike_cylinders(tmp_path, capsys):
+    """The paper's slip areas of free rolling: within 0.02 of a coarse grid's edges but one, where it is 0.028."""
+    example = script("fig27_to_29_unlike_cylinders")
+    cases = example.main(str(tmp_path / "picture.png"), cells=100)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "the paper, Fig. 27" in capsys.readouterr().out
+    free, driven, exchanged, braked = cases.values()
+    found = example.slip_intervals(free)
+    assert [sign for _, _, sign in found] == [-1, 1, -1]
+    for (left, right, _), printed in zip(found, example.PRINTED, strict=True):
+        assert (left, right) == pytest.approx(printed, abs=0.028)
+    assert free.creepage[0] == pytest.approx(-0.1421, abs=1e-4)
+    assert abs(free.force[0]) < 1e-12
+    # interchanged constants and the opposite force: only the sign changes
+    largest = np.abs(driven.traction).max()
+    np.testing.assert_allclose(exchanged.traction, -driven.traction, rtol=0, atol=1e-12 * largest)
+    np.testing.assert_allclose(exchanged.slip, -driven.slip, rtol=0, atol=1e-12 * np.abs(driven.slip).max())
+    # the same size of the force, and another world
+    assert [sign for _, _, sign in example.slip_intervals(driven)] == [-1, -1]
+    assert [sign for _, _, sign in example.slip_intervals(braked)] == [-1, 1, -1]
+    for sol in cases.values():
+        assert sol.certificate.residual < 1e-8
+
+
+def test_coupling_loops(tmp_path, capsys):
+    """Both loops converge for f up to 2 and K up to 0.5; Johnson's single pass is the farther off the larger both."""
+    tables = script("coupling_loops").main(
+        str(tmp_path / "picture.png"), cells=16, frictions=(0.1, 2.0), unlikeness=(0.0, 0.2, 0.5)
+    )
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "0 of 6 failed" in capsys.readouterr().out
+    for (_, loop), table in tables.items():
+        if loop == "johnson":
+            assert 1e-3 < table[0.1, 0.2].residual < table[2.0, 0.5].residual
+            continue
+        assert all(cell.converged for cell in table.values())
+        assert all(table[f, 0.0].passes == 0 for f in (0.1, 2.0))
+        assert table[0.1, 0.2].passes <= 12
+
+
+def test_aluminium_on_steel():
+    """Free rolling of unlike bodies: the pressure alone makes creepage along x, spin makes it along y."""
+    sol = solved("aluminium_on_steel")
+    assert sol.scene.bodies.K == pytest.approx(0.0791, abs=1e-4)
+    assert np.all(np.abs(sol.force) < 1e-9 * 50)
+    assert sol.certificate.residual < 1e-8
+    vx, vy, _ = sol.creepage
+    assert (vx, vy) == pytest.approx((-6.154e-4, -6.965e-4), rel=1e-3)

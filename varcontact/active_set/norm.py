@@ -104,14 +104,13 @@ def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndar
 
 def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarray, float]:
     """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point 4."""
-    from scipy.linalg import cho_factor, cho_solve
+    from scipy.linalg import cho_solve
 
     pressure = np.zeros(contact.size)
     if not contact.any():
         return pressure, problem.approach or 0.0
     inside = np.flatnonzero(contact)
-    matrix = problem.operator.grid_operator.dense(problem.operator.elements[inside])
-    factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
+    factor = problem.operator.grid_operator.on(problem.operator.elements[inside]).cholesky
     if problem.approach is not None:
         pressure[inside] = cho_solve(factor, problem.approach - problem.distance[inside])
         return pressure, problem.approach

@@ -13,6 +13,10 @@ from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.grid import Grid
 
 
+REMEMBERED = 3
+"""Restrictions of an operator that it remembers."""
+
+
 @dataclass(frozen=True, eq=False)
 class GridOperator:
     """A block-Toeplitz operator from tractions to displacements on a grid.
@@ -76,14 +80,14 @@ class GridOperator:
     def on(self, elements: np.ndarray) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
 
-        The last one is remembered: passes and scans over the same contact assemble its matrix once.
+        The last few are remembered: passes and scans over the same contact assemble and factor its matrix once.
         """
-        last: RestrictedOperator | None = self.__dict__.get("_last")
-        if last is None or not np.array_equal(last.elements, elements):
-            last = RestrictedOperator(self, elements)
-            if elements.size < self.shape[0] * self.shape[1]:
-                self.__dict__["_last"] = last
-        return last
+        kept: list[RestrictedOperator] = self.__dict__.setdefault("_kept", [])
+        found = next((one for one in kept if np.array_equal(one.elements, elements)), None)
+        operator = RestrictedOperator(self, elements) if found is None else found
+        if elements.size < self.shape[0] * self.shape[1]:
+            kept[:] = [operator, *(one for one in kept if one is not operator)][:REMEMBERED]
+        return operator
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
@@ -116,6 +120,15 @@ class RestrictedOperator:
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""
         return self.grid_operator.dense(self.elements)
+
+    @cached_property
+    def cholesky(self) -> tuple[np.ndarray, bool]:
+        """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's ``cho_solve``."""
+        from scipy.linalg import cho_factor
+
+        matrix = self.grid_operator.dense(self.elements)
+        lower: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
+        return lower
 
     @cached_property
     def diagonal(self) -> float:
