@@ -13,6 +13,7 @@ Run: python examples/fig27_to_29_unlike_cylinders.py [picture.png]
 
 import math
 import sys
+from itertools import pairwise
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -46,11 +47,7 @@ def slip_intervals(sol: vc.Solution) -> list[tuple[float, float, int]]:
     signs = np.where(sol.state[0] == 2, np.sign(sol.slip[0, 0]), 0)
     ends = np.concatenate([[0], np.flatnonzero(np.diff(signs)) + 1, [signs.size]])
     edges = sol.grid.x[0] + (np.arange(signs.size + 1) - 0.5) * sol.grid.sides[0]
-    return [
-        (float(edges[i]), float(edges[j]), int(signs[i]))
-        for i, j in zip(ends[:-1], ends[1:], strict=True)
-        if signs[i] != 0
-    ]
+    return [(float(edges[i]), float(edges[j]), int(signs[i])) for i, j in pairwise(ends) if signs[i] != 0]
 
 
 def draw(row: list[Axes], sol: vc.Solution, title: str) -> None:

@@ -106,7 +106,7 @@ def test_likeness_recovers_the_uncoupled_answer(kind, coupling):
 
 @pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
 def test_where_the_plain_loop_diverges_the_accelerated_one_does_not(coupling):
-    """K = 0.5, f = 2, half of what friction can carry: without acceleration the residual was still 0.1 at 100 passes."""
+    """K = 0.5, f = 2, half of what friction can carry: without acceleration the residual is 0.1 after 100 passes."""
     sol = vc.solve(scene(motion=vc.Steady(Fx=-1e-3), friction=2.0), coupling=coupling)
     assert sol.converged
     assert 20 < len(sol.passes) < 70

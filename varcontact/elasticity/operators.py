@@ -12,7 +12,6 @@ from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.grid import Grid
 
-
 REMEMBERED = 3
 """Restrictions of an operator that it remembers."""
 
