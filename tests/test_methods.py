@@ -10,7 +10,7 @@ import pytest
 import varcontact as vc
 from varcontact.methods import normal_methods, states_programs, tangential_methods
 
-ACTIVE_SETS = ("norm", "norm-single", "quadprog", "tang-safeguarded", "tang", "tang-inexact")
+ACTIVE_SETS = ("norm", "norm-single", "quadprog", "tang-safeguarded", "tang", "tang-exact")
 """They end on the right areas, and there solve a linear system: rounding is all that is left."""
 REACHED = {"normal": 1e-8, "tangential": 5e-6}
 """What programs leave without a polish when asked for 1e-8 (QPs) and 1e-7 (cones: near the edges of the friction

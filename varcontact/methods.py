@@ -23,10 +23,10 @@ NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start),
     "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
 }
-TANG_INEXACT = partial(tang, newton="inexact")
+TANG_EXACT = partial(tang, newton="exact")
 TANGENTIAL: dict[str, TangentialSolver] = {
     "tang": lambda problem, settings, start: _from_a_start_or_none(tang, problem, start),
-    "tang-inexact": lambda problem, settings, start: _from_a_start_or_none(TANG_INEXACT, problem, start),
+    "tang-exact": lambda problem, settings, start: _from_a_start_or_none(TANG_EXACT, problem, start),
     "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(tang_safeguarded, problem, start),
 }
 

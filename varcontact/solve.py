@@ -47,7 +47,7 @@ def solve(
         centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force.
     tangential : str
         Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
-        "tang" (as printed), "tang-inexact" (rough Newton steps between exchanges) or "tang-safeguarded", active
+        "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
         sets; or an approximate theory: "fastsim", "fastsim-elliptic", "linear", "vermeulen-johnson".
     coupling : {"auto", "johnson", "panagiotopoulos", "joint"}
         How the two meet where the bodies differ (K != 0): one pass; both problems in turn; or pressure and tractions

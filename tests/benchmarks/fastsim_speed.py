@@ -25,11 +25,11 @@ CASES = {
     "NORM, from no contact": "norm",
     "NORM, one element at a time, from no contact": "norm-single",
     "NORM, from the pressure at 1 % less force": "norm-near",
-    "TANG as printed, creepage": "tang creepage",
-    "TANG inexact, creepage": "tang-inexact creepage",
+    "TANG as printed, creepage": "tang-exact creepage",
+    "TANG, creepage": "tang creepage",
     "TANG safeguarded, creepage": "tang-safeguarded creepage",
-    "TANG as printed, creepage and spin": "tang combined",
-    "TANG inexact, creepage and spin": "tang-inexact combined",
+    "TANG as printed, creepage and spin": "tang-exact combined",
+    "TANG, creepage and spin": "tang combined",
     "TANG safeguarded, creepage and spin": "tang-safeguarded combined",
 }
 MOTIONS = {"creepage": (0.1, 0.0, 0.0), "combined": (0.06, 0.02, 0.08)}

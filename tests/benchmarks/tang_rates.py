@@ -20,7 +20,7 @@ from varcontact.methods import tangential_solver
 from varcontact.problem import Settings, TangentialProblem, discretise
 from varcontact.steps import hertz_pressure, unloaded
 
-METHODS = ("tang", "tang-inexact", "tang-safeguarded")
+METHODS = ("tang-exact", "tang", "tang-safeguarded")
 FRICTION = 0.3
 
 

@@ -12,7 +12,7 @@ from varcontact.report import summary
 from varcontact.study.compare import DEFAULT_METHODS, Method
 from varcontact.study.store import as_json
 
-EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-inexact", "tang-safeguarded")
+EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-exact", "tang-safeguarded")
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,9 @@ SPLITTING_ROUNDS = (50, 200, 800)
 
 
 def tang(
-    problem: TangentialProblem, start: RawSolution | None = None, newton: Literal["exact", "inexact"] = "exact"
+    problem: TangentialProblem, start: RawSolution | None = None, newton: Literal["exact", "inexact"] = "inexact"
 ) -> RawSolution:
-    """TANG as the paper prints it.
+    """TANG (5.3): active sets, with Newton's method on given areas to the end, as printed, or ended early.
 
     It begins with every element in the stick area. On given areas it solves ``E = 0`` in the stick area (linear)
     and ``|p| = g`` with p along E in the slip area (nonlinear, by Newton's method); then it moves all stick
@@ -114,7 +114,7 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         return best
     newton = best.iterations
     if problem.free:
-        rough = tang(problem, newton="inexact")
+        rough = tang(problem)
         raw = _descend(problem, _Point(rough.traction, rough.rigid), max_steps)
         newton += rough.iterations + raw.iterations
         if raw.solved:

@@ -29,7 +29,7 @@ DEFAULT_METHODS = (
     "scs",
     "cvxpy:CLARABEL",
     "tang",
-    "tang-inexact",
+    "tang-exact",
     "tang-safeguarded",
     "fastsim",
     "linear",
