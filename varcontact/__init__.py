@@ -16,10 +16,11 @@ from varcontact.grid import Grid
 from varcontact.io.netcdf import load
 from varcontact.io.scenefile import read_scene
 from varcontact.plan import Plan
-from varcontact.plot import plot_comparison
+from varcontact.plot import plot_comparison, plot_stress
 from varcontact.scene import Bodies, Scene, Shift, Steady
 from varcontact.solution import Solution
 from varcontact.solve import certify, solve
+from varcontact.stress import SubsurfaceStress, stress, stress_below
 from varcontact.study.bank import standard_bank
 from varcontact.study.compare import compare
 from varcontact.study.scan import scan
@@ -47,6 +48,7 @@ __all__ = [
     "Solution",
     "SolverUnavailable",
     "Steady",
+    "SubsurfaceStress",
     "TooLarge",
     "Units",
     "VarcontactError",
@@ -54,9 +56,12 @@ __all__ = [
     "compare",
     "load",
     "plot_comparison",
+    "plot_stress",
     "read_scene",
     "reference",
     "scan",
     "solve",
     "standard_bank",
+    "stress",
+    "stress_below",
 ]

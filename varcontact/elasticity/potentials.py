@@ -1,0 +1,369 @@
+"""The elastic field inside a half-space z >= 0 whose surface carries uniform tractions on rectangles or strips.
+
+Boussinesq's and Cerruti's solutions are derivatives of three potentials of a point force (Love's), here integrated over
+the loaded element, with R the distance of its points from the field point:
+
+    phi = integral of 1/R,   chi = integral of ln(R + z),   omega = integral of z ln(R + z) - R .
+
+An x- or y-derivative undoes one integration, so all that is needed are integrals along lines, which have closed
+forms. The difference of a line integral over its two ends is written as a product, never as a difference of
+nearly equal numbers (`_Ends`). The second direction is the difference over two edges as long as the field point is
+nearer than `FAR` sides, where no more than two digits cancel; beyond that the line integrals are smooth and three Gauss
+points are exact to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+FAR = 128.0
+"""Distance in element sides from which Gauss's rule is used: its error there is about 512^-6 = 6e-17."""
+
+SNAP = 1e-12
+"""Surface points nearer to an element's edge than this (in sides) lie on it."""
+
+KINDS = (
+    *("omega_xx", "omega_xy", "omega_yy", "chi_x", "chi_y"),
+    *("phi_x", "phi_y", "chi_xx", "chi_xy", "chi_yy", "omega_xxy", "omega_xyy"),
+    *("phi_xx", "phi_xy", "phi_yy", "phi_xz", "phi_yz", "chi_xxy", "chi_xyy"),
+)
+"""The derivatives that `rectangle_potentials` returns; those of the last row times z, which keeps them finite."""
+
+_GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+def rectangle_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+    """Derivatives of the potentials of a unit density on a rectangle.
+
+    Parameters
+    ----------
+    x, y, z : array_like
+        Field point minus element centre, and depth ``z >= 0`` [length]; broadcast together.
+    dx, dy : float
+        Sides of the element [length].
+
+    Returns
+    -------
+    ndarray, shape (19, ...)
+        In the order of `KINDS`: the first five [length], the others [-].
+
+    Notes
+    -----
+    On the surface itself, on an edge of the element, what jumps there has the mean of both sides. What is infinite
+    there, like ``ln|x|``, has its mean over a width of the shorter side.
+
+    Examples
+    --------
+    The solid angle under which a unit square is seen from half a side below its centre is a third of a half-space's.
+
+    >>> values = dict(zip(KINDS, rectangle_potentials(0.0, 0.0, 0.5, 1.0, 1.0)))
+    >>> print(f"{(values['chi_xx'] + values['chi_yy']) / (2 * np.pi):.12f}")
+    0.333333333333
+    """
+    given = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (x, y, z)))
+    shape = given[0].shape
+    x, y, z = (v.ravel() for v in given)
+    X, Y, z = _snapped(np.abs(x), np.abs(y), z, dx, dy)
+    distance = np.sqrt(np.maximum(X - dx / 2, 0) ** 2 + np.maximum(Y - dy / 2, 0) ** 2 + z**2)
+    far_x = distance >= FAR * dx
+    far_y = ~far_x & (distance >= FAR * dy)
+    near = ~(far_x | far_y)
+    if near.all():
+        result = _near(X, Y, z, dx, dy)
+    else:
+        result = np.empty((len(KINDS), x.size))
+        result[:, near] = _near(X[near], Y[near], z[near], dx, dy)
+        result[:, far_x] = _gauss(X[far_x], Y[far_x], z[far_x], dx, dy)
+        result[:, far_y] = _gauss(Y[far_y], X[far_y], z[far_y], dy, dx)[_SWAPPED]
+    result[_ODD_X] *= np.sign(x)
+    result[_ODD_Y] *= np.sign(y)
+    return result.reshape(len(KINDS), *shape)
+
+
+def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float = 1.0) -> np.ndarray:
+    """Derivatives of the potentials of a unit density on an infinite strip along y: line contact, plane strain.
+
+    Parameters
+    ----------
+    x, z : array_like
+        Field point minus the strip's centre line, and depth ``z >= 0`` [length]; broadcast together.
+    dx : float
+        Width of the strip [length].
+    reference : float
+        Length by which logarithms of distances are taken: the displacements' free constant [length].
+
+    Returns
+    -------
+    ndarray, shape (19, ...)
+        In the order of `KINDS`; on the edges as in `rectangle_potentials`.
+
+    Examples
+    --------
+    >>> values = dict(zip(KINDS, strip_potentials(0.0, 0.5, 1.0)))
+    >>> print(f"{values['chi_xx'] / np.pi:.12f} {values['chi_yy']}")
+    1.000000000000 0.0
+    """
+    x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
+    X, _, z = _snapped(np.abs(x), np.zeros_like(x), z, dx, dx)
+    ends = _Ends(X - dx / 2, X + dx / 2, np.full_like(X, dx))
+    square = _Ends(ends.first**2 + z**2, ends.second**2 + z**2, 2 * X * dx)
+    inverse = square.inverse()
+    floor = np.where(square.first > 0, square.first, (dx / (2 * np.e)) ** 2)
+    logarithm = 0.5 * np.log1p(square.step / floor)
+    angle = np.arctan2(z * dx, z**2 + ends.first * ends.second)
+    angle = np.where((z == 0) & (ends.first == 0), np.pi / 2, angle)
+    mean_angle = 0.5 * (np.arctan2(ends.first, z) + np.arctan2(ends.second, z))
+    mean_log = 0.25 * (np.log(floor / reference**2) + np.log(square.second / reference**2))
+    values = {
+        "omega_xx": 2 * (dx * mean_log + X * logarithm - dx + z * angle),
+        "chi_x": 2 * (dx * mean_angle + X * angle - z * logarithm),
+        "phi_x": -2 * logarithm,
+        "chi_xx": 2 * angle,
+        "phi_xx": -2 * z * _step(ends, inverse),
+        "phi_xz": -2 * z**2 * inverse.step,
+    }
+    result = np.zeros((len(KINDS), *X.shape))
+    for kind, value in values.items():
+        result[KINDS.index(kind)] = value
+    result[_ODD_X] *= np.sign(x)
+    return result
+
+
+def _letters(kind: str) -> str:
+    return kind.partition("_")[2]
+
+
+def exchanged(kind: str) -> str:
+    """The same derivative with x and y exchanged."""
+    potential, underscore, letters = kind.partition("_")
+    return f"{potential}{underscore}{''.join(sorted(letters.translate(str.maketrans('xy', 'yx'))))}"
+
+
+_ODD_X = np.array([_letters(kind).count("x") % 2 == 1 for kind in KINDS])
+_ODD_Y = np.array([_letters(kind).count("y") % 2 == 1 for kind in KINDS])
+_SWAPPED = np.array([KINDS.index(exchanged(kind)) for kind in KINDS])
+
+
+def _snapped(
+    x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coordinates (x, y >= 0) with surface points put onto the surface, and onto edges, that they miss by rounding."""
+    surface = z < SNAP * min(dx, dy)
+    if not surface.any():
+        return x, y, z
+    x = np.where(surface & (np.abs(x - dx / 2) < SNAP * dx), dx / 2, x)
+    y = np.where(surface & (np.abs(y - dy / 2) < SNAP * dy), dy / 2, y)
+    return x, y, np.where(surface, 0.0, z)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ends:
+    """A function's values at both ends of a segment, and the difference of the two without cancellation."""
+
+    first: np.ndarray
+    second: np.ndarray
+    step: np.ndarray
+
+    def __mul__(self, other: _Ends) -> _Ends:
+        return _Ends(self.first * other.first, self.second * other.second, _step(self, other))
+
+    def __add__(self, other: _Ends) -> _Ends:
+        return _Ends(self.first + other.first, self.second + other.second, self.step + other.step)
+
+    def inverse(self) -> _Ends:
+        """Reciprocal; at a zero, which only a corner on the surface is, its mean over all directions: 0."""
+        first, second = _reciprocal(self.first), _reciprocal(self.second)
+        return _Ends(first, second, -self.step * first * second)
+
+
+def _reciprocal(values: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore"):
+        result = 1 / values
+    if np.isinf(result).any():
+        result[values == 0] = 0.0
+    return result
+
+
+def _step(f: _Ends, g: _Ends) -> np.ndarray:
+    """Difference of the product f g."""
+    return f.first * g.step + f.step * g.second
+
+
+class _Segment:
+    """Integrals along a segment in the surface, of length dy, with its middle at (xi, y >= 0) off the field point.
+
+    Nearly all points are beside the segment, both ends on one side of them. Those between its ends (`between`) need
+    other products, put in afterwards.
+    """
+
+    def __init__(self, xi: np.ndarray, y: np.ndarray, z: np.ndarray, dy: float, floor: float) -> None:
+        self.xi, self.y, self.z, self.dy, self.floor = xi, y, z, dy, floor
+        self.eta = _Ends(y - dy / 2, y + dy / 2, np.full_like(y, dy))
+        self.square = xi * xi + z * z
+        first = np.sqrt(self.square + self.eta.first * self.eta.first)
+        second = np.sqrt(self.square + self.eta.second * self.eta.second)
+        self.y_step = 2 * dy * y
+        self.r = _Ends(first, second, self.y_step / (first + second))
+        self.product = first * second
+        self.between = np.flatnonzero(self.eta.first <= 0)
+
+    def _between(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        i = self.between
+        return self.square[i], self.r.first[i], self.r.second[i], self.eta.first[i], self.eta.second[i]
+
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """Integral of 1/R: the difference of ln(R + eta)."""
+        increase = self.dy + self.r.step
+        with np.errstate(divide="ignore", invalid="ignore"):
+            result = np.log1p(increase / (self.r.first + self.eta.first))
+        if self.between.size:
+            square, r1, _, eta1, _ = self._between()
+            through = square == 0  # the segment passes through the field point, or ends there
+            square[through] = self.floor**2
+            r1[through] = np.hypot(self.floor, eta1[through])
+            result[self.between] = np.log1p(increase[self.between] * (r1 - eta1) / square)
+        return result
+
+    @cached_property
+    def cube(self) -> np.ndarray:
+        """Integral of 1/R^3: the difference of eta/R, by the squared distance of the segment's line."""
+        sum_ = self.eta.second * self.r.first + self.eta.first * self.r.second
+        with np.errstate(divide="ignore", invalid="ignore"):
+            result = self.y_step / (self.product * sum_)
+        if self.between.size:
+            square, r1, r2, eta1, eta2 = self._between()
+            result[self.between] = (eta2 * r1 - eta1 * r2) * _reciprocal(square * r1 * r2)
+        return result
+
+    @cached_property
+    def fifth(self) -> np.ndarray:
+        """Integral of 1/R^5."""
+        eta = self.eta
+        squares = self.square + eta.first * eta.first + eta.second * eta.second
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mixed = squares / (self.product + eta.first * eta.second)
+        if self.between.size:
+            square, r1, r2, eta1, eta2 = self._between()
+            mixed[self.between] = (r1 * r2 - eta1 * eta2) / square
+        return self.cube * (self.u.first**2 + self.u.second**2 + mixed / self.product) / 3
+
+    @cached_property
+    def angle(self) -> np.ndarray:
+        """Integral of xi/(R (R + z)): the difference of atan(xi eta/(xi^2 + z (R + z)))."""
+        above = self.xi * self.square * (self.dy + self.z * self.cube * self.product)
+        first, second = self.square + self.z * self.r.first, self.square + self.z * self.r.second
+        return np.arctan2(above, first * second + self.xi * self.xi * self.eta.first * self.eta.second)
+
+    @cached_property
+    def logarithm(self) -> np.ndarray:
+        """Difference of ln(R + z)."""
+        sum_ = self.r.first + self.z
+        if not sum_.all():
+            sum_[sum_ == 0] = self.floor
+        return np.log1p(self.r.step / sum_)
+
+    @cached_property
+    def u(self) -> _Ends:
+        """1/R."""
+        return self.r.inverse()
+
+    @cached_property
+    def v(self) -> _Ends:
+        """1/(R + z)."""
+        return _Ends(self.r.first + self.z, self.r.second + self.z, self.r.step).inverse()
+
+    @cached_property
+    def w(self) -> _Ends:
+        """1/(R (R + z))."""
+        return self.u * self.v
+
+
+def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+    """Differences over opposite edges of integrals along them."""
+    floor = min(dx, dy) / (2 * np.e)  # ln(floor) is the mean of ln|x| over the side
+    left, right = (_Segment(x + side, y, z, dy, floor) for side in (-dx / 2, dx / 2))
+    below, above = (_Segment(y + side, x, z, dx, floor) for side in (-dy / 2, dy / 2))
+
+    def over_x(line: Callable[[_Segment], np.ndarray]) -> np.ndarray:
+        return line(right) - line(left)
+
+    def over_y(line: Callable[[_Segment], np.ndarray]) -> np.ndarray:
+        return line(above) - line(below)
+
+    def potential(s: _Segment) -> np.ndarray:  # integral of -omega_x
+        return s.xi * s.inverse - s.z * s.angle
+
+    def slope(s: _Segment) -> np.ndarray:  # z times the integral of -phi_x
+        return s.z * s.xi * s.cube
+
+    phi_x = over_x(lambda s: s.inverse)
+    phi_y = over_y(lambda s: s.inverse)
+    return np.array(
+        [
+            -over_x(potential),
+            over_x(lambda s: s.z * s.logarithm - s.r.step),
+            -over_y(potential),
+            over_x(lambda s: s.xi * s.angle) + over_y(lambda s: s.xi * s.logarithm) + z * phi_x,
+            over_y(lambda s: s.xi * s.angle) + over_x(lambda s: s.xi * s.logarithm) + z * phi_y,
+            phi_x,
+            phi_y,
+            over_x(lambda s: s.angle),
+            over_x(lambda s: s.logarithm),
+            over_y(lambda s: s.angle),
+            -over_x(lambda s: s.xi * s.v.step),
+            -over_x(lambda s: _step(s.eta, s.v)),
+            -over_x(slope),
+            z * over_x(lambda s: s.u.step),
+            -over_y(slope),
+            -(z**2) * over_x(lambda s: s.cube),
+            -(z**2) * over_y(lambda s: s.cube),
+            z * over_x(lambda s: s.xi * s.w.step),
+            z * over_x(lambda s: _step(s.eta, s.w)),
+        ]
+    )
+
+
+def _gauss(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+    """Closed forms along y, Gauss's rule along x."""
+    total = np.zeros((len(KINDS), x.size))
+    for point, weight in zip(_GAUSS_POINTS, _GAUSS_WEIGHTS, strict=True):
+        total += 0.5 * dx * weight * _lines(_Segment(x - 0.5 * dx * point, y, z, dy, 0.0))
+    return total
+
+
+def _lines(s: _Segment) -> np.ndarray:
+    """The integrals of all kinds along a segment that the field point is not on."""
+    xi, z, eta, u, v, w = s.xi, s.z, s.eta, s.u, s.v, s.w
+    u2, w2 = u * u, w * w
+    u3 = u2 * u
+    curve = w2 + w * u2  # -(derivative of w by R)/R
+    vw = v * w
+    along, beside = _step(eta, v), _step(eta, w)
+    return np.array(
+        [
+            along - s.inverse,
+            -xi * v.step,
+            -along,
+            s.angle,
+            s.logarithm,
+            -xi * s.cube,
+            u.step,
+            z * s.cube - beside,
+            xi * w.step,
+            beside,
+            xi**2 * vw.step - v.step,
+            xi * _step(eta, vw),
+            z * (3 * xi**2 * s.fifth - s.cube),
+            -z * xi * u3.step,
+            -z * _step(eta, u3),
+            3 * xi * z**2 * s.fifth,
+            -(z**2) * u3.step,
+            z * (w.step - xi**2 * curve.step),
+            -z * xi * _step(eta, curve),
+        ]
+    )

@@ -1,0 +1,207 @@
+"""Displacements, their gradients and stresses inside a half-space z >= 0 by tractions on its surface.
+
+The body takes up z >= 0, and the tractions act on it: pz > 0 presses. Everything is a combination of the derivatives of
+three potentials (`varcontact.elasticity.potentials`), summed over the elements with the tractions as weights:
+directly for points anywhere, by FFT for grids of points below the element centres. With the combinations of
+Boussinesq and Cerruti for a unit point force along x,
+
+    4 pi G u = (2 phi - z chi_xx + 2 nu omega_xx,  -z chi_xy + 2 nu omega_xy,  -z phi_x + (1 - 2 nu) chi_x),
+
+and along z
+
+    4 pi G u = (-z phi_x - (1 - 2 nu) chi_x,  -z phi_y - (1 - 2 nu) chi_y,  2 (1 - nu) phi - z phi_z).
+
+Stresses are combined by themselves, without G: they do not suffer where a body is nearly rigid or
+incompressible, and they satisfy the surface's conditions exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from varcontact.elasticity.potentials import KINDS, exchanged, rectangle_potentials, strip_potentials
+from varcontact.grid import Grid
+
+_PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticField:
+    """Displacement (3, ...), its gradient (3, 3, ...), du_i/dx_j at [i, j], and stress (3, 3, ...) at points."""
+
+    displacement: np.ndarray
+    gradient: np.ndarray
+    stress: np.ndarray
+
+
+def field_at(
+    points: np.ndarray, grid: Grid, tractions: np.ndarray, *, G: float, nu: float, reference: float = 1.0
+) -> ElasticField:
+    """The elastic field at points anywhere in the half-space, summed over the loaded elements.
+
+    Parameters
+    ----------
+    points : ndarray, shape (3, n)
+        x, y, and depth ``z >= 0`` [length]; in line contact y does not matter.
+    grid : Grid
+        Explicit lattice; one of line contact stands for strips.
+    tractions : ndarray, shape (3, ny, nx)
+        On the half-space, x, y, z [force/area].
+    G, nu : float
+        Modulus of rigidity (``inf``: no displacements) and Poisson's ratio of the body.
+    reference : float
+        In line contact the length in the logarithms of the displacements.
+
+    Returns
+    -------
+    ElasticField
+
+    Examples
+    --------
+    Below the centre of a square under a unit pressure:
+
+    >>> grid = Grid(nx=1, ny=1, dx=1.0, dy=1.0, x0=-0.5, y0=-0.5)
+    >>> load = np.array([0.0, 0.0, 1.0]).reshape(3, 1, 1)
+    >>> field = field_at(np.array([[0.0], [0.0], [0.0]]), grid, load, G=1.0, nu=0.28)
+    >>> print(np.diag(field.stress[..., 0]).round(6))
+    [-0.78 -0.78 -1.  ]
+    """
+    elements = np.flatnonzero(np.any(tractions != 0, axis=0))
+    weights = tractions.reshape(3, -1)[:, elements].T
+    x, y = (coordinate.ravel()[elements] for coordinate in np.meshgrid(grid.x, grid.y))
+    potentials = _potentials(grid, reference)
+    sums = np.zeros((len(KINDS), 3, points.shape[1]))
+    at_once = max(1, _PAIRS_AT_ONCE // max(1, elements.size))
+    for start in range(0, points.shape[1] if elements.size else 0, at_once):
+        part = slice(start, start + at_once)
+        px, py, pz = points[:, part, None]
+        sums[:, :, part] = np.swapaxes(potentials(px - x, py - y, pz) @ weights, 1, 2)
+    return _combined(sums, points[2], G, nu)
+
+
+def field_below(
+    depths: np.ndarray, grid: Grid, tractions: np.ndarray, *, G: float, nu: float, reference: float = 1.0
+) -> ElasticField:
+    """The elastic field below all element centres at some depths, by FFT.
+
+    Parameters
+    ----------
+    depths : ndarray, shape (n,), n >= 1
+        ``z >= 0`` [length].
+    grid, tractions, G, nu, reference
+        As in `field_at`.
+
+    Returns
+    -------
+    ElasticField
+        Its arrays have the trailing shape (n, ny, nx).
+    """
+    from scipy import fft
+
+    ny, nx = grid.shape
+    dx, dy = grid.sides
+    x, y = np.arange(-(nx - 1), nx) * dx, np.arange(-(ny - 1), ny) * dy
+    size = fft.next_fast_len(2 * ny - 1, real=True), fft.next_fast_len(2 * nx - 1, real=True)
+    spectrum = fft.rfft2(tractions, size)
+    potentials = _potentials(grid, reference)
+    fields = []
+    for depth in depths:
+        sums = np.empty((len(KINDS), 3, ny, nx))
+        for kind, table in enumerate(potentials(x, y[:, None], depth)):
+            product = fft.irfft2(fft.rfft2(table, size) * spectrum, size)
+            sums[kind] = product[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1]
+        fields.append(_combined(sums, depth, G, nu))
+    return ElasticField(
+        np.stack([field.displacement for field in fields], axis=1),
+        np.stack([field.gradient for field in fields], axis=2),
+        np.stack([field.stress for field in fields], axis=2),
+    )
+
+
+def _potentials(grid: Grid, reference: float) -> Callable[[Any, Any, Any], np.ndarray]:
+    dx, dy = grid.sides
+    if grid.line:
+        return lambda x, y, z: strip_potentials(x, z + 0 * y, dx, reference)
+    return partial(rectangle_potentials, dx=dx, dy=dy)
+
+
+_Sum = Callable[[str], Any]
+
+
+def _combined(sums: np.ndarray, z: np.ndarray | float, G: float, nu: float) -> ElasticField:
+    """The field from the sums of the potentials' derivatives by each of the three tractions."""
+
+    def by_load(load: int, exchange: bool = False) -> _Sum:
+        named = dict(zip(KINDS, sums[:, load], strict=True))
+        named["phi"] = -(named["omega_xx"] + named["omega_yy"])  # all three are harmonic
+        named["phi_z"] = -(named["chi_xx"] + named["chi_yy"])
+        named["phi_zz"] = -(named["phi_xx"] + named["phi_yy"])
+        named["chi_xxx"] = -(named["phi_xz"] + named["chi_xyy"])
+        named["chi_yyy"] = -(named["phi_yz"] + named["chi_xxy"])
+        return (lambda kind: named[exchanged(kind)]) if exchange else (lambda kind: named[kind])
+
+    along_x = _tangential(by_load(0), z, nu)
+    along_y = _tangential(by_load(1, exchange=True), z, nu)
+    y_first = [1, 0, 2]
+    turned = (along_y[0][y_first], along_y[1][y_first][:, y_first], along_y[2][y_first][:, y_first])
+    down = _normal(by_load(2), z, nu)
+    u, gradient, stress = (x + y + z for x, y, z in zip(along_x, turned, down, strict=True))
+    return ElasticField(u / (4 * np.pi * G), gradient / (4 * np.pi * G), stress / (2 * np.pi))
+
+
+# Each returns 4 pi G u (3, ...), 4 pi G du_i/dx_j (3, 3, ...) and 2 pi sigma (3, 3, ...).
+
+
+def _tangential(Q: _Sum, z: np.ndarray | float, nu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """By tractions along x; along y with x and y exchanged."""
+    part = 1 - 2 * nu
+    u = [
+        2 * (1 - nu) * Q("phi") - 2 * nu * Q("omega_yy") - z * Q("chi_xx"),
+        2 * nu * Q("omega_xy") - z * Q("chi_xy"),
+        part * Q("chi_x") - z * Q("phi_x"),
+    ]
+    mixed = 2 * nu * Q("omega_xxy") - Q("chi_xxy")
+    across = 2 * nu * Q("omega_xyy") - Q("chi_xyy")
+    gradient = [
+        [
+            2 * (1 - nu) * Q("phi_x") - 2 * nu * Q("omega_xyy") - Q("chi_xxx"),
+            2 * Q("phi_y") + mixed,
+            2 * Q("phi_z") - part * Q("chi_xx") - Q("phi_xx"),
+        ],
+        [mixed, across, -part * Q("chi_xy") - Q("phi_xy")],
+        [
+            part * Q("chi_xx") - Q("phi_xx"),
+            part * Q("chi_xy") - Q("phi_xy"),
+            -2 * nu * Q("phi_x") - Q("phi_xz"),
+        ],
+    ]
+    xx = 2 * Q("phi_x") - Q("chi_xxx") - 2 * nu * Q("omega_xyy")
+    xy, xz, yz = Q("phi_y") + mixed, Q("phi_z") - Q("phi_xx"), -Q("phi_xy")
+    stress = [[xx, xy, xz], [xy, across + 2 * nu * Q("phi_x"), yz], [xz, yz, -Q("phi_xz")]]
+    return np.array(u), np.array(gradient), np.array(stress)
+
+
+def _normal(Q: _Sum, z: np.ndarray | float, nu: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """By pressures, along z."""
+    part = 1 - 2 * nu
+    u = [
+        -z * Q("phi_x") - part * Q("chi_x"),
+        -z * Q("phi_y") - part * Q("chi_y"),
+        2 * (1 - nu) * Q("phi") - z * Q("phi_z"),
+    ]
+    xx, xy, yy = (-Q(f"phi_{ij}") - part * Q(f"chi_{ij}") for ij in ("xx", "xy", "yy"))
+    turn_x, turn_y = 2 * (1 - nu) * Q("phi_x"), 2 * (1 - nu) * Q("phi_y")
+    xz, yz = -Q("phi_xz"), -Q("phi_yz")
+    gradient = [
+        [xx, xy, xz - turn_x],
+        [xy, yy, yz - turn_y],
+        [xz + turn_x, yz + turn_y, part * Q("phi_z") - Q("phi_zz")],
+    ]
+    sides = 2 * nu * Q("phi_z")
+    stress = [[xx + sides, xy, xz], [xy, yy + sides, yz], [xz, yz, Q("phi_z") - Q("phi_zz")]]
+    return np.array(u), np.array(gradient), np.array(stress)
