@@ -249,15 +249,18 @@ def plot_stress(
     y = float(sol.grid.y[row]) if y is None else number("y", y)
     x, length = _along_section(sol)
     depth = 0.75 * length if depth is None else positive("depth", depth)
-    depths = depth * np.linspace(0, 1, 33) ** 1.5
+    depths = depth * np.linspace(0, 1, 25) ** 1.5
     fields = {}
     for body, sign in ((1, 1.0), (2, -1.0)):
         z, across = np.meshgrid(sign * depths, x, indexing="ij")
         fields[body] = stress(sol, [across, np.full_like(z, y), z], body)
     values = {body: _stress_value(field, quantity) for body, field in fields.items()}
-    low, high = (operation([part.min() for part in values.values()]) for operation in (min, max))
-    signed = low < 0 < high and quantity not in STRESSES
-    levels = np.linspace(-max(-low, high), max(-low, high), 22) if signed else np.linspace(low, high, 19)
+    both = np.stack(list(values.values()))
+    low, high = both.min(), both.max()
+    signed = quantity in COMPONENTS
+    levels = np.linspace(-1, 1, 22) * max(-low, high) if signed else np.linspace(low, high, 19)
+    if high == low or not np.any(both):  # nothing to see, but contours want levels
+        levels = np.linspace(-1, 1, 3)
 
     figure, ax = plt.subplots(figsize=(8.0, 6.4), layout="constrained")
     for body, part in values.items():

@@ -112,12 +112,12 @@ def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float =
     ends = _Ends(X - dx / 2, X + dx / 2, np.full_like(X, dx))
     square = _Ends(ends.first**2 + z**2, ends.second**2 + z**2, 2 * X * dx)
     inverse = square.inverse()
-    floor = np.where(square.first > 0, square.first, (dx / (2 * np.e)) ** 2)
-    logarithm = 0.5 * np.log1p(square.step / floor)
+    first = np.where(square.first > 0, square.first, (dx / (2 * np.e)) ** 2)
+    logarithm = 0.5 * np.log1p(np.where(square.first > 0, square.step, square.second - first) / first)
     angle = np.arctan2(z * dx, z**2 + ends.first * ends.second)
     angle = np.where((z == 0) & (ends.first == 0), np.pi / 2, angle)
     mean_angle = 0.5 * (np.arctan2(ends.first, z) + np.arctan2(ends.second, z))
-    mean_log = 0.25 * (np.log(floor / reference**2) + np.log(square.second / reference**2))
+    mean_log = 0.25 * (np.log(first / reference**2) + np.log(square.second / reference**2))
     values = {
         "omega_xx": 2 * (dx * mean_log + X * logarithm - dx + z * angle),
         "chi_x": 2 * (dx * mean_angle + X * angle - z * logarithm),

@@ -1,0 +1,280 @@
+"""Stresses below the surface of solutions: bodies, axes, invariants, what is refused."""
+
+import dataclasses
+
+import hypothesis
+import matplotlib as mpl
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import varcontact as vc
+from varcontact.elasticity.operators import influence_operator
+from varcontact.elasticity.plane_strain import strip_influence_numbers
+
+mpl.use("Agg")
+
+
+@pytest.fixture(scope="module")
+def unlike(rolling):
+    """Any tractions at all, between unlike bodies, on elements that are no squares."""
+    grid = vc.Grid(nx=12, ny=8, dx=0.3, dy=0.4, x0=-1.8, y0=-1.6)
+    sol = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.4, 0.1)), motion=None, grid=grid))
+    rng = np.random.default_rng(5)
+    return dataclasses.replace(
+        sol, pressure=rng.uniform(0, 1, size=grid.shape), traction=rng.normal(size=(2, *grid.shape))
+    )
+
+
+@pytest.fixture(scope="module")
+def cylinders():
+    """Hertz's line contact under normal force: a = 1, p0 = 1."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.25),
+        surface=vc.Cylinders(R=2 / 3, reference_depth=7.0),
+        normal_force=np.pi / 2,
+        grid=vc.Grid(nx=400),
+    )
+    return vc.solve(scene)
+
+
+def at_centres(grid):
+    x, y = (c.ravel() for c in np.meshgrid(grid.x, grid.y))
+    return np.array([x, y, 0 * x])
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.13, -0.2)])
+def test_surface_displacements_are_the_influence_numbers(unlike, shift):
+    """u1 - u2 at z = 0 by all nine influence numbers, unlike bodies: signs, constants and both K terms."""
+    bodies, grid = unlike.scene.bodies, unlike.grid
+    points = at_centres(grid) + np.reshape([*shift, 0.0], (3, 1))
+    found = vc.stress(unlike, points, 1).displacement - vc.stress(unlike, points, 2).displacement
+    moved = dataclasses.replace(grid, x0=grid.x0 + shift[0], y0=grid.y0 + shift[1])
+    x, y = moved.x[:, None] - grid.x, moved.y[:, None] - grid.y
+    from varcontact.elasticity.halfspace import influence_numbers
+
+    tractions = np.concatenate([unlike.traction, unlike.pressure[None]])
+    B = influence_numbers(
+        x[None, :, None, :], y[:, None, :, None], *grid.sides, nu=bodies.combined_nu, K=bodies.K, G=bodies.combined_G,
+        components=[i + j for i in "xyz" for j in "xyz"],
+    )  # fmt: skip
+    for i, row in enumerate("xyz"):
+        expected = sum(np.einsum("abcd,cd->ab", B[row + column], tractions[j]) for j, column in enumerate("xyz"))
+        np.testing.assert_allclose(found[i], expected.ravel(), rtol=0, atol=1e-13)
+    if shift == (0.0, 0.0):
+        operator = influence_operator(grid, "xyz", "xyz", nu=bodies.combined_nu, K=bodies.K)
+        by_fft = operator.apply(tractions) / bodies.combined_G
+        np.testing.assert_allclose(found.reshape(by_fft.shape), by_fft, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("body", [1, 2])
+def test_tractions_at_the_surface(unlike, body):
+    """Both bodies have the stresses -p on the surface: action and reaction on opposite normals."""
+    found = vc.stress(unlike, at_centres(unlike.grid), body).stress[:, 2]
+    tractions = np.concatenate([unlike.traction, unlike.pressure[None]]).reshape(3, -1)
+    np.testing.assert_allclose(found, -tractions, atol=1e-14)
+
+
+@pytest.mark.parametrize("body", ["upper", "lower"])
+def test_layers_are_the_points_below_elements(unlike, body):
+    layers = vc.stress_below(unlike, [0.0, 0.7], body)
+    points = vc.stress(unlike, layers.points, body)
+    assert layers.body == points.body == (1 if body == "upper" else 2)
+    assert np.all(layers.points[2, 1] == (0.7 if body == "upper" else -0.7))
+    for name in ("displacement", "gradient", "stress"):
+        np.testing.assert_allclose(getattr(layers, name), getattr(points, name), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("body", [1, 2])
+def test_gradients_in_the_scenes_axes(unlike, body):
+    """du_i/dx_j by differences, in both bodies, and Hooke's law with each body's own constants."""
+    sign, h = (1, 1e-4) if body == 1 else (-1, 1e-4)
+    points = np.array([[0.2, 0.5, sign * 0.6], [-1.0, 0.1, sign * 2.0]]).T
+    found = vc.stress(unlike, points, body)
+    for j in range(3):
+        step = h * np.eye(3)[:, j : j + 1]
+        ahead, behind = (vc.stress(unlike, points + s * step, body).displacement for s in (1, -1))
+        np.testing.assert_allclose((ahead - behind) / (2 * h), found.gradient[:, j], atol=1e-7)
+    (G, nu) = (constants[body - 1] for constants in unlike.scene.bodies.pairs)
+    strain = (found.gradient + found.gradient.swapaxes(0, 1)) / 2
+    unit = np.eye(3)[:, :, None]
+    expected = 2 * G * (strain + nu / (1 - 2 * nu) * np.trace(strain) * unit)
+    np.testing.assert_allclose(found.stress, expected, atol=1e-13)
+
+
+def test_equal_bodies_under_pressure_are_mirror_images(rolling):
+    sol = vc.solve(rolling(motion=None))
+    points = np.random.default_rng(6).uniform(0, 2, size=(3, 30))
+    upper = vc.stress(sol, points, 1)
+    lower = vc.stress(sol, points * np.array([[1], [1], [-1]]), 2)
+    np.testing.assert_allclose(upper.von_mises, lower.von_mises, rtol=1e-13)
+    np.testing.assert_allclose(upper.displacement, lower.displacement * np.array([[1], [1], [-1]]), atol=1e-15)
+
+
+def test_units(rolling):
+    """SI and millimetres: the same stresses, in other numbers."""
+    L, F = 1e-3, 5e4
+    small = vc.solve(rolling())
+    scaled = rolling(
+        bodies=vc.Bodies(G=F / L**2, nu=0.28),
+        surface=vc.Ellipse(a=1.2 * L, b=0.9 * L),
+        normal_force=F,
+        motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05 / L),
+    )
+    points = np.array([[0.1, -0.3, 0.5], [2.0, 0.0, 0.0]]).T
+    one, two = vc.stress(small, points), vc.stress(vc.solve(scaled), points * L)
+    np.testing.assert_allclose(two.stress * L**2 / F, one.stress, atol=1e-9)
+    np.testing.assert_allclose(two.displacement / L, one.displacement, atol=1e-9)
+
+
+def test_a_rigid_body_has_stresses_but_no_strains(rolling):
+    """The limit of a stiff body: the same stresses, displacements to zero."""
+    points = np.array([[0.1, -0.3, -0.5], [0.4, 0.0, 0.0]]).T
+    rigid = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.5, 0.2))))
+    stiff = dataclasses.replace(rigid, scene=rolling(bodies=vc.Bodies(G=(1.0, 1e9), nu=(0.5, 0.2))))
+    found, near = vc.stress(rigid, points, 2), vc.stress(stiff, points, 2)
+    assert not found.displacement.any()
+    assert not found.gradient.any()
+    np.testing.assert_array_equal(found.stress, near.stress)
+    assert np.abs(near.gradient).max() < 1e-9
+    assert np.abs(found.stress).max() > 0.1
+
+
+tensors = st.lists(st.floats(-10, 10), min_size=6, max_size=6)
+
+
+@hypothesis.given(tensors, st.floats(-10, 10))
+def test_invariants(components, pressure):
+    """Von Mises from principal stresses, Tresca within its bounds; neither feels a hydrostatic pressure."""
+    xx, yy, zz, xy, xz, yz = components
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])[:, :, None]
+    state, squeezed = (
+        vc.SubsurfaceStress(1, np.zeros((3, 1)), np.zeros((3, 1)), np.zeros((3, 3, 1)), stress)
+        for stress in (tensor, tensor - pressure * np.eye(3)[:, :, None])
+    )
+    first, second, third = state.principal[:, 0]
+    assert first >= second >= third
+    assert state.first_invariant[0] == pytest.approx(first + second + third, abs=1e-12)
+    mises = np.sqrt(((first - second) ** 2 + (second - third) ** 2 + (third - first) ** 2) / 2)
+    assert state.von_mises[0] == pytest.approx(mises, abs=1e-6)
+    assert state.ideal_stress[0] == pytest.approx(mises * np.sqrt(2 / 3), abs=1e-6)
+    assert state.tresca[0] == pytest.approx(first - third)
+    assert mises <= state.tresca[0] + 1e-6
+    assert state.tresca[0] <= mises * 2 / np.sqrt(3) + 1e-6
+    for name in ("von_mises", "tresca", "ideal_stress"):
+        assert getattr(squeezed, name)[0] == pytest.approx(getattr(state, name)[0], abs=1e-5)
+
+
+def test_yield_below_a_hertzian_circle():
+    """Johnson 3.4: the largest shear stress is 0.31 p0, at the depth 0.48 a, for nu = 0.3."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=32, ny=32)
+    )
+    depths = np.linspace(0.3, 0.7, 81)
+    below = vc.stress(vc.solve(scene), [0 * depths, 0 * depths, depths])
+    assert below.tresca.max() / 2 / scene.hertz.peak_pressure == pytest.approx(0.310, abs=0.001)
+    assert depths[below.tresca.argmax()] == pytest.approx(0.48, abs=0.01)
+
+
+def test_axis_of_a_line_contact(cylinders):
+    """Johnson (4.46), both bodies; the largest shear stress is 0.30 p0 at 0.78 a."""
+    z = np.array([0.0, 0.1, 0.5, 0.78, 3.0])
+    for body in (1, 2):
+        found = vc.stress(cylinders, [0 * z + 1e-9, 0 * z, z if body == 1 else -z], body)
+        root = np.sqrt(1 + z**2)
+        along, down = -((1 + 2 * z**2) / root - 2 * z), -1 / root
+        expected = np.array([along, 0.25 * (along + down), down])
+        np.testing.assert_allclose(found.stress[[0, 1, 2], [0, 1, 2]], expected, atol=2e-4)
+        assert found.tresca[3] / 2 == pytest.approx(0.300, abs=1e-3)
+
+
+def test_line_contact_displacements_are_the_influence_numbers(cylinders):
+    """Unlike bodies, all three tractions; the logarithms count from the scene's reference depth."""
+    bodies, grid = vc.Bodies(G=(1.0, 3.0), nu=(0.4, 0.1)), vc.Grid(nx=8, dx=0.3, x0=-1.0)
+    rng = np.random.default_rng(7)
+    sol = dataclasses.replace(
+        cylinders, scene=dataclasses.replace(cylinders.scene, bodies=bodies), grid=grid,
+        pressure=rng.uniform(0, 1, size=(1, 8)), traction=rng.normal(size=(2, 1, 8)),
+    )  # fmt: skip
+    x = np.concatenate([grid.x, [-1.0, 0.17, 5.0, 400.0]])  # centres, an edge, far away
+    points = np.array([x, 0 * x, 0 * x])
+    found = vc.stress(sol, points, 1).displacement - vc.stress(sol, points, 2).displacement
+    tractions = np.concatenate([sol.traction, sol.pressure[None]])[:, 0]
+    B = strip_influence_numbers(
+        x[:, None] - grid.x, 0.3, nu=bodies.combined_nu, K=bodies.K, G=bodies.combined_G, depth=7.0,
+        components=[i + j for i in "xyz" for j in "xyz"],
+    )  # fmt: skip
+    for i, row in enumerate("xyz"):
+        expected = sum(B[row + column] @ tractions[j] for j, column in enumerate("xyz"))
+        np.testing.assert_allclose(found[i], expected, rtol=0, atol=1e-12)
+
+
+def test_line_contact_without_reference_depth(cylinders):
+    """Its displacements are unknown, and said to be; stresses are the same."""
+    scene = dataclasses.replace(cylinders.scene, surface=vc.Cylinders(R=2 / 3))
+    without = vc.stress(dataclasses.replace(cylinders, scene=scene), [0.0, 0.0, 0.5])
+    assert np.isnan(without.displacement).all()
+    np.testing.assert_array_equal(without.stress, vc.stress(cylinders, [0.0, 0.0, 0.5]).stress)
+
+
+def test_shapes_follow_the_points(unlike):
+    one = vc.stress(unlike, (0.1, 0.2, 0.3))
+    assert one.stress.shape == (3, 3)
+    assert one.von_mises.shape == one.tresca.shape == ()
+    many = vc.stress(unlike, np.full((3, 2, 4), 0.3))
+    assert many.displacement.shape == (3, 2, 4)
+    assert many.principal.shape == many.points.shape
+    assert many.deviator.shape == (3, 3, 2, 4)
+    assert vc.stress(unlike, np.ones((3, 0))).tresca.shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("points", "body", "message"),
+    [
+        ([[0, 0], [0, 0], [1, -0.5]], 1, r"points\[:, 1\] = \[0.0, 0.0, -0.5\] .* upper body, z >= 0 \(1 of 2 points"),
+        ([[0, 0], [0, 0], [1, -0.5]], "lower", r"points\[:, 0\] .* lower body, z <= 0"),
+        ([0, 0, -1.0], "upper", r"points\[:\] = "),
+        ([[0, 0], [0, 0]], 1, r"points = 'array of shape \(2, 2\)'"),
+        (3.0, 1, "points"),
+        ([0, 0, np.nan], 1, "points = nan"),
+        ([0, 0, np.inf], 1, "points = inf"),
+        ([[0, 0], [1], [2]], 1, "points"),
+        ("here", 1, "points"),
+        ([0, 0, 1j], 1, "points"),
+        ([0, 0, 1.0], 3, 'body = 3 is not allowed: must be one of 1 or "upper"'),
+        ([0, 0, 1.0], True, "body"),
+        ([0, 0, 1.0], "middle", "body"),
+        ([0, 0, 1.0], None, "body"),
+    ],
+)
+def test_what_is_refused(unlike, points, body, message):
+    with pytest.raises(vc.SceneError, match=message):
+        vc.stress(unlike, points, body)
+
+
+@pytest.mark.parametrize(
+    ("depths", "body"), [(-0.1, 1), ([0.1, -0.1], 2), ([], 1), ([[0.1]], 1), (np.nan, 1), ("deep", 1), (1.0, 0)]
+)
+def test_depths_that_are_refused(unlike, depths, body):
+    with pytest.raises(vc.SceneError, match=r"depths|body"):
+        vc.stress_below(unlike, depths, body)
+
+
+@pytest.mark.parametrize("quantity", ["von_mises", "first_invariant", "xz"])
+def test_picture(rolling, tmp_path, quantity):
+    sol = vc.solve(rolling(units=vc.Units(length="mm", force="kN")))
+    figure = vc.plot_stress(sol, quantity, depth=1.0)
+    figure.savefig(tmp_path / "section.png")
+    assert (tmp_path / "section.png").stat().st_size > 20_000
+    assert "kN/mm^2" in figure.axes[1].get_ylabel()
+    assert figure.axes[0].get_ylim() == pytest.approx((-1.0, 1.0))
+
+
+def test_picture_of_a_line_contact(cylinders):
+    assert "y =" not in vc.plot_stress(cylinders, "tresca").axes[0].get_title()
+
+
+@pytest.mark.parametrize("bad", [{"quantity": "mises"}, {"depth": 0.0}, {"y": "middle"}])
+def test_pictures_that_are_refused(cylinders, bad):
+    with pytest.raises(vc.SceneError, match=next(iter(bad))):
+        vc.plot_stress(cylinders, **bad)
