@@ -151,3 +151,19 @@ def test_aluminium_on_steel():
     assert sol.certificate.residual < 1e-8
     vx, vy, _ = sol.creepage
     assert (vx, vy) == pytest.approx((-6.154e-4, -6.965e-4), rel=1e-3)
+
+
+def test_fig35_below_a_square(tmp_path, capsys):
+    """The paper's 0.55 at 0.4, 2.6, 1.42; its 1.40 is where the curves come within half a percent of the height."""
+    numbers = list(script("fig35_below_a_square").main(str(tmp_path / "picture.png")).values())
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "at the depth (0.4)" in capsys.readouterr().out
+    largest, depth, surface, apart, crossing, sheared, below, nothing = numbers
+    assert largest == pytest.approx(0.55, abs=0.005)
+    assert depth == pytest.approx(0.4, abs=0.06)
+    assert surface == pytest.approx(2 * 1.28, rel=1e-12)  # 2 (1 + nu): the paper's 2.6
+    assert 0 < apart < 0.015
+    assert crossing == pytest.approx(2.92, abs=0.005)
+    assert sheared == pytest.approx(np.sqrt(2), rel=1e-12)
+    assert below < 0.01
+    assert nothing < 1e-15

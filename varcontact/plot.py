@@ -241,6 +241,7 @@ def plot_stress(
         For a quantity that does not exist, or a depth that is not positive.
     """
     from matplotlib import pyplot as plt
+    from matplotlib.ticker import MaxNLocator
 
     from varcontact.stress import stress
 
@@ -256,25 +257,22 @@ def plot_stress(
         fields[body] = stress(sol, [across, np.full_like(z, y), z], body)
     values = {body: _stress_value(field, quantity) for body, field in fields.items()}
     both = np.stack(list(values.values()))
-    low, high = both.min(), both.max()
     signed = quantity in COMPONENTS
-    levels = np.linspace(-1, 1, 22) * max(-low, high) if signed else np.linspace(low, high, 19)
-    if high == low or not np.any(both):  # nothing to see, but contours want levels
-        levels = np.linspace(-1, 1, 3)
+    levels = MaxNLocator(20, symmetric=signed).tick_values(both.min(), both.max())
 
     figure, ax = plt.subplots(figsize=(8.0, 6.4), layout="constrained")
     for body, part in values.items():
         place = fields[body].points
         image = ax.contourf(place[0], place[2], part, levels, cmap="RdBu_r" if signed else "viridis")
         ax.contour(place[0], place[2], part, levels[::2], colors="k", linewidths=0.4, negative_linestyles="solid")
-    figure.colorbar(image, ax=ax, shrink=0.85, label=_label(_stress_name(quantity), "pressure", sol))
+    figure.colorbar(image, ax=ax, shrink=0.85, label=label(_stress_name(quantity), "pressure", sol))
     ax.axhline(0, color="0.35", linewidth=0.8)
     contact = sol.grid.x[(sol.pressure > 0).any(axis=0)]
     half = sol.grid.sides[0] / 2
-    ax.plot([contact[0] - half, contact[-1] + half], [0, 0], color="k", linewidth=3, solid_capstyle="butt")
-    ax.set_xlabel(_label("x", "length", sol))
-    ax.set_ylabel(_label("z, up into body 1", "length", sol))
-    where = "" if sol.scene.line else _label(f" at y = {y:.3g}", "length", sol, brackets=False)
+    ax.plot([contact[0] - half, contact[-1] + half], [0, 0], color="k", linewidth=2.5, solid_capstyle="butt")
+    ax.set_xlabel(label("x", "length", sol))
+    ax.set_ylabel(label("z, up into body 1", "length", sol))
+    where = "" if sol.scene.line else label(f" at y = {y:.3g}", "length", sol, brackets=False)
     ax.set_title(f"{_stress_name(quantity)}{where}; the bar is the contact")
     ax.set_aspect("equal")
     return figure

@@ -77,7 +77,7 @@ def by_quadrature(point, sides, load):
 
 
 @pytest.mark.parametrize("sides", [(1.0, 1.0), (1.0, 1e-3), (1.0, 1e3), (0.4, 1.0)])
-@pytest.mark.parametrize("distance", [1e-3, 0.3, 1.0, 30.0, 126.0, 130.0, 1e3, 1e4])
+@pytest.mark.parametrize("distance", [1e-3, 0.3, 1.0, 30.0, 300.0, 1e3, 1.1e3, 1e4])
 def test_against_quadrature(sides, distance):
     """From 10^-3 to 10^4 element sizes, for slim elements too, in three directions: ten digits."""
     load = (0.6, -0.8, 1.0)
