@@ -65,23 +65,44 @@ def rectangle_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float,
     0.333333333333
     """
     given = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (x, y, z)))
-    shape = given[0].shape
     x, y, z = (v.ravel() for v in given)
-    X, Y, z = _snapped(np.abs(x), np.abs(y), z, dx, dy)
-    distance = np.sqrt(np.maximum(X - dx / 2, 0) ** 2 + np.maximum(Y - dy / 2, 0) ** 2 + z**2)
+    distance = _distance(x, y, z, dx, dy)
     far_x = distance >= FAR * dx
     far_y = ~far_x & (distance >= FAR * dy)
     near = ~(far_x | far_y)
-    if near.all():
-        result = _near(X, Y, z, dx, dy)
-    else:
-        result = np.empty((len(KINDS), x.size))
-        result[:, near] = _near(X[near], Y[near], z[near], dx, dy)
-        result[:, far_x] = _gauss(X[far_x], Y[far_x], z[far_x], dx, dy)
-        result[:, far_y] = _gauss(Y[far_y], X[far_y], z[far_y], dy, dx)[_SWAPPED]
-    result[_ODD_X] *= np.sign(x)
-    result[_ODD_Y] *= np.sign(y)
-    return result.reshape(len(KINDS), *shape)
+    result = np.empty((len(KINDS), x.size))
+    result[:, near] = _near(x[None, None, near], y[None, None, near], z[near], dx, dy)[:, 0, 0]
+    result[:, far_x] = _gauss(x[far_x], y[far_x], z[far_x], dx, dy)
+    result[:, far_y] = _gauss(y[far_y], x[far_y], z[far_y], dy, dx)[_SWAPPED]
+    return result.reshape(len(KINDS), *given[0].shape)
+
+
+def lattice_potentials(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+    """`rectangle_potentials` for all elements of a lattice at once: integrals along shared edges are found once.
+
+    Parameters
+    ----------
+    x : ndarray, shape (nx, 1, n)
+        Field points minus the centres of the columns, from left to right: falling by dx [length].
+    y : ndarray, shape (1, ny, n)
+        The same for the rows.
+    z : ndarray, shape (n,)
+        Depths.
+    dx, dy : float
+        Sides of an element.
+
+    Returns
+    -------
+    ndarray, shape (19, nx, ny, n)
+    """
+    if np.all(_distance(x, y, z, dx, dy) < FAR * min(dx, dy)):
+        return _near(x, y, z, dx, dy)
+    return rectangle_potentials(x, y, z, dx, dy)
+
+
+def _distance(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
+    """From the element."""
+    return np.sqrt(np.maximum(np.abs(x) - dx / 2, 0) ** 2 + np.maximum(np.abs(y) - dy / 2, 0) ** 2 + z**2)
 
 
 def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float = 1.0) -> np.ndarray:
@@ -108,8 +129,9 @@ def strip_potentials(x: np.ndarray, z: np.ndarray, dx: float, reference: float =
     1.000000000000 0.0
     """
     x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
-    X, _, z = _snapped(np.abs(x), np.zeros_like(x), z, dx, dx)
-    ends = _Ends(X - dx / 2, X + dx / 2, np.full_like(X, dx))
+    z = np.where(z < SNAP * dx, 0.0, z)
+    X = np.abs(x)
+    ends = _Ends(_snapped(X - dx / 2, dx, z), X + dx / 2, np.full_like(X, dx))
     square = _Ends(ends.first**2 + z**2, ends.second**2 + z**2, 2 * X * dx)
     inverse = square.inverse()
     first = np.where(square.first > 0, square.first, (dx / (2 * np.e)) ** 2)
@@ -148,16 +170,11 @@ _ODD_Y = np.array([_letters(kind).count("y") % 2 == 1 for kind in KINDS])
 _SWAPPED = np.array([KINDS.index(exchanged(kind)) for kind in KINDS])
 
 
-def _snapped(
-    x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coordinates (x, y >= 0) with surface points put onto the surface, and onto edges, that they miss by rounding."""
-    surface = z < SNAP * min(dx, dy)
-    if not surface.any():
-        return x, y, z
-    x = np.where(surface & (np.abs(x - dx / 2) < SNAP * dx), dx / 2, x)
-    y = np.where(surface & (np.abs(y - dy / 2) < SNAP * dy), dy / 2, y)
-    return x, y, np.where(surface, 0.0, z)
+def _snapped(distance: np.ndarray, side: float, z: np.ndarray) -> np.ndarray:
+    """Distances from an edge; of points on the surface zero where they are so but for rounding."""
+    if z.all():
+        return distance
+    return np.where((z == 0) & (np.abs(distance) < SNAP * side), 0.0, distance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,26 +211,29 @@ def _step(f: _Ends, g: _Ends) -> np.ndarray:
 
 
 class _Segment:
-    """Integrals along a segment in the surface, of length dy, with its middle at (xi, y >= 0) off the field point.
+    """Integrals along a segment in the surface, of length dy, with its middle at (xi, y) off the field point.
 
+    They are those for ``|y|``: the differences of functions of R alone are odd in y, and want the factor `odd`.
     Nearly all points are beside the segment, both ends on one side of them. Those between its ends (`between`) need
     other products, put in afterwards.
     """
 
     def __init__(self, xi: np.ndarray, y: np.ndarray, z: np.ndarray, dy: float, floor: float) -> None:
-        self.xi, self.y, self.z, self.dy, self.floor = xi, y, z, dy, floor
-        self.eta = _Ends(y - dy / 2, y + dy / 2, np.full_like(y, dy))
+        self.xi, self.z, self.dy, self.floor = xi, z, dy, floor
+        self.odd, y = np.sign(y), np.abs(y)
+        self.eta = _Ends(_snapped(y - dy / 2, dy, z), y + dy / 2, np.full_like(y, dy))
         self.square = xi * xi + z * z
         first = np.sqrt(self.square + self.eta.first * self.eta.first)
         second = np.sqrt(self.square + self.eta.second * self.eta.second)
         self.y_step = 2 * dy * y
         self.r = _Ends(first, second, self.y_step / (first + second))
         self.product = first * second
-        self.between = np.flatnonzero(self.eta.first <= 0)
+        self.between = np.nonzero(np.broadcast_to(self.eta.first <= 0, first.shape))
 
-    def _between(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        i = self.between
-        return self.square[i], self.r.first[i], self.r.second[i], self.eta.first[i], self.eta.second[i]
+    def _between(self) -> list[np.ndarray]:
+        """The squared distance from the segment's line, R and eta at both ends."""
+        values = (self.square, self.r.first, self.r.second, self.eta.first, self.eta.second)
+        return [np.broadcast_to(value, self.product.shape)[self.between] for value in values]
 
     @cached_property
     def inverse(self) -> np.ndarray:
@@ -221,7 +241,7 @@ class _Segment:
         increase = self.dy + self.r.step
         with np.errstate(divide="ignore", invalid="ignore"):
             result = np.log1p(increase / (self.r.first + self.eta.first))
-        if self.between.size:
+        if self.between[0].size:
             square, r1, _, eta1, _ = self._between()
             through = square == 0  # the segment passes through the field point, or ends there
             square[through] = self.floor**2
@@ -235,7 +255,7 @@ class _Segment:
         sum_ = self.eta.second * self.r.first + self.eta.first * self.r.second
         with np.errstate(divide="ignore", invalid="ignore"):
             result = self.y_step / (self.product * sum_)
-        if self.between.size:
+        if self.between[0].size:
             square, r1, r2, eta1, eta2 = self._between()
             result[self.between] = (eta2 * r1 - eta1 * r2) * _reciprocal(square * r1 * r2)
         return result
@@ -247,7 +267,7 @@ class _Segment:
         squares = self.square + eta.first * eta.first + eta.second * eta.second
         with np.errstate(divide="ignore", invalid="ignore"):
             mixed = squares / (self.product + eta.first * eta.second)
-        if self.between.size:
+        if self.between[0].size:
             square, r1, r2, eta1, eta2 = self._between()
             mixed[self.between] = (r1 * r2 - eta1 * eta2) / square
         return self.cube * (self.u.first**2 + self.u.second**2 + mixed / self.product) / 3
@@ -284,16 +304,20 @@ class _Segment:
 
 
 def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> np.ndarray:
-    """Differences over opposite edges of integrals along them."""
+    """Differences over opposite edges of integrals along them; shapes as in `lattice_potentials`."""
     floor = min(dx, dy) / (2 * np.e)  # ln(floor) is the mean of ln|x| over the side
-    left, right = (_Segment(x + side, y, z, dy, floor) for side in (-dx / 2, dx / 2))
-    below, above = (_Segment(y + side, x, z, dx, floor) for side in (-dy / 2, dy / 2))
+    z = np.where(z < SNAP * min(dx, dy), 0.0, z)
+    columns = _snapped(np.concatenate([x + dx / 2, x[-1:] - dx / 2]), dx, z)
+    rows = _snapped(np.concatenate([y + dy / 2, y[:, -1:] - dy / 2], axis=1), dy, z)
+    upright, level = _Segment(columns, y, z, dy, floor), _Segment(rows, x, z, dx, floor)
 
     def over_x(line: Callable[[_Segment], np.ndarray]) -> np.ndarray:
-        return line(right) - line(left)
+        values = line(upright)
+        return values[:-1] - values[1:]
 
     def over_y(line: Callable[[_Segment], np.ndarray]) -> np.ndarray:
-        return line(above) - line(below)
+        values = line(level)
+        return values[:, :-1] - values[:, 1:]
 
     def potential(s: _Segment) -> np.ndarray:  # integral of -omega_x
         return s.xi * s.inverse - s.z * s.angle
@@ -306,23 +330,23 @@ def _near(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) -> 
     return np.array(
         [
             -over_x(potential),
-            over_x(lambda s: s.z * s.logarithm - s.r.step),
+            upright.odd * over_x(lambda s: s.z * s.logarithm - s.r.step),
             -over_y(potential),
-            over_x(lambda s: s.xi * s.angle) + over_y(lambda s: s.xi * s.logarithm) + z * phi_x,
-            over_y(lambda s: s.xi * s.angle) + over_x(lambda s: s.xi * s.logarithm) + z * phi_y,
+            over_x(lambda s: s.xi * s.angle) + level.odd * over_y(lambda s: s.xi * s.logarithm) + z * phi_x,
+            over_y(lambda s: s.xi * s.angle) + upright.odd * over_x(lambda s: s.xi * s.logarithm) + z * phi_y,
             phi_x,
             phi_y,
             over_x(lambda s: s.angle),
-            over_x(lambda s: s.logarithm),
+            upright.odd * over_x(lambda s: s.logarithm),
             over_y(lambda s: s.angle),
-            -over_x(lambda s: s.xi * s.v.step),
+            -upright.odd * over_x(lambda s: s.xi * s.v.step),
             -over_x(lambda s: _step(s.eta, s.v)),
             -over_x(slope),
-            z * over_x(lambda s: s.u.step),
+            z * upright.odd * over_x(lambda s: s.u.step),
             -over_y(slope),
             -(z**2) * over_x(lambda s: s.cube),
             -(z**2) * over_y(lambda s: s.cube),
-            z * over_x(lambda s: s.xi * s.w.step),
+            z * upright.odd * over_x(lambda s: s.xi * s.w.step),
             z * over_x(lambda s: _step(s.eta, s.w)),
         ]
     )
@@ -333,6 +357,7 @@ def _gauss(x: np.ndarray, y: np.ndarray, z: np.ndarray, dx: float, dy: float) ->
     total = np.zeros((len(KINDS), x.size))
     for point, weight in zip(_GAUSS_POINTS, _GAUSS_WEIGHTS, strict=True):
         total += 0.5 * dx * weight * _lines(_Segment(x - 0.5 * dx * point, y, z, dy, 0.0))
+    total[_ODD_Y] *= np.sign(y)
     return total
 
 

@@ -17,17 +17,18 @@ incompressible, and they satisfy the surface's conditions exactly.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from varcontact.elasticity.potentials import KINDS, exchanged, rectangle_potentials, strip_potentials
+from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
 from varcontact.grid import Grid
 
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
+_TILE = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +72,17 @@ def field_at(
     >>> print(np.diag(field.stress[..., 0]).round(6))
     [-0.78 -0.78 -1.  ]
     """
-    elements = np.flatnonzero(np.any(tractions != 0, axis=0))
-    weights = tractions.reshape(3, -1)[:, elements].T
-    x, y = (coordinate.ravel()[elements] for coordinate in np.meshgrid(grid.x, grid.y))
     potentials = _potentials(grid, reference)
     sums = np.zeros((len(KINDS), 3, points.shape[1]))
-    at_once = max(1, _PAIRS_AT_ONCE // max(1, elements.size))
-    for start in range(0, points.shape[1] if elements.size else 0, at_once):
-        part = slice(start, start + at_once)
-        px, py, pz = points[:, part, None]
-        sums[:, :, part] = np.swapaxes(potentials(px - x, py - y, pz) @ weights, 1, 2)
+    for rows, columns in _loaded_tiles(tractions):
+        x, y = grid.x[columns], grid.y[rows]
+        weights = np.swapaxes(tractions[:, rows, columns], 1, 2).reshape(3, -1)
+        at_once = max(1, _PAIRS_AT_ONCE // (x.size * y.size))
+        for start in range(0, points.shape[1], at_once):
+            part = slice(start, start + at_once)
+            px, py, pz = points[:, part]
+            values = potentials(px - x[:, None, None], py - y[None, :, None], pz)
+            sums[:, :, part] += weights @ values.reshape(len(KINDS), -1, pz.size)
     return _combined(sums, points[2], G, nu)
 
 
@@ -105,15 +107,16 @@ def field_below(
 
     ny, nx = grid.shape
     dx, dy = grid.sides
-    x, y = np.arange(-(nx - 1), nx) * dx, np.arange(-(ny - 1), ny) * dy
+    x, y = np.arange(nx - 1, -nx, -1) * dx, np.arange(ny - 1, -ny, -1) * dy
     size = fft.next_fast_len(2 * ny - 1, real=True), fft.next_fast_len(2 * nx - 1, real=True)
     spectrum = fft.rfft2(tractions, size)
     potentials = _potentials(grid, reference)
     fields = []
     for depth in depths:
         sums = np.empty((len(KINDS), 3, ny, nx))
-        for kind, table in enumerate(potentials(x, y[:, None], depth)):
-            product = fft.irfft2(fft.rfft2(table, size) * spectrum, size)
+        values = potentials(x[:, None, None], y[None, :, None], np.array([depth]))[:, ::-1, ::-1, 0]
+        for kind, table in enumerate(values):
+            product = fft.irfft2(fft.rfft2(table.T, size) * spectrum, size)
             sums[kind] = product[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1]
         fields.append(_combined(sums, depth, G, nu))
     return ElasticField(
@@ -123,11 +126,25 @@ def field_below(
     )
 
 
+def _loaded_tiles(tractions: np.ndarray) -> Iterator[tuple[slice, slice]]:
+    """Rows and columns of the pieces of the grid, about a thousand elements each, that carry tractions."""
+    loaded = np.any(tractions != 0, axis=0)
+    rows, columns = np.flatnonzero(loaded.any(axis=1)), np.flatnonzero(loaded.any(axis=0))
+    if rows.size == 0:
+        return
+    for bottom in range(rows[0], rows[-1] + 1, _TILE):
+        for left in range(columns[0], columns[-1] + 1, _TILE):
+            tile = slice(bottom, min(bottom + _TILE, rows[-1] + 1)), slice(left, min(left + _TILE, columns[-1] + 1))
+            if loaded[tile].any():
+                yield tile
+
+
 def _potentials(grid: Grid, reference: float) -> Callable[[Any, Any, Any], np.ndarray]:
+    """Function of the distances (nx, 1, n), (1, ny, n) and depths (n,), see `lattice_potentials`."""
     dx, dy = grid.sides
     if grid.line:
-        return lambda x, y, z: strip_potentials(x, z + 0 * y, dx, reference)
-    return partial(rectangle_potentials, dx=dx, dy=dy)
+        return lambda x, y, z: strip_potentials(x, z, dx, reference)
+    return partial(lattice_potentials, dx=dx, dy=dy)
 
 
 _Sum = Callable[[str], Any]
