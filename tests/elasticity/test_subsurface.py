@@ -6,6 +6,7 @@ import pytest
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact.elasticity.potentials import lattice_potentials, rectangle_potentials
 from varcontact.elasticity.subsurface import field_at, field_below
 
 G, NU = 1.7, 0.31
@@ -235,6 +236,33 @@ def test_points_on_edges_of_a_whole_lattice():
         one = field_at(points, whole, np.ones((3, 1, 1)), G=G, nu=NU)
         for name in ("displacement", "gradient", "stress"):
             np.testing.assert_allclose(getattr(many, name), getattr(one, name), rtol=0, atol=2e-13)
+
+
+@pytest.mark.parametrize("z", [0.0, 0.3, 4.0, 2000.0])
+def test_lattice_is_its_elements(z):
+    """Edges that are shared, on both sides of the point and below it; near, and beyond the change of rules."""
+    x = 0.2 - 0.5 * np.arange(-4, 5)[:, None, None] + np.array([0.0, 0.05])
+    y = -0.1 - 2.0 * np.arange(-3, 3)[None, :, None] + np.array([0.0, 1.1])
+    depths = np.full(2, z)
+    together, alone = lattice_potentials(x, y, depths, 0.5, 2.0), rectangle_potentials(x, y, depths, 0.5, 2.0)
+    assert together.shape == (19, 9, 6, 2)
+    np.testing.assert_allclose(together, alone, rtol=0, atol=1e-14)
+
+
+def test_pieces_of_a_long_grid():
+    """Summed in tiles, near ones and far ones: the same as one element after the other."""
+    grid = vc.Grid(nx=2100, ny=2, dx=0.5, dy=0.7, x0=-3.0, y0=-1.0)
+    loaded = np.random.default_rng(8).choice(2100, 12, replace=False)
+    tractions = np.zeros((3, 2, 2100))
+    tractions[:, :, loaded] = np.random.default_rng(9).normal(size=(3, 2, 12))
+    points = np.array([[-2.0, 0.3, 0.1], [600.0, 0.0, 2.0], [0.0, 0.0, 800.0]]).T
+    found, sides = field_at(points, grid, tractions, G=G, nu=NU).stress, grid.sides
+    expected = np.zeros_like(found)
+    for column in loaded:
+        for row in range(2):
+            apart = points - np.array([[grid.x[column]], [grid.y[row]], [0.0]])
+            expected += field(apart, sides, tractions[:, row, column]).stress
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-13)
 
 
 @pytest.mark.parametrize("line", [False, True])
