@@ -74,13 +74,13 @@ def certify_problems(
     absolute, normal_relative = normal_gap(normal, pressure.ravel(), level)
     energy = disc.force * disc.displacement
     scales = disc.force * np.array([1.0, 1.0, disc.length])
-    tangential = disc.tangential_problem(pressure) if disc.scene.motion is not None else None
+    tangential = disc.tangential_problem(pressure, acting=traction) if disc.scene.motion is not None else None
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
-    excess = disc.lattice.area * np.abs(_outputs(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
-    largest = float(np.hypot(*flat).max())
-    residual = _relative(float(np.hypot(*stray).max(initial=0.0)), largest)
+    excess = disc.lattice.area * np.abs(_totals(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
+    largest = float(magnitude(flat).max())
+    residual = _relative(float(magnitude(stray).max(initial=0.0)), largest)
     if tangential is None or tangential.size == 0:
         return Certificate(
             gap=absolute * energy,
@@ -91,14 +91,14 @@ def certify_problems(
             normal_residual=normal_error,
             tangential_residual=residual,
         )
-    tractions = flat[:, bearing]
-    residual = _worst(residual, tangential_residual(tangential, tractions, rigid))
-    absolute, relative = gap(tangential, project(tractions, tangential.bound), rigid)
-    bound = np.full(3, np.inf) if coupled else (force_bound(tangential, tractions, rigid) + excess) * scales
+    tractions, shifts = tangential.of_grid(traction, rigid)
+    residual = _worst(residual, tangential_residual(tangential, tractions, shifts))
+    absolute, relative = gap(tangential, project(tractions, tangential.bound), shifts)
+    bound = _unknown(_outputs(tangential)) if coupled else force_bound(tangential, tractions, shifts)
     return Certificate(
         gap=absolute * energy,
         relative_gap=relative,
-        force_bound=bound,
+        force_bound=(bound + excess) * scales,
         residual=residual if plan.normal == "hertz" else _worst(residual, normal_error),
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
@@ -113,18 +113,23 @@ def residuals(
     coupled = disc.scene.bodies.K != 0 and np.any(traction)
     normal = disc.normal_problem(traction if coupled else None)
     normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
-    tangential = disc.tangential_problem(pressure)
-    tractions, bearing = traction.reshape(2, -1), tangential.operator.elements
-    stray = np.hypot(*np.delete(tractions, bearing, axis=1)).max(initial=0.0)  # where no friction can carry it
-    error = _relative(float(stray), float(np.hypot(*tractions).max()))
+    tangential = disc.tangential_problem(pressure, acting=traction)
+    size = magnitude(traction.reshape(2, -1))
+    stray = np.delete(size, tangential.operator.elements).max(initial=0.0)  # where no friction can carry it
+    error = _relative(float(stray), float(size.max()))
     if tangential.size:
-        error = _worst(error, tangential_residual(tangential, tractions[:, bearing], rigid))
+        error = _worst(error, tangential_residual(tangential, *tangential.of_grid(traction, rigid)))
     return normal_error, error
 
 
+def magnitude(vectors: np.ndarray) -> np.ndarray:
+    """Lengths (n,) of vectors (c, n) of one or two components."""
+    return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
+
+
 def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Projection of tractions (2, n) on the disks of radius `bound` (n,)."""
-    size = np.hypot(*traction)
+    """Projection of tractions (c, n) on the disks, or the intervals, of radius `bound` (n,)."""
+    size = magnitude(traction)
     beyond = size > bound
     return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
 
@@ -143,12 +148,12 @@ def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid:
     """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack."""
     shift = problem.shift(traction, rigid)
     image = project(traction - shift / problem.operator.diagonal, problem.bound)
-    size = _worst(np.hypot(*traction).max(), np.hypot(*image).max())
-    residual = _relative(float(np.hypot(*(traction - image)).max()), float(size))
-    for direction in problem.free:
-        force = problem.force[direction]
+    size = _worst(magnitude(traction).max(), magnitude(image).max())
+    residual = _relative(float(magnitude(traction - image).max()), float(size))
+    for i in problem.free:
+        force = problem.force[i]
         assert force is not None
-        lacking = abs(traction[direction].sum() * problem.area - force)
+        lacking = abs(traction[i].sum() * problem.area - force)
         scale = size * problem.area * math.sqrt(problem.size)
         residual = _worst(residual, _relative(lacking, scale if scale > 0 else abs(force)))  # nothing carries nothing
     return residual
@@ -175,9 +180,9 @@ def gap(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> 
         error = float(_compliance(problem, shift[None])[0])
         work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
         return error * problem.area, _relative(error, work)
-    size = np.hypot(*shift)
+    size = magnitude(shift)
     shares = problem.bound * size + np.sum(traction * shift, axis=0)
-    work = problem.bound @ np.hypot(*(problem.rigid_shift + rigid[:, None]))
+    work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
     total = float(np.sum(np.maximum(shares, 0.0)))
     return total * problem.area, _relative(total, float(work))
 
@@ -191,7 +196,7 @@ def complementary_energy(problem: TangentialProblem, traction: np.ndarray) -> fl
 def potential_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
     """U of a shift (214), of the displacements that the tractions cause: ``1/2 p'A p + sum(g |E|)``."""
     elastic = problem.operator.apply(traction)
-    shift = np.hypot(*(elastic + problem.rigid_shift))
+    shift = magnitude(elastic + problem.rigid_shift)
     return problem.area * float(0.5 * np.sum(traction * elastic) + problem.bound @ shift)
 
 
@@ -200,18 +205,28 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
     Tractions beyond the bound are first projected on it; what the projection changes is added.
     """
-    admissible = project(traction, problem.bound)
-    x, y = problem.points
-    one, zero = np.ones(problem.size), np.zeros(problem.size)
-    compliance = _compliance(problem, np.array([[one, zero], [zero, one], [-y, x]]))
+    admissible, outputs = project(traction, problem.bound), _outputs(problem)
+    compliance = _compliance(problem, outputs)
     error = gap(problem, admissible, rigid)[0] / problem.area
-    moved = np.abs(_outputs(problem.points, traction - admissible))
+    moved = np.abs(np.sum(outputs * (traction - admissible), axis=(1, 2)))
     known = np.isfinite(compliance)  # an infinite compliance tells nothing, even if the gap is zero
     bound = np.where(known, np.sqrt(np.where(known, compliance, 0.0) * error), np.inf)
     return problem.area * (bound + moved)
 
 
-def _outputs(points: np.ndarray, traction: np.ndarray) -> np.ndarray:
+def _outputs(problem: TangentialProblem) -> np.ndarray:
+    """What Fx, Fy and Mz count of each traction component, (3, c, n): nothing, where it cannot contribute."""
+    x, y = problem.points
+    one, zero = np.ones(problem.size), np.zeros(problem.size)
+    return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
+
+
+def _unknown(outputs: np.ndarray) -> np.ndarray:
+    """Infinite, where there is an output at all."""
+    return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
+
+
+def _totals(points: np.ndarray, traction: np.ndarray) -> np.ndarray:
     """Sums of tractions (2, n) along x, along y, and of their moments, shape (3,)."""
     moment = points[0] * traction[1] - points[1] * traction[0]
     return np.array([traction[0].sum(), traction[1].sum(), moment.sum()])
@@ -240,18 +255,18 @@ def normal_gap(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) 
 
 
 def _compliance(problem: TangentialProblem, outputs: np.ndarray) -> np.ndarray:
-    """``c'S^-1 c`` for several c (2, n), S the symmetric part of M; infinite if S is not positive definite."""
+    """``o'S^-1 o`` for several o (c, n), S the symmetric part of M; infinite if S is not positive definite."""
     from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
     if problem.size > DENSE_LIMIT:
         solution = solve_symmetric(problem.operator, outputs)
         if solution is None:
-            return np.full(len(outputs), np.inf)
+            return _unknown(outputs)
         return 1.001 * np.sum(outputs * solution, axis=(1, 2))  # what CG still lacks is orders of magnitude less
     matrix = problem.operator.matrix
     try:
         factor = cho_factor((matrix + matrix.T) / 2, overwrite_a=True, check_finite=False)
     except LinAlgError:
-        return np.full(len(outputs), np.inf)
+        return _unknown(outputs)
     solution = cho_solve(factor, outputs.reshape(len(outputs), -1).T).T.reshape(outputs.shape)
     return np.sum(outputs * solution, axis=(1, 2))

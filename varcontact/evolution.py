@@ -41,7 +41,11 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
-    at = start if start is not None else RawSolution(np.zeros((2, problem.size)), np.zeros(2), 0, "")
+    at = (
+        start
+        if start is not None
+        else RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
+    )
     iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
     for _ in range(MAX_STEPS):
         carried = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'

@@ -87,11 +87,13 @@ class NormalProblem:
 class TangentialProblem:
     """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on the contact.
 
+    Tractions have c components: two, or one where elasticity does not couple them and nothing moves along the other.
+
     Attributes
     ----------
     operator : RestrictedOperator
         M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231).
-    rigid_shift : ndarray, shape (2, n)
+    rigid_shift : ndarray, shape (c, n)
         W, with the shift by pressures where the bodies differ.
     bound : ndarray, shape (n,)
         g, the traction bound, positive; ``inf`` all over: no slip.
@@ -99,12 +101,14 @@ class TangentialProblem:
         x and y of the elements.
     area : float
         Of an element.
-    force : (float or None, float or None)
-        Prescribed ``area * sum(p)`` by direction; a uniform rigid shift in that direction is then unknown.
+    force : tuple of c (float or None)
+        Prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown.
     symmetric : bool
         Whether M is symmetric (a shift, or one step of a march).
     instant : RestrictedOperator, optional
         A of steady rolling, for a march; then ``A - M`` is C.
+    directions : tuple of c int
+        Which direction (0: x, 1: y) each component has.
     """
 
     operator: RestrictedOperator
@@ -112,9 +116,10 @@ class TangentialProblem:
     bound: np.ndarray
     points: np.ndarray
     area: float
-    force: tuple[float | None, float | None] = (None, None)
+    force: tuple[float | None, ...] = (None, None)
     symmetric: bool = False
     instant: RestrictedOperator | None = None
+    directions: tuple[int, ...] = (0, 1)
 
     @property
     def size(self) -> int:
@@ -122,9 +127,14 @@ class TangentialProblem:
         return self.bound.size
 
     @property
+    def components(self) -> int:
+        """Number c of traction components."""
+        return len(self.directions)
+
+    @property
     def free(self) -> list[int]:
-        """The directions (0: x, 1: y) in which the force is prescribed and the rigid shift unknown."""
-        return [i for i in (0, 1) if self.force[i] is not None]
+        """The components whose force is prescribed and whose rigid shift is unknown."""
+        return [i for i, force in enumerate(self.force) if force is not None]
 
     @property
     def no_slip(self) -> bool:
@@ -148,8 +158,20 @@ class TangentialProblem:
         return True
 
     def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
-        """Local shift E = W + M p, (2, n), by FFT; `free_shift` (2,) is the unknown part of W."""
+        """Local shift E = W + M p, (c, n), by FFT; `free_shift` (c,) is the unknown part of W."""
         return self.operator.apply(traction) + self.rigid_shift + free_shift[:, None]
+
+    def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What of tractions (2, ny, nx) and rigid shifts (2,) is of this problem: (c, n) and (c,)."""
+        chosen = list(self.directions)
+        return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
+
+    def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions (c, n) and rigid shifts (c,) as (2, ny, nx) and (2,), zero elsewhere and in other directions."""
+        ny, nx = self.operator.grid_operator.shape
+        field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
+        field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid
+        return field.reshape(2, ny, nx), shifts
 
 
 @dataclass(frozen=True)
@@ -177,9 +199,9 @@ class RawSolution:
 
     Attributes
     ----------
-    traction : ndarray, shape (n,) or (2, n)
+    traction : ndarray, shape (n,) or (c, n)
         Pressures, or tangential tractions.
-    rigid : ndarray, shape (1,) or (2,)
+    rigid : ndarray, shape (1,) or (c,)
         The approach, or the uniform rigid shift where the force is prescribed (0 where not).
     iterations : int
     status : str
@@ -317,11 +339,16 @@ class Discretisation:
         )
 
     def tangential_problem(
-        self, pressure: np.ndarray, bearing: np.ndarray | None = None, marching: bool = False
+        self,
+        pressure: np.ndarray,
+        bearing: np.ndarray | None = None,
+        marching: bool = False,
+        acting: np.ndarray | None = None,
     ) -> TangentialProblem:
         """The tangential problem on the elements with a traction bound, for a pressure (ny, nx).
 
-        The bound is friction times that pressure, or times that of `bearing` where it is given.
+        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
+        `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
         """
         scene, motion = self.scene, self.scene.motion
         assert motion is not None
@@ -334,16 +361,25 @@ class Discretisation:
         if scene.bodies.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
+        directions = self._directions(shift, forces, acting)
         return TangentialProblem(
-            operator=self.tangential_operator.on(elements),
-            rigid_shift=shift,
+            operator=self.tangential_operator.between(directions, directions).on(elements),
+            rigid_shift=shift[list(directions)],
             bound=bound[elements],
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
-            force=(forces[0], forces[1]),
+            force=tuple(forces[i] for i in directions),
             symmetric=not isinstance(motion, Steady),
-            instant=self.instant_operator.on(elements) if marching else None,
+            instant=self.instant_operator.between(directions, directions).on(elements) if marching else None,
+            directions=directions,
         )
+
+    def _directions(self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None) -> tuple[int, ...]:
+        """Directions in which tractions can arise: both, or, where elasticity couples them not, those that move."""
+        if self.tangential_operator.table[0, 1].any():
+            return (0, 1)
+        moves = [shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)]
+        return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
 
     @property
     def points(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +17,7 @@ from varcontact.clock import Clock
 from varcontact.conic.joint import solve_joint
 from varcontact.conic.setups import Setups
 from varcontact.coupling import ContactState, alternating
-from varcontact.energy import normal_residual, project, tangential_residual
+from varcontact.energy import magnitude, normal_residual, project, tangential_residual
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.evolution import march
 from varcontact.grid import Grid
@@ -98,12 +99,11 @@ class Steps:
             raw = self._tractions(problem, state)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
-            traction = np.zeros((2, disc.grid.size))
-            traction[:, problem.operator.elements] = raw.traction
+            traction, rigid = problem.on_grid(raw.traction, raw.rigid)
             return replace(
                 state,
-                traction=traction.reshape(2, *disc.grid.shape),
-                rigid=raw.rigid,
+                traction=traction,
+                rigid=rigid,
                 iterations=_counted(state, "tangential", raw.iterations),
                 status={**state.status, "tangential": raw.status},
                 solved={**state.solved, "tangential": raw.solved},
@@ -127,14 +127,14 @@ class Steps:
         normal = disc.normal_problem()
         tangential = disc.tangential_problem(nothing.pressure, state.bearing)
         _check_force(tangential, disc.force)
-        size = normal.distance.size + 2 * tangential.size
+        size = normal.distance.size + tangential.rigid_shift.size
         memory.need("the joint program", 120.0 * size**2, "a grid with fewer elements would fit")
         asked = 1e-6 if self.polish else UNPOLISHED * self.tol
         with self.clock("joint"):
-            coupling = disc.traction_to_distance.dense(normal.operator.elements, tangential.operator.elements)
+            bodies = disc.traction_to_distance.between((0,), tangential.directions)
+            coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
             pressed, rubbed = solve_joint(self.plan.tangential, normal, tangential, coupling, self._settings(asked))
-        traction = np.zeros((2, *disc.grid.shape))
-        traction.reshape(2, -1)[:, tangential.operator.elements] = rubbed.traction
+        traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
             raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {rubbed.status}", np.inf)
@@ -143,7 +143,7 @@ class Steps:
             pressure=pressed.traction.reshape(disc.grid.shape),
             approach=float(pressed.rigid[0]),
             traction=traction,
-            rigid=rubbed.rigid,
+            rigid=rigid,
             iterations=_counted(state, "tangential", rubbed.iterations),
             status={**state.status, "tangential": rubbed.status},
             solved={**state.solved, "tangential": rubbed.solved},
@@ -159,14 +159,15 @@ class Steps:
 
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
-            return RawSolution(np.zeros((2, problem.size)), np.zeros(2), 0, "nothing moves")
-        memory.need("the tangential SOCP", 30 * 8 * 4.0 * problem.size**2, "a grid with fewer elements would fit")
+            return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves")
+        size = problem.rigid_shift.size
+        memory.need("the tangential program", 30 * 8.0 * size**2, "a grid with fewer elements would fit")
         if problem.no_slip:
             return no_slip(problem)
         start = None
         if np.any(state.traction):
-            known = state.traction.reshape(2, -1)[:, problem.operator.elements]
-            start = RawSolution(project(known, problem.bound), state.rigid, 0, "start")
+            known, rigid = problem.of_grid(state.traction, state.rigid)
+            start = RawSolution(project(known, problem.bound), rigid, 0, "start")
         solver = tangential_solver(self.plan.tangential)
         if self.plan.formulation == "marching":
             solver = partial(march, solver)
@@ -177,7 +178,7 @@ class Steps:
                 )
             return solver(problem, self._settings(UNPOLISHED * self.tol), start)
         sticking = no_slip(problem)
-        if np.all(np.hypot(*sticking.traction) <= problem.bound):
+        if np.all(magnitude(sticking.traction) <= problem.bound):
             return sticking  # friction is nowhere exhausted: the linear solution is the solution
         if self.plan.formulation == "gap" and not problem.monotone:
             # No convex program: what finds a solution is tried, and the certificate judges it.
@@ -239,7 +240,7 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:
     """Refuse forces that friction cannot carry."""
-    size = float(np.hypot(problem.force[0] or 0.0, problem.force[1] or 0.0))
+    size = math.hypot(*(force or 0.0 for force in problem.force))
     limit = problem.area * float(problem.bound.sum())
     if size > 0 and size >= limit:
         raise Saturated(size * scale, limit * scale)

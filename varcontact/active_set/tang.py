@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.energy import project, tangential_residual
+from varcontact.energy import magnitude, project, tangential_residual
 from varcontact.problem import RawSolution, TangentialProblem
 
 MAX_EXCHANGES = 200
@@ -49,11 +49,13 @@ def tang(
     """
     if problem.no_slip:
         return no_slip(problem)
-    at = _Point(np.zeros((2, problem.size)), np.zeros(2))
+    at = _unloaded(problem)
     sticks = np.ones(problem.size, dtype=bool)
     if start is not None:
         at = _Point(start.traction, start.rigid)
-        sticks = np.hypot(*_trial(problem, at)) <= problem.bound
+        trial = _trial(problem, at)
+        sticks = magnitude(trial) <= problem.bound
+        at = _on_bound(problem, sticks, at, trial)
     seen: set[bytes] = set()
     best, count, status = start, 0, "MaxIterations"
     for _ in range(MAX_EXCHANGES):
@@ -64,7 +66,7 @@ def tang(
         for enough in (ROUGH, EXACT) if newton == "inexact" else (EXACT,):
             at, steps, solved = _on_areas(problem, sticks, at, enough)
             count += steps
-            beyond = sticks & (np.hypot(*at.traction) > problem.bound)  # point 4
+            beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
             forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
             if not solved or beyond.any() or forward.any():
                 break
@@ -133,7 +135,7 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
     """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
-    sticks, at = np.ones(problem.size, dtype=bool), _Point(np.zeros((2, problem.size)), np.zeros(2))
+    sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
     at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
     return RawSolution(at.traction, at.rigid, 1, "Solved")
 
@@ -153,19 +155,19 @@ class _Splitting:
         from scipy.linalg import lu_factor
 
         n, free = problem.size, problem.free
-        weight = problem.operator.diagonal
-        system = np.zeros((2 * n + len(free), 2 * n + len(free)))
-        system[: 2 * n, : 2 * n] = problem.operator.matrix + weight * np.eye(2 * n)
-        for i, direction in enumerate(free):
-            part = slice(direction * n, (direction + 1) * n)
-            system[part, 2 * n + i] = system[2 * n + i, part] = 1.0
+        size, weight = problem.components * n, problem.operator.diagonal
+        system = np.zeros((size + len(free), size + len(free)))
+        system[:size, :size] = problem.operator.matrix + weight * np.eye(size)
+        for i, component in enumerate(free):
+            part = slice(component * n, (component + 1) * n)
+            system[part, size + i] = system[size + i, part] = 1.0
         return cls(problem, weight, lu_factor(system, overwrite_a=True, check_finite=False))
 
     def moved(self, at: _Point, rounds: int) -> _Point:
         """Tractions after so many rounds."""
         from scipy.linalg import lu_solve
 
-        problem, weight, free = self.problem, self.weight, self.problem.free
+        problem, weight, size = self.problem, self.weight, self.problem.rigid_shift.size
         forces = np.array([F / problem.area for F in problem.force if F is not None])
         rigid = at.rigid.copy()
         auxiliary = at.traction - _shift(problem, at) / weight
@@ -173,14 +175,14 @@ class _Splitting:
             traction = project(auxiliary, problem.bound)
             right = (weight * (2 * traction - auxiliary) - problem.rigid_shift).ravel()
             step = lu_solve(self.factors, np.concatenate([right, forces]), check_finite=False)
-            auxiliary += step[: 2 * problem.size].reshape(2, -1) - traction
-            rigid[free] = step[2 * problem.size :]
+            auxiliary += step[:size].reshape(auxiliary.shape) - traction
+            rigid[problem.free] = step[size:]
         return _Point(project(auxiliary, problem.bound), rigid)
 
 
 @dataclass(frozen=True, eq=False)
 class _Point:
-    """Tractions (2, n) and missing rigid shifts (2,)."""
+    """Tractions (c, n) and missing rigid shifts (c,)."""
 
     traction: np.ndarray
     rigid: np.ndarray
@@ -188,16 +190,20 @@ class _Point:
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """Changes of the stick tractions (2, nH), of the slip tractions' directions (nS,), of the rigid shifts (2,)."""
+    """Changes of the stick tractions (c, nH), of the directions of those that turn (nT,), of the rigid shifts (c,)."""
 
     stick: np.ndarray
     angle: np.ndarray
     rigid: np.ndarray
 
 
+def _unloaded(problem: TangentialProblem) -> _Point:
+    return _Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
+
+
 def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
     """E by the dense matrix, which is there anyway."""
-    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(2, -1)
+    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
     return elastic + problem.rigid_shift + at.rigid[:, None]
 
 
@@ -208,70 +214,75 @@ def _trial(problem: TangentialProblem, at: _Point) -> np.ndarray:
 
 def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: _Point, towards: np.ndarray) -> _Point:
     """The tractions with those of the slip area on the bound, in the directions of `towards`."""
-    size = np.hypot(*towards)
+    size = magnitude(towards)
     on_bound = towards * (problem.bound / np.where(size > 0, size, 1.0))
     return replace(at, traction=np.where(sticks, at.traction, on_bound))
+
+
+def _turns(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> tuple[np.ndarray, np.ndarray]:
+    """The slip elements, whose traction turns, and unit vectors across it; none where there is but one component."""
+    T = np.flatnonzero(~sticks & (problem.components > 1))
+    across = at.traction[::-1, T] / problem.bound[T]
+    across[0] *= -1
+    return T, across
 
 
 def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Step:
     """Newton's step for given areas, from tractions on the bound in the slip area.
 
-    Equations: E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: both
+    Equations: E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the
     components of the traction where it sticks, its direction where it slips, the missing rigid shifts.
     """
-    n, free, matrix = problem.size, problem.free, problem.operator.matrix
-    H, S = np.flatnonzero(sticks), np.flatnonzero(~sticks)
-    shift, g = _shift(problem, at), problem.bound[S]
-    cos, sin = at.traction[:, S] / g
-    h, k = H.size, 2 * H.size + S.size
-    rows = np.empty((k, 2 * n))
-    rows[:h], rows[h : 2 * h] = matrix[H], matrix[n + H]
-    rows[2 * h :] = cos[:, None] * matrix[n + S] - sin[:, None] * matrix[S]
+    n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
+    H, (T, across) = np.flatnonzero(sticks), _turns(problem, sticks, at)
+    h, g, shift = H.size, problem.bound[T], _shift(problem, at)
+    k, components = c * h + T.size, n * np.arange(c)[:, None]
+    stuck, turning = (components + H).ravel(), components + T
+    rows = np.empty((k, c * n))
+    rows[: c * h] = matrix[stuck]
+    rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
     jacobian = np.zeros((k + len(free), k + len(free)))
-    jacobian[:k, : 2 * h] = rows.take(np.concatenate([H, n + H]), axis=1)
-    jacobian[:k, 2 * h : k] = rows.take(S, axis=1) * (-g * sin) + rows.take(n + S, axis=1) * (g * cos)
-    slip_rows = np.arange(2 * h, k)
-    jacobian[slip_rows, slip_rows] += np.hypot(*shift[:, S])
-    across = cos * shift[1, S] - sin * shift[0, S]
-    error = np.concatenate([shift[0, H], shift[1, H], across, np.zeros(len(free))])
-    for i, direction in enumerate(free):
-        force = problem.force[direction]
+    jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+    jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
+    slip_rows = np.arange(c * h, k)
+    jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
+    error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), np.zeros(len(free))])
+    for i, component in enumerate(free):
+        force = problem.force[component]
         assert force is not None
-        component = slice(direction * h, (direction + 1) * h)
-        jacobian[component, k + i] = jacobian[k + i, component] = 1.0
-        jacobian[2 * h : k, k + i] = (-sin, cos)[direction]
-        jacobian[k + i, 2 * h : k] = (-g * sin, g * cos)[direction]
-        error[k + i] = at.traction[direction].sum() - force / problem.area
+        part = slice(component * h, (component + 1) * h)
+        jacobian[part, k + i] = jacobian[k + i, part] = 1.0
+        jacobian[c * h : k, k + i] = across[component]
+        jacobian[k + i, c * h : k] = g * across[component]
+        error[k + i] = at.traction[component].sum() - force / problem.area
     try:
         step = np.linalg.solve(jacobian, -error)
     except np.linalg.LinAlgError:
         step = np.zeros(error.size)
-    rigid = np.zeros(2)
+    rigid = np.zeros(c)
     rigid[free] = step[k:]
-    return _Step(step[: 2 * h].reshape(2, h), step[2 * h : k], rigid)
+    return _Step(step[: c * h].reshape(c, h), step[c * h : k], rigid)
 
 
 def _moved(problem: TangentialProblem, sticks: np.ndarray, at: _Point, step: _Step, part: float = 1.0) -> _Point:
     """A part of a step, turning the slip tractions on their bound."""
-    traction, slips = at.traction.copy(), ~sticks
+    traction, (T, across), angle = at.traction.copy(), _turns(problem, sticks, at), part * step.angle
     traction[:, sticks] += part * step.stick
-    cos, sin = traction[:, slips]
-    angle = np.arctan2(sin, cos) + part * step.angle
-    traction[:, slips] = problem.bound[slips] * np.array([np.cos(angle), np.sin(angle)])
+    traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
     return _Point(traction, at.rigid + part * step.rigid)
 
 
 def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough: float) -> tuple[_Point, int, bool]:
     """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
-    at, slips = _on_bound(problem, sticks, at, at.traction), ~sticks
+    at = _on_bound(problem, sticks, at, at.traction)
     scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
     error, before, count = np.inf, np.inf, 0
     while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
         count, before = count + 1, error
         at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
-        shift, direction = _shift(problem, at), at.traction[:, slips] / problem.bound[slips]
-        across = shift[1, slips] * direction[0] - shift[0, slips] * direction[1]
-        error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(across).max(initial=0.0)) / scale
+        shift, (T, across) = _shift(problem, at), _turns(problem, sticks, at)
+        turned = np.sum(across * shift[:, T], axis=0)
+        error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
     return at, count, bool(error < max(enough, ROUNDING))
 
 
@@ -281,7 +292,7 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
     merit = _merit(problem, at, trial)
     while count < max_steps and tangential_residual(problem, best.traction, best.rigid) > ENOUGH:
         count += 1
-        sticks = np.hypot(*trial) <= problem.bound
+        sticks = magnitude(trial) <= problem.bound
         begin = _on_bound(problem, sticks, at, trial)
         step = _newton_step(problem, sticks, begin)
         step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))

@@ -18,7 +18,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     """Solve a program; one with the same matrices is compiled once, and its vectors are parameters."""
     import cvxpy as cp
 
-    key = ("cvxpy", name, tol)
+    key, program = ("cvxpy", name, tol), program.polyhedral()
     found = setups.find(key, program) if setups is not None else None
     model = found[0] if found is not None and found[1] else _Model.of(program)
     model.q.value, model.b.value = program.q, program.b

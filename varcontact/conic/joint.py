@@ -19,13 +19,13 @@ def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling
     ----------
     normal, tangential : NormalProblem, TangentialProblem
         Without the displacements that each causes in the other.
-    coupling : ndarray, shape (m, 2 n)
+    coupling : ndarray, shape (m, c n)
         A_zt, from tractions on the n elements that bear them to distances on the m of the normal problem.
     """
     from scipy.sparse import block_array, csc_matrix
 
     pressing, rubbing = normal_program(normal), shift_program(tangential)
-    bound = np.tile(tangential.bound, 2)
+    bound = np.tile(tangential.bound, tangential.components)
     _, displacement = normal_scales(normal)
     energy = displacement**2 / normal.operator.diagonal
     part = shift_scale(tangential) * tangential.bound.max() / energy  # the programs count energies in their own units
@@ -54,5 +54,7 @@ def solve_joint(
     raw = backend(name)(joint_program(normal, tangential, coupling), settings.tol, settings.setups)
     m = normal.distance.size
     pressure = RawSolution(raw.traction[:m], raw.rigid[:1], raw.iterations, raw.status, raw.solved)
-    traction = RawSolution(raw.traction[m:].reshape(2, -1), raw.rigid[1:], raw.iterations, raw.status, raw.solved)
+    traction = RawSolution(
+        raw.traction[m:].reshape(tangential.components, -1), raw.rigid[1:], raw.iterations, raw.status, raw.solved
+    )
     return pressure, traction

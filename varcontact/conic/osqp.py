@@ -11,10 +11,10 @@ from varcontact.problem import RawSolution
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
-    """Solve a program without second-order cones; a set-up with the same structure starts at its last answer."""
+    """Solve a program without cones of two components; a set-up with the same structure starts at its last answer."""
     import osqp
 
-    key = ("osqp", tol)
+    key, program = ("osqp", tol), program.polyhedral()
     lower = np.where(program.kinds == "zero", program.b, -np.inf)
     found = setups.find(key, program) if setups is not None else None
     if found is not None:

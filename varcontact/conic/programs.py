@@ -2,7 +2,7 @@
 
 ``minimise 1/2 x'P x + q'x  subject to  A x + s = b, s in K``, K a product of cones. Every program is scaled:
 tractions by the bound of their own element, so that friction disks are unit disks, and shifts by the largest
-rigid shift.
+rigid shift. Tractions and shifts have c components, one or two; of one, a disk is an interval.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class ConicProgram:
     q, b : ndarray
     A : csc_matrix
     cones : list of (str, int)
-        ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 3)``, in the order of the rows; a
+        ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in the order of the rows; a
         second-order cone is ``s[0] >= |s[1:]|``.
     recover : callable
         From the program's variables and multipliers (x, z), ``P x + q + A'z = 0``, to the problem's
@@ -48,6 +48,24 @@ class ConicProgram:
     def kinds(self) -> np.ndarray:
         """Kind of each row's cone."""
         return np.repeat([kind for kind, _ in self.cones], [size for _, size in self.cones])
+
+    def polyhedral(self) -> ConicProgram:
+        """The same program with ``r - s >= 0, r + s >= 0`` for second-order cones (r, s) of one component.
+
+        Those of two stay as they are: without them it is a quadratic program.
+        """
+        from scipy.sparse import diags
+
+        paired = [cone == ("second_order", 2) for cone in self.cones]
+        radii = (np.cumsum([size for _, size in self.cones]) - 2)[paired]
+        if radii.size == 0:
+            return self
+        below = np.zeros(self.b.size - 1)
+        below[radii] = 1.0
+        turn = diags([below, np.ones(self.b.size), -below], [-1, 0, 1], format="csr")
+        cones = [("nonnegative", 2) if cone == ("second_order", 2) else cone for cone in self.cones]
+        A = (turn @ self.A).tocsc()
+        return ConicProgram(self.P, self.q, A, turn @ self.b, cones, lambda x, z: self.recover(x, turn.T @ z))
 
 
 def normal_program(problem: NormalProblem) -> ConicProgram:
@@ -119,19 +137,21 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
     """
     from scipy.sparse import csc_matrix
 
-    n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
+    n, c, free = problem.size, problem.components, problem.free
+    bound, height = np.tile(problem.bound, c), (1 + c) * n
     scale, weight = shift_scale(problem), bound / bound.max()
     P = upper(weight[:, None] * (problem.operator.matrix * (bound / scale)))
-    rows, entries = _columns(cone_rows(n), -np.ones(2 * n), 3 * n, problem)
-    A = csc_matrix((entries.ravel(), rows.ravel(), np.arange(2 * n + 1) * entries.shape[1]), (3 * n + len(free), 2 * n))
-    b = np.concatenate([np.tile([1.0, 0.0, 0.0], n), force_level(problem)])
-    cones = [("second_order", 3)] * n + equalities(problem)
+    rows, entries = _columns(cone_rows(n, c), -np.ones(c * n), height, problem)
+    starts = np.arange(c * n + 1) * entries.shape[1]
+    A = csc_matrix((entries.ravel(), rows.ravel(), starts), (height + len(free), c * n))
+    b = np.concatenate([_unit_disks(n, c), force_level(problem)])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = np.zeros(2)
-        rigid[free] = z[3 * n :] * scale * bound.max() / problem.bound.sum()
-        return (x * bound).reshape(2, n), rigid
+        rigid = np.zeros(c)
+        rigid[free] = z[height:] * scale * bound.max() / problem.bound.sum()
+        return (x * bound).reshape(c, n), rigid
 
+    cones = [("second_order", 1 + c)] * n + equalities(problem)
     return ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
 
 
@@ -144,10 +164,10 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     """
     from scipy.sparse import csc_matrix, hstack
 
-    n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
-    scale, weight, spare = shift_scale(problem), bound / bound.max(), _spare_variables(problem.size)
-    shift_rows, disk_rows = cone_rows(n), 3 * n + cone_rows(n)
-    height = 6 * n + len(free)
+    n, c, free = problem.size, problem.components, problem.free
+    bound, height = np.tile(problem.bound, c), (1 + c) * n
+    scale, weight, spare = shift_scale(problem), bound / bound.max(), _spare_variables(n, c)
+    shift_rows, disk_rows = cone_rows(n, c), height + cone_rows(n, c)
 
     matrix = problem.operator.matrix * (bound / scale)
     quadratic = weight[:, None] * matrix
@@ -155,21 +175,23 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     P = upper(quadratic, empty=n + len(free), squares=spare)
     del quadratic
 
-    rows, entries = _columns(disk_rows, -np.ones(2 * n), 6 * n, problem)
-    A = hstack([_shift_cones(problem, matrix, rows, entries), csc_matrix((height, spare))], format="csc")
+    rows, entries = _columns(disk_rows, -np.ones(c * n), 2 * height, problem)
+    A = hstack(
+        [_shift_cones(problem, matrix, rows, entries), csc_matrix((2 * height + len(free), spare))], format="csc"
+    )
     del matrix, rows, entries
 
-    b = np.concatenate([np.zeros(3 * n), np.tile([1.0, 0.0, 0.0], n), force_level(problem)])
+    b = np.concatenate([np.zeros(height), _unit_disks(n, c), force_level(problem)])
     b[shift_rows] = problem.rigid_shift.ravel() / scale
     force_work = force_level(problem) * problem.bound.sum() / bound.max()
     q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work, np.zeros(spare)])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = np.zeros(2)
-        rigid[free] = x[3 * n : 3 * n + len(free)] * scale
-        return (x[: 2 * n] * bound).reshape(2, n), rigid
+        rigid = np.zeros(c)
+        rigid[free] = x[height : height + len(free)] * scale
+        return (x[: c * n] * bound).reshape(c, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 3)] * (2 * n) + equalities(problem), recover)
+    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * (2 * n) + equalities(problem), recover)
 
 
 def shift_potential(problem: TangentialProblem) -> ConicProgram:
@@ -178,39 +200,41 @@ def shift_potential(problem: TangentialProblem) -> ConicProgram:
     They are written ``u = A p``, and p, which nothing bounds, turns out to be the tractions. A prescribed force
     works against the unknown part of the shift.
     """
-    n, free, bound = problem.size, problem.free, np.tile(problem.bound, 2)
+    n, c, free = problem.size, problem.components, problem.free
+    bound, height = np.tile(problem.bound, c), (1 + c) * n
     scale, weight = shift_scale(problem), bound / bound.max()
     matrix = problem.operator.matrix * (bound / scale)
     P = upper(weight[:, None] * matrix, empty=n + len(free))
-    A = _shift_cones(problem, matrix, np.zeros((2 * n, 0), dtype=np.int32), np.zeros((2 * n, 0)))
-    b = np.zeros(3 * n)
-    b[cone_rows(n)] = problem.rigid_shift.ravel() / scale
+    A = _shift_cones(problem, matrix, np.zeros((c * n, 0), dtype=np.int32), np.zeros((c * n, 0)))
+    b = np.zeros(height)
+    b[cone_rows(n, c)] = problem.rigid_shift.ravel() / scale
     force_work = force_level(problem) * problem.bound.sum() / bound.max()
-    q = np.concatenate([np.zeros(2 * n), weight[:n], force_work])
+    q = np.concatenate([np.zeros(c * n), weight[:n], force_work])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rigid = np.zeros(2)
-        rigid[free] = x[3 * n :] * scale
-        return (x[: 2 * n] * bound).reshape(2, n), rigid
+        rigid = np.zeros(c)
+        rigid[free] = x[height:] * scale
+        return (x[: c * n] * bound).reshape(c, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 3)] * n, recover)
+    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * n, recover)
 
 
 def _shift_cones(problem: TangentialProblem, matrix: np.ndarray, rows: np.ndarray, entries: np.ndarray) -> csc_matrix:
-    """Columns for cones ``t_i >= |E_i|`` in the first 3 n rows: of the tractions, of t, of the unknown shifts.
+    """Columns for cones ``t_i >= |E_i|`` in the first rows: of the tractions, of t, of the unknown shifts.
 
-    `rows` and `entries`, (2 n, k), are what else the columns of the tractions have, further down.
+    `rows` and `entries`, (c n, k), are what else the columns of the tractions have, further down.
     """
     from scipy.sparse import csc_matrix, hstack
 
-    n, free, shift_rows = problem.size, problem.free, cone_rows(problem.size)
-    height = int(rows.max(initial=3 * n - 1)) + 1
+    n, c, free = problem.size, problem.components, problem.free
+    shift_rows = cone_rows(n, c)
+    height = int(rows.max(initial=(1 + c) * n - 1)) + 1
     order = np.argsort(shift_rows)
-    rows = np.concatenate([np.broadcast_to(shift_rows[order].astype(np.int32), (2 * n, 2 * n)), rows], axis=1)
+    rows = np.concatenate([np.broadcast_to(shift_rows[order].astype(np.int32), (c * n, c * n)), rows], axis=1)
     entries = np.concatenate([-matrix.T[:, order], entries], axis=1)
-    starts = np.arange(2 * n + 1) * entries.shape[1]
-    tractions = csc_matrix((entries.ravel(), rows.ravel(), starts), (height, 2 * n))
-    bounds_of_shift = csc_matrix((-np.ones(n), 3 * np.arange(n), np.arange(n + 1)), (height, n))
+    starts = np.arange(c * n + 1) * entries.shape[1]
+    tractions = csc_matrix((entries.ravel(), rows.ravel(), starts), (height, c * n))
+    bounds_of_shift = csc_matrix((-np.ones(n), (1 + c) * np.arange(n), np.arange(n + 1)), (height, n))
     unknown = np.array([shift_rows[i * n : (i + 1) * n] for i in free], dtype=int).ravel()
     rigid_shifts = csc_matrix((-np.ones(unknown.size), unknown, np.arange(len(free) + 1) * n), (height, len(free)))
     return hstack([tractions, bounds_of_shift, rigid_shifts], format="csc")
@@ -223,7 +247,7 @@ def shift_scale(problem: TangentialProblem) -> float:
     """
     scale = float(np.abs(problem.rigid_shift).max())
     if problem.free or scale == 0:
-        scale = max(scale, float(np.abs(problem.operator.matrix @ np.tile(problem.bound, 2)).max()))
+        scale = max(scale, float(np.abs(problem.operator.matrix @ np.tile(problem.bound, problem.components)).max()))
     return float(4.0 ** np.round(np.log(scale) / np.log(4)))
 
 
@@ -240,18 +264,23 @@ def upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
     return csc_matrix((values, rows, ends), (n + empty + squares, n + empty + squares))
 
 
-def cone_rows(n: int) -> np.ndarray:
-    """Rows of the 2 n vector components (all x, then all y) in n cones (radius, x, y)."""
-    return np.concatenate([3 * np.arange(n) + 1, 3 * np.arange(n) + 2])
+def cone_rows(n: int, c: int) -> np.ndarray:
+    """Rows of the c n components (all x, then all y) of vectors in n cones (radius, x, y)."""
+    return np.concatenate([(1 + c) * np.arange(n) + 1 + i for i in range(c)])
+
+
+def _unit_disks(n: int, c: int) -> np.ndarray:
+    """The right-hand side of n cones of radius one."""
+    return np.tile([1.0] + [0.0] * c, n)
 
 
 def _columns(
     rows: np.ndarray, entries: np.ndarray, first: int, problem: TangentialProblem
 ) -> tuple[np.ndarray, np.ndarray]:
     """One entry a column, and the mean over the disks of each direction whose force is prescribed, from row `first`."""
-    n, share = problem.size, problem.bound / problem.bound.sum()
-    rows = np.stack([rows, *(np.full(2 * n, first + k) for k in range(len(problem.free)))], axis=1)
-    forces = [np.concatenate([share * (i == 0), share * (i == 1)]) for i in problem.free]
+    share, components = problem.bound / problem.bound.sum(), range(problem.components)
+    rows = np.stack([rows, *(np.full(rows.size, first + k) for k in range(len(problem.free)))], axis=1)
+    forces = [np.concatenate([share * (i == k) for k in components]) for i in problem.free]
     return rows.astype(np.int32), np.stack([entries, *forces], axis=1)
 
 
@@ -266,15 +295,15 @@ def equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
     return [("zero", len(problem.free))] if problem.free else []
 
 
-def _spare_variables(n: int) -> int:
+def _spare_variables(n: int, c: int) -> int:
     """How many spare variables make the gap program's factorisation fast.
 
     Clarabel orders its linear systems by minimum degree, and leaves to the last, as dense, the rows with more
-    than ``15 sqrt(size)`` entries. Up to 500 elements that holds for the tractions (4 n entries) but not for the
-    shifts (2 n), and the order it then finds takes two to four times as long as with no row called dense. Spare
+    than ``15 sqrt(size)`` entries. Up to 500 elements that holds for the tractions (2 c n entries) but not for the
+    shifts (c n), and the order it then finds takes two to four times as long as with no row called dense. Spare
     variables, alone in the objective as x^2, enlarge the size and cost nothing.
     """
-    size = 9 * n
-    if 2 * n + 2 >= 15 * np.sqrt(size):
+    size = 3 * (1 + c) * n
+    if c * n + 2 >= 15 * np.sqrt(size):
         return 0
-    return max(int(((4 * n + 16) / 15) ** 2) - size, 0)
+    return max(int(((2 * c * n + 16) / 15) ** 2) - size, 0)

@@ -14,10 +14,10 @@ from varcontact.problem import RawSolution
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -> RawSolution:
-    """Solve a program without second-order cones by one of the solvers behind qpsolvers, started where it ended."""
+    """Solve a program without cones of two components by a solver behind qpsolvers, started where it ended."""
     import qpsolvers
 
-    key = ("qpsolvers", name)
+    key, program = ("qpsolvers", name), program.polyhedral()
     equal = program.kinds == "zero"
     found = setups.find(key, program) if setups is not None else None
     quadratic = program.P + _strictly_upper(program.P).T

@@ -76,6 +76,18 @@ class GridOperator:
         product = np.einsum("ij...,j...->i...", self._kernel, spectrum)
         return np.ascontiguousarray(fft.irfft2(product, size)[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1])
 
+    def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
+        """The same operator between some components of traction (columns) and displacement (rows) only.
+
+        Remembered, as it remembers its matrix.
+        """
+        if (len(rows), len(columns)) == self.table.shape[:2]:
+            return self
+        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
+        if (rows, columns) not in parts:
+            parts[rows, columns] = GridOperator(self.shape, self.table[np.ix_(rows, columns)])
+        return parts[rows, columns]
+
     def on(self, elements: np.ndarray) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
 

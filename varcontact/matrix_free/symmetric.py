@@ -23,8 +23,8 @@ def solve_symmetric(
     Parameters
     ----------
     operator : RestrictedOperator
-        M on n elements, with two components.
-    right : ndarray, shape (k, 2, n)
+        M on n elements, with c components.
+    right : ndarray, shape (k, c, n)
         Right-hand sides, one after the other.
     tol : float
         Relative residual.
@@ -32,7 +32,7 @@ def solve_symmetric(
 
     Returns
     -------
-    ndarray, shape (k, 2, n), or None
+    ndarray, shape (k, c, n), or None
         None if S turns out not to be positive definite, or conjugate gradients do not get there.
 
     Notes
@@ -85,10 +85,10 @@ def _inverse_symbol(symmetric: GridOperator, elements: np.ndarray) -> Callable[[
     """Multiply by the inverse of S's symbol on a periodic box of twice the grid."""
     from scipy import fft
 
-    ny, nx = symmetric.shape
+    (ny, nx), components = symmetric.shape, np.arange(symmetric.table.shape[0])
     box = fft.next_fast_len(2 * ny, real=True), fft.next_fast_len(2 * nx, real=True)
-    kernel = np.zeros((2, 2, *box))
-    wrapped = np.ix_((0, 1), (0, 1), np.arange(1 - ny, ny) % box[0], np.arange(1 - nx, nx) % box[1])
+    kernel = np.zeros((components.size, components.size, *box))
+    wrapped = np.ix_(components, components, np.arange(1 - ny, ny) % box[0], np.arange(1 - nx, nx) % box[1])
     kernel[wrapped] = symmetric.table
     symbol = np.moveaxis(fft.rfft2(kernel), (0, 1), (-2, -1))
     values, vectors = np.linalg.eigh((symbol + np.conj(symbol.swapaxes(-1, -2))) / 2)
@@ -96,9 +96,9 @@ def _inverse_symbol(symmetric: GridOperator, elements: np.ndarray) -> Callable[[
     inverse = np.moveaxis((vectors / lifted[..., None, :]) @ np.conj(vectors.swapaxes(-1, -2)), (-2, -1), (0, 1))
 
     def precondition(field: np.ndarray) -> np.ndarray:
-        grid = np.zeros((2, ny * nx))
+        grid = np.zeros((components.size, ny * nx))
         grid[:, elements] = field
-        spectrum = np.einsum("ij...,j...->i...", inverse, fft.rfft2(grid.reshape(2, ny, nx), box))
-        return fft.irfft2(spectrum, box)[:, :ny, :nx].reshape(2, -1)[:, elements]
+        spectrum = np.einsum("ij...,j...->i...", inverse, fft.rfft2(grid.reshape(-1, ny, nx), box))
+        return fft.irfft2(spectrum, box)[:, :ny, :nx].reshape(components.size, -1)[:, elements]
 
     return precondition

@@ -46,9 +46,8 @@ def linear(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with tractions that stick everywhere, however large: Kalker's linear theory on these elements."""
     problem = disc.tangential_problem(state.pressure)
     raw = no_slip(problem)
-    traction = np.zeros((2, disc.grid.size))
-    traction[:, problem.operator.elements] = raw.traction
-    return _state(disc, state, traction.reshape(2, *disc.grid.shape), raw.rigid, np.zeros(disc.grid.shape, dtype=bool))
+    traction, rigid = problem.on_grid(raw.traction, raw.rigid)
+    return _state(disc, state, traction, rigid, np.zeros(disc.grid.shape, dtype=bool))
 
 
 def fastsim(disc: Discretisation, state: ContactState) -> ContactState:
