@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.methods import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
-from varcontact.scene import Scene, Steady
+from varcontact.scene import Scene, Shift, Steady
 from varcontact.surfaces import SampledDistance
 from varcontact.theories.methods import THEORIES, why_not
 
@@ -101,13 +101,29 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
     return "clarabel", f"{reason}: a QP"
 
 
+def _one_direction(scene: Scene) -> bool:
+    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along the other.
+
+    Coulomb's disks then are intervals, and all programs quadratic.
+    """
+    motion = scene.motion
+    if not scene.line or not isinstance(motion, (Steady, Shift)):
+        return False
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
+    along_y = motion.rigid[1] != 0 or motion.Fy is not None
+    return not (along_x and along_y)
+
+
 def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
-    if wanted in normal_methods() and wanted not in tangential_methods():
+    methods = tangential_methods()
+    if _one_direction(scene):
+        methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
+    if wanted in normal_methods() and wanted not in methods:
         why = (
             "Coulomb's disks are second-order cones, no QP" if states_programs(wanted) else "it is for normal problems"
         )
-        raise SceneError("tangential", wanted, f"one of {', '.join(tangential_methods())} or a theory: {why}")
-    available("tangential", wanted, ("auto", *tangential_methods(), *THEORIES))
+        raise SceneError("tangential", wanted, f"one of {', '.join(methods)} or a theory: {why}")
+    available("tangential", wanted, ("auto", *methods, *THEORIES))
     if scene.motion is None:
         return "none", "no motion"
     if scene.frictionless:

@@ -22,7 +22,7 @@ def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling
     coupling : ndarray, shape (m, c n)
         A_zt, from tractions on the n elements that bear them to distances on the m of the normal problem.
     """
-    from scipy.sparse import block_array, csc_matrix
+    from scipy.sparse import bmat, csc_matrix
 
     pressing, rubbing = normal_program(normal), shift_program(tangential)
     bound = np.tile(tangential.bound, tangential.components)
@@ -38,9 +38,9 @@ def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling
         return np.concatenate([pressure, traction.ravel()]), np.concatenate([approach, rigid])
 
     return ConicProgram(
-        P=block_array([[pressing.P, cross], [None, part * rubbing.P]], format="csc"),
+        P=bmat([[pressing.P, cross], [None, part * rubbing.P]], format="csc"),
         q=np.concatenate([pressing.q, part * rubbing.q]),
-        A=block_array([[pressing.A, None], [None, rubbing.A]], format="csc"),
+        A=bmat([[pressing.A, None], [None, rubbing.A]], format="csc"),
         b=np.concatenate([pressing.b, rubbing.b]),
         cones=pressing.cones + rubbing.cones,
         recover=recover,

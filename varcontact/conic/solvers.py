@@ -47,7 +47,7 @@ def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSo
 
 
 def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:
-    """The tangential problem through a second-order-cone program.
+    """The tangential problem through a second-order-cone program; with one component, a quadratic program.
 
     One of its own: complementary energy for a symmetric problem (a shift, a step of a march), else the gap.
     """
