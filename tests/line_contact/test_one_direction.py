@@ -240,7 +240,7 @@ def test_active_sets_from_any_start(seed, size):
     noise = size * np.random.default_rng(seed).normal(size=(1, problem.size))
     start = RawSolution(noise * problem.bound, np.zeros(1), 0, "")
     exact = tang_safeguarded(problem)
-    for name in ("tang", "tang-inexact", "tang-safeguarded"):
+    for name in ("tang", "tang-exact", "tang-safeguarded"):
         raw = tangential_solver(name)(problem, Settings(), start)
         assert raw.solved
         np.testing.assert_allclose(raw.traction, exact.traction, atol=1e-11 * problem.bound.max())
