@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
 from varcontact.scene import Bodies, Scene, Shift, Steady
-from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
 from varcontact.units import Units
 
 SURFACES = {
@@ -94,7 +94,8 @@ def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
         if name not in entries:
             raise SceneError(name, None, f"given, as a table [{name}]")
     entries["bodies"] = _bodies(_table("bodies", entries["bodies"]))
-    entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder)
+    rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
+    entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
     if "motion" in entries:
         entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
     if isinstance(entries.get("grid", "auto"), Mapping):
@@ -102,7 +103,9 @@ def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
     if "units" in entries:
         entries["units"] = _made("units", Units, _table("units", entries["units"]))
     if isinstance(entries.get("friction"), Mapping):
-        entries["friction"] = _from_file("friction", entries["friction"], folder)
+        entries["friction"] = _from_file(
+            "friction", entries["friction"], folder, 1 if is_line(entries["surface"]) else 2
+        )
     return Scene(**entries)
 
 
@@ -137,16 +140,17 @@ def _bodies(table: Mapping[str, Any]) -> Bodies:
     return Bodies(*(_needed("bodies", table, name) for name in ("G", "nu")))
 
 
-def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path) -> Any:
+def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path, rows: bool = False) -> Any:
     entries = dict(_table(name, table))
     kind = entries.pop("kind", None)
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
     made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
     if made is SampledDistance:
-        for field in ("h", "x", "y"):
+        several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
+        for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
             if isinstance(entries.get(field), Mapping):
-                entries[field] = _from_file(f"surface.{field}", entries[field], folder)
+                entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
     return _made(name, made, entries)
 
 
@@ -159,15 +163,14 @@ def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
     return cls(**entries)
 
 
-def _from_file(field: str, table: Mapping[str, Any], folder: Path) -> np.ndarray:
-    """Numbers from ``{file = "..."}``: a text file (blanks or commas), or ``.npy``."""
+def _from_file(field: str, table: Mapping[str, Any], folder: Path, dimensions: Literal[1, 2]) -> np.ndarray:
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) of so many dimensions at least, or ``.npy``."""
     _known(field, table, ("file",))
     path = folder / str(_needed(field, table, "file"))
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
         text = path.read_text(encoding="utf-8")
-        dimensions: Literal[1, 2] = 1 if field.endswith((".x", ".y")) else 2
         return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=dimensions)
     except (OSError, ValueError, EOFError) as error:
         raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({error})") from None

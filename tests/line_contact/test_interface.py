@@ -1,0 +1,310 @@
+"""Line contact in files, reports, pictures and on the command line; and what is refused, by name."""
+
+import json
+import os
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+SCENE = """
+normal_force = 1e6
+friction = 0.3
+[units]
+length = "m"
+force = "N"
+[bodies]
+G = 80e9
+nu = 0.28
+[surface]
+kind = "cylinders"
+R = 0.2
+[motion]
+kind = "steady"
+Fx = -2e5
+[grid]
+nx = 40
+"""
+
+LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.3), vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
+SAMPLES = np.linspace(-2.0, 2.0, 41)
+
+
+def scene(**changes):
+    base = {
+        "bodies": LIKE,
+        "surface": vc.Cylinders(R=1.0),
+        "normal_force": 1.0,
+        "friction": 0.3,
+        "motion": vc.Steady(Fx=-0.1),
+        "grid": vc.Grid(nx=20),
+    }
+    return vc.Scene(**(base | changes))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def sol(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "scene.toml"
+    path.write_text(SCENE)
+    described, options = vc.read_scene(path)
+    return vc.solve(described, **options)
+
+
+def test_scene_file(sol):
+    assert sol.scene.surface == vc.Cylinders(R=0.2)
+    assert sol.scene.grid == vc.Grid(nx=40)
+    assert sol.force[0] == pytest.approx(-2e5)
+    again = vc.solve(
+        vc.Scene(
+            bodies=vc.Bodies(G=80e9, nu=0.28),
+            surface=vc.Cylinders(R=0.2),
+            normal_force=1e6,
+            friction=0.3,
+            motion=vc.Steady(Fx=-2e5),
+            grid=vc.Grid(nx=40),
+        )
+    )
+    np.testing.assert_array_equal(again.traction, sol.traction)
+
+
+@pytest.mark.parametrize("layout", ["row", "column", "npy"])
+def test_samples_and_friction_from_files(tmp_path, layout):
+    """A text file of one row or one column, or a one-dimensional array."""
+    x, friction = np.linspace(-2.0, 2.0, 81), np.full(40, 0.3)
+    for name, values in (("h", x**2 / 2), ("x", x), ("f", friction)):
+        if layout == "npy":
+            np.save(tmp_path / f"{name}.npy", values)
+        else:
+            np.savetxt(tmp_path / f"{name}.txt", values[None] if layout == "row" else values)
+    ending = "npy" if layout == "npy" else "txt"
+    (tmp_path / "scene.toml").write_text(f"""
+    normal_force = 1.0
+    friction = {{file = "f.{ending}"}}
+    [bodies]
+    G = 1.0
+    nu = 0.3
+    [surface]
+    kind = "sampled-distance"
+    h = {{file = "h.{ending}"}}
+    x = {{file = "x.{ending}"}}
+    [motion]
+    kind = "steady"
+    vx = 0.1
+    [grid]
+    nx = 40
+    dx = 0.05
+    x0 = -1.0
+    """)
+    described, _ = vc.read_scene(tmp_path / "scene.toml")
+    assert described.line
+    expected = vc.solve(scene(motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=40, dx=0.05, x0=-1.0)), normal="clarabel")
+    np.testing.assert_allclose(vc.solve(described).traction, expected.traction, atol=1e-9)
+
+
+def test_report(sol):
+    text = sol.report()
+    assert "line contact, 42 elements" in text
+    assert "1e+06 N/m, largest pressure" in text
+    assert "N/m^2" in text
+    assert "open (no reference depth)" in text
+    assert "m wide: 23 stick, 17 slip" in text
+    assert "Fx = -200000, Fy = 0 N/m, 0.6667 of what friction can carry" in text
+    assert "spin" not in text
+    assert "nan" not in text
+    deep = vc.solve(scene(surface=vc.Cylinders(1.0, 50.0), motion=vc.Shift(Fx=0.1)))
+    assert f"approach          {deep.approach:.6g}" in deep.report()
+    assert "rotation" not in deep.report()
+
+
+def test_widths_and_forces_per_length(sol):
+    dx = sol.grid.sides[0]
+    assert sol.areas["contact"] == pytest.approx(40 * dx)
+    assert sol.areas["contact"] == pytest.approx(2 * sol.scene.hertz.a)
+    assert sol.normal_force == pytest.approx(sol.pressure.sum() * dx, rel=1e-14)
+    assert sol.moment == pytest.approx(0.0, abs=1e-9)
+
+
+def test_dataset(sol):
+    data = sol.to_xarray()
+    units = {name: data[name].attrs["units"] for name in ("pressure", "normal_force", "force", "moment", "x", "slip")}
+    expected = {"pressure": "N/m^2", "normal_force": "N/m", "force": "N/m", "moment": "N", "x": "m", "slip": "1"}
+    assert units == expected
+    total = float(data["traction"].sel(component="x").sum()) * sol.grid.sides[0]
+    assert total == pytest.approx(float(data["force"].sel(component="x")))
+    assert np.isnan(data["approach"])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"motion": vc.Shift(Fx=0.1, Fy=0.1), "bodies": UNLIKE},
+        {"surface": vc.SampledDistance(SAMPLES**2 / 2, SAMPLES, reference_depth=20.0), "motion": vc.Shift(ux=0.1)},
+        {"friction": np.full(30, 0.3), "grid": vc.Grid(nx=30, dx=0.1, x0=-1.5)},
+    ],
+    ids=["rolling", "shift of unlike bodies", "samples", "friction by element"],
+)
+def test_save_and_load(changes, tmp_path):
+    sol = vc.solve(scene(**changes))
+    sol.save(tmp_path / "solution.nc")
+    again = vc.load(tmp_path / "solution.nc")
+    for name in ("pressure", "traction", "slip", "distance", "state"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(sol, name))
+    assert json.dumps(again.summary(), allow_nan=False) == json.dumps(sol.summary(), allow_nan=False)
+    assert again.report() == sol.report()
+    np.testing.assert_array_equal(again.creepage, sol.creepage)
+    assert again.scene.grid == sol.scene.grid
+    np.testing.assert_allclose(vc.solve(again.scene).traction, sol.traction, atol=1e-12)
+
+
+def test_command_line(folder):
+    done = subprocess.run(
+        [sys.executable, "-m", "varcontact", "solve", "scene.toml", "--plot", "a.png", "--out", "a.nc", "--json"],
+        cwd=folder, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "MPLBACKEND": "Agg"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["force"][0] == pytest.approx(-2e5)
+    assert result["approach"] is None
+    assert result["elements"]["contact"] == 40
+    assert (folder / "a.png").stat().st_size > 20_000
+    assert vc.load(folder / "a.nc").scene.line
+
+
+def test_picture_of_tractions_and_slip(sol):
+    """Traction between the two bounds, slip below, over the same strips."""
+    mpl.use("Agg")
+    top, bottom = sol.plot().axes
+    curves = [line.get_ydata() for line in top.get_lines()]
+    bound = 0.3 * sol.pressure[0]
+    for expected in (bound, -bound, sol.traction[0, 0]):
+        assert any(np.array_equal(curve, expected) for curve in curves)
+    assert not any(np.array_equal(curve, sol.traction[1, 0]) for curve in curves), "nothing moves along y"
+    slip = bottom.get_lines()[0].get_ydata()
+    np.testing.assert_array_equal(slip[sol.state[0] > 0], sol.slip[0, 0, sol.state[0] > 0])
+    assert np.isnan(slip[sol.state[0] == 0]).all()
+    widths = {patch.get_label(): patch.get_width() for patch in top.patches}
+    assert widths["stick"] == pytest.approx(sol.areas["stick"])
+    assert widths["slip"] == pytest.approx(sol.areas["slip"])
+    assert top.get_ylabel() == "traction [N/m^2]"
+    assert "rolling to the right" in bottom.get_xlabel()
+
+
+def test_pictures_of_other_kinds(tmp_path):
+    mpl.use("Agg")
+    (pressure,) = vc.solve(scene(motion=None)).plot().axes
+    assert pressure.get_title() == "Pressure"
+    shift = vc.solve(scene(motion=vc.Shift(Fx=0.1, Fy=-0.1))).plot()
+    assert [text.get_text() for text in shift.legends[0].get_texts()][-2:] == ["along x", "along y"]
+    assert shift.axes[1].get_title() == "Shift of body 1 over body 2"
+    sticking = vc.solve(scene(friction=np.inf)).plot()
+    assert "traction bound" not in [text.get_text() for text in sticking.legends[0].get_texts()]
+    for i, figure in enumerate((pressure.figure, shift, sticking)):
+        figure.savefig(tmp_path / f"{i}.png")
+        assert (tmp_path / f"{i}.png").stat().st_size > 10_000
+
+
+FAR, NEAR = vc.Cylinders(1.0, reference_depth=10.0), vc.Cylinders(1.0, reference_depth=1.0)
+BY_APPROACH = {"normal_force": None, "approach": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "words"),
+    [
+        (BY_APPROACH, "surface.reference_depth", "for approach"),
+        ({"motion": vc.Shift(ux=0.1)}, "surface.reference_depth", "for motion.ux"),
+        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, "surface.reference_depth", "for motion.uy"),
+        ({"motion": vc.Shift(), "bodies": UNLIKE}, "surface.reference_depth", "for motion.ux"),
+        ({"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE}, "surface.reference_depth", "for motion.ux"),
+        ({"surface": NEAR}, "surface.reference_depth", "no less than the length of the potential contact"),
+        ({"motion": vc.Steady(spin=0.1)}, "motion.spin", "0 in line contact"),
+        ({"motion": vc.Shift(rotation=0.1)}, "motion.rotation", "0 in line contact"),
+        ({"grid": vc.Grid(nx=10, ny=10)}, "grid.ny", "left out"),
+        ({"grid": vc.Grid(nx=10, ny=1, dx=0.1, dy=2.0, x0=-0.5, y0=0.0)}, "grid.dy", "per unit length"),
+        ({"surface": vc.Paraboloids(1.0, 1.0)}, "grid.ny", "given: only line contact has no rows"),
+        ({"friction": np.full(20, 0.3)}, "grid", "explicit (nx, dx, x0)"),
+        ({"friction": np.full(19, 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)}, "friction", "(nx,) = (20,)"),
+        ({"friction": np.full((3, 20), 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)}, "friction", "(nx,) = (20,)"),
+        ({"grid": vc.Grid(nx=20, dx=0.01, x0=-0.1)}, "grid", "(left, right) that contains"),
+        ({"grid": vc.Grid(nx=3, dx=3.0, x0=-4.5)}, "grid", "the contact is 1.88"),
+        ({"grid": vc.Grid(nx=20, dx=0.1, x0=10.0)}, "grid", "contains the contact"),
+        ({"surface": FAR, "normal_force": None, "approach": 150.0}, "approach", "far below depth^2/R"),
+        ({"surface": FAR, "normal_force": None, "approach": -1.0}, "approach", "no contact"),
+        ({"surface": vc.SampledDistance(np.ones(19)), "grid": vc.Grid(nx=20, dx=0.1, x0=-1.0)}, "surface.h", "(20,)"),
+    ],
+)
+def test_refused_scenes(changes, field, words):
+    with pytest.raises(vc.SceneError) as error:
+        vc.solve(scene(**changes))
+    assert error.value.field == field
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: vc.Cylinders(R=0.0), "surface.R"),
+        (lambda: vc.Cylinders(R=np.inf), "surface.R"),
+        (lambda: vc.Cylinders(R=1.0, reference_depth=-1.0), "surface.reference_depth"),
+        (lambda: vc.SampledDistance(SAMPLES**2, SAMPLES, SAMPLES), "surface.y"),
+        (lambda: vc.SampledDistance(np.ones((3, 3)), reference_depth=3.0), "surface.reference_depth"),
+        (lambda: vc.SampledDistance(np.array([0.0, np.nan, 1.0])), "surface.h[1]"),
+        (lambda: vc.SampledDistance(SAMPLES**2, SAMPLES[::-1]), "surface.x"),
+        (lambda: vc.Grid(nx=3, dy=1.0), "grid.dy"),
+        (lambda: vc.Grid(nx=3, dx=1.0), "grid.x0"),
+    ],
+)
+def test_refused_entries(make, field):
+    with pytest.raises(vc.SceneError) as error:
+        make()
+    assert error.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("changes", "methods", "field", "words"),
+    [
+        ({}, {"tangential": "fastsim"}, "tangential", "elliptic contacts"),
+        ({}, {"tangential": "linear"}, "tangential", "elliptic contacts"),
+        ({}, {"tangential": "vermeulen-johnson"}, "tangential", "elliptic contacts"),
+        ({"bodies": UNLIKE}, {"normal": "hertz"}, "normal", "for K = 0, K is 0.214"),
+        ({"surface": vc.SampledDistance(SAMPLES**2 / 2, SAMPLES)}, {"normal": "hertz"}, "normal", "cylinders"),
+    ],
+)
+def test_refused_methods(changes, methods, field, words):
+    with pytest.raises(vc.SceneError) as error:
+        vc.solve(scene(**changes), **methods)
+    assert error.value.field == field
+    assert words in str(error.value)
+
+
+def test_saturation():
+    with pytest.raises(vc.Saturated) as error:
+        vc.solve(scene(motion=vc.Steady(Fx=0.2, Fy=-0.25)))
+    assert error.value.limit == pytest.approx(0.3)
+    with pytest.raises(vc.Saturated) as error:
+        vc.solve(scene(surface=FAR, normal_force=None, approach=0.5, motion=vc.Steady(Fx=0.9)))
+    assert error.value.limit < 0.2
+
+
+def test_what_needs_the_depth_says_so_and_nothing_else_does():
+    """Without it: rolling by creepage or force, a shift by force; samples may reach beyond the depth, with a force."""
+    for changes in ({"motion": vc.Steady(vx=0.1, vy=0.1)}, {"motion": vc.Shift(Fx=0.1)}, {"motion": vc.Shift(Fy=0.1)}):
+        assert vc.solve(scene(**changes)).converged
+    assert vc.solve(scene(bodies=UNLIKE, motion=vc.Shift(Fx=0.1))).converged
+    wide = vc.SampledDistance(SAMPLES**2 / 2, SAMPLES, reference_depth=3.5)
+    assert vc.solve(scene(surface=wide)).approach == pytest.approx(
+        vc.solve(scene(surface=vc.Cylinders(1.0, 3.5)), normal="clarabel").approach, rel=1e-3
+    )
+    with pytest.raises(vc.SceneError) as error:
+        vc.solve(scene(motion=vc.Shift(Fx=0.1))).sensitivity()
+    assert error.value.field == "surface.reference_depth"
