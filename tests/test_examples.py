@@ -54,6 +54,19 @@ def test_fig22_to_24_creep_forces(tmp_path, capsys):
     assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
 
 
+def test_fig26_carter(tmp_path, capsys):
+    """All within a few percent of Carter by 40 elements, and half of that by 80; the stick area exactly."""
+    carter = script("fig26_carter")
+    coarse, fine = (carter.main(str(tmp_path / "picture.png"), elements=n) for n in (40, 80))
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "Carter -0.001500" in capsys.readouterr().out
+    assert coarse["stick area"] < 1e-9
+    limits = {"pressure": 0.006, "traction": 0.01, "slip": 0.02, "creepage": 0.014}
+    for name, limit in limits.items():
+        assert coarse[name] < limit
+        assert 0.45 < fine[name] / coarse[name] < 0.6
+
+
 def test_spheres_shift():
     """a = 3.5, stick radius 0.7 a, and Cattaneo's shift to the grid's error (nu = 0.28: nearly exact)."""
     sol = solved("spheres_shift")

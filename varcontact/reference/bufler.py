@@ -99,9 +99,10 @@ def bufler(R: float, bodies: Bodies, *, force: float | None = None, a: float | N
     Very near the edges the pressure changes its sign without end, first where
     ``1 - |x|/a`` is about ``2 exp(-pi / (2 |eta|))``: for one rigid body and nu = 0 at 2.5e-4, else nearer.
 
-    With a tangential force the traction is singular at the trailing edge, and as pressure and traction are
-    coupled, the pressure is too: bounded pressure no longer fixes the width of the contact. That case is
-    therefore not offered.
+    With a tangential force P is singular at the trailing edge, like ``(a + x)^(-1/2 + i eta)``. The pressure then
+    oscillates there without bound between both signs, whatever the width; the two forces are two real equations for
+    three unknowns (half-width, middle of the contact, creepage), and neither boundedness nor ``pz >= 0`` can be the
+    third. That case is therefore not offered.
 
     Examples
     --------
