@@ -180,3 +180,13 @@ def test_fig35_below_a_square(tmp_path, capsys):
     assert sheared == pytest.approx(np.sqrt(2), rel=1e-12)
     assert below < 0.01
     assert nothing < 1e-15
+
+
+def test_convergence(tmp_path, capsys):
+    """Extrapolated from coarse grids, the closed forms are met within the error bars, and these are small."""
+    found = script("convergence").main(str(tmp_path / "picture.png"))
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "Carter: force" in capsys.readouterr().out
+    for value, error, exact in found.values():
+        assert abs(value - exact) < error < 0.011 * abs(exact)
+    assert found["Hertz: approach"][1] < 4e-4 * found["Hertz: approach"][2]

@@ -3,6 +3,7 @@
 from varcontact import reference
 from varcontact.energy import Certificate
 from varcontact.errors import (
+    Interrupted,
     NoContact,
     NotConverged,
     OutputError,
@@ -23,6 +24,8 @@ from varcontact.solve import certify, solve
 from varcontact.stress import SubsurfaceStress, stress, stress_below
 from varcontact.study.bank import standard_bank
 from varcontact.study.compare import compare
+from varcontact.study.converge import converge
+from varcontact.study.convergence import Convergence
 from varcontact.study.scan import scan
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.units import Units
@@ -32,9 +35,11 @@ __version__ = "0.1.0"
 __all__ = [
     "Bodies",
     "Certificate",
+    "Convergence",
     "Cylinders",
     "Ellipse",
     "Grid",
+    "Interrupted",
     "NoContact",
     "NotConverged",
     "OutputError",
@@ -54,6 +59,7 @@ __all__ = [
     "VarcontactError",
     "certify",
     "compare",
+    "converge",
     "load",
     "plot_comparison",
     "plot_stress",

@@ -1,4 +1,4 @@
-"""The command line: ``varcontact solve SCENE.toml``, ``varcontact compare SCENE.toml``."""
+"""The command line: ``varcontact solve SCENE.toml``, ``compare`` and ``converge``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from varcontact.errors import NotConverged, OutputError, SceneError, VarcontactError
+from varcontact.errors import Interrupted, NotConverged, OutputError, SceneError, VarcontactError
 
 BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
 
@@ -27,6 +27,7 @@ app = typer.Typer(
     "  varcontact solve scene.toml --json --out solution.nc\n\n"
     "  varcontact solve scene.toml --normal clarabel --plot picture.png\n\n"
     "  varcontact compare scene.toml --methods clarabel,tang,fastsim\n\n"
+    "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
     "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported).",
 )
 
@@ -116,6 +117,53 @@ def compare(
         _write_picture(plot_comparison(table), plot)
 
 
+@app.command(epilog="Example: varcontact converge scene.toml --cells 8,12,16,24,32 --plot order.png")
+def converge(
+    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    cells: Annotated[str, typer.Option(help="Elements across the contact, grid by grid, with commas between.")],
+    method: Annotated[str, typer.Option(help="Names with commas between, as for compare.")] = "tang-safeguarded",
+    offsets: Annotated[
+        int, typer.Option(help="Solves of each grid, with the lattice moved by parts of an element.")
+    ] = 4,
+    tol: Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")] = 1e-6,
+    store: Annotated[
+        Path | None, typer.Option(help="Table of solves (.csv), written after each; what it has is not solved again.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture of the errors (.png, .pdf, .svg).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the tables.")] = False,
+) -> None:
+    """Solve a scene on finer and finer grids: order of convergence, and extrapolated values with their errors."""
+    from varcontact.io.scenefile import read_scene
+    from varcontact.study.converge import converge as converge_on
+
+    _check_outputs(store, plot, "--store")
+    described, _ = read_scene(scene)
+    grids: list[Any] = [int(n) if n.strip().isdigit() else n for n in cells.split(",")]
+    methods = [name for name in method.split(",") if name.strip()]
+
+    def work(progress: Any) -> Any:
+        return converge_on(
+            described,
+            grids,
+            methods,
+            offsets=offsets,
+            tol=tol,
+            store=store,
+            progress=progress,
+        )
+
+    try:
+        study = _with_progress(work)
+    except Interrupted as stopped:
+        if len(stopped.partial.runs):
+            _print(stopped.partial.to_json() if as_json else stopped.partial.report())
+        kept = "" if store is None else f"; {len(stopped.partial.runs)} solves are kept in {store}"
+        _fail(f"interrupted{kept}", INTERRUPTED)
+    _print(study.to_json() if as_json else study.report())
+    if plot is not None:
+        _write_picture(study.plot(), plot)
+
+
 def main() -> None:
     """Entry point: errors become one line on standard error and an exit status."""
     try:
@@ -161,17 +209,17 @@ def _with_progress(work: Any) -> Any:
         return work(status.update)
 
 
-def _check_outputs(out: Path | None, plot: Path | None) -> None:
+def _check_outputs(out: Path | None, plot: Path | None, name_of_out: str = "--out") -> None:
     """Refuse files that could not be written, before any work is done for them."""
     from varcontact.io.netcdf import check_writable
 
-    for name, path in (("--out", out), ("--plot", plot)):
+    for name, path in ((name_of_out, out), ("--plot", plot)):
         if path is not None:
             check_writable(name, path)
     if plot is not None:
         _check_picture(plot)
         if out is not None and out.resolve() == plot.resolve():
-            raise OutputError("--plot", plot, "is the file of --out as well")
+            raise OutputError("--plot", plot, f"is the file of {name_of_out} as well")
 
 
 def _check_picture(path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from varcontact.solution import Solution
+    from varcontact.study.convergence import Convergence
 
 
 class VarcontactError(Exception):
@@ -91,6 +92,20 @@ class TooLarge(VarcontactError):
     def __init__(self, what: str, needed: float, available: float, fits: str) -> None:
         self.needed, self.available, self.fits = needed, available, fits
         super().__init__(f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are there; {fits}")
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C in a study of many solves; what was finished is kept.
+
+    Attributes
+    ----------
+    partial : Convergence
+        The study as far as it got.
+    """
+
+    def __init__(self, partial: Convergence) -> None:
+        self.partial = partial
+        super().__init__("interrupted")
 
 
 def _short(value: Any) -> str:

@@ -53,11 +53,11 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
         look = Grid(nx=24, ny=None if scene.line else 24, margin=0).spread(box)
         lowest = _lowest_in_elements(surface, look, depth)
         state = pressure_on(discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look))
-        contact = _contact_box(look, state.pressure)
+        contact = contact_box(look, state.pressure)
         if min(_across(state.pressure)) >= (1 if scene.line else 8) and max(_across(state.pressure)) >= 8:
             break
-        box = _clipped(_contact_box(look, state.pressure, around=1), surface)
-    return _within(spec.spread(contact), surface)
+        box = _clipped(contact_box(look, state.pressure, around=1), surface)
+    return within(spec.spread(contact), surface)
 
 
 def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
@@ -71,8 +71,8 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
         return None
     if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
         return None
-    closer = spec.spread(_contact_box(grid, pressure))
-    return _within(closer, surface) if isinstance(surface, SampledDistance) else closer
+    closer = spec.spread(contact_box(grid, pressure))
+    return within(closer, surface) if isinstance(surface, SampledDistance) else closer
 
 
 def _spec(scene: Scene) -> Grid:
@@ -124,7 +124,7 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
             overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
     if overlap.any():
-        return _contact_box(grid, overlap)
+        return contact_box(grid, overlap)
     return _overlapping_samples(disc, state)
 
 
@@ -259,17 +259,17 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
         raise SceneError(
             "surface", _rounded(surface.box, grid.line), "sampled beyond the contact, which reaches the samples' edge"
         )
-    inner = _contact_box(grid, pressure)
+    inner = contact_box(grid, pressure)
     along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
     left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]
     right = max(inner[1], overlap[1] + along_x) if overlap[1] > inner[1] else inner[1]
     bottom = min(inner[2], overlap[2] - along_y) if overlap[2] < inner[2] else inner[2]
     top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
     wider = spec.spread((left, right, bottom, top))
-    return _within(wider, surface) if isinstance(surface, SampledDistance) else wider
+    return within(wider, surface) if isinstance(surface, SampledDistance) else wider
 
 
-def _contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
+def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
     """Bounding box of marked elements, with so many elements around."""
     rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
@@ -291,7 +291,7 @@ def _clipped(box: Box, surface: SampledDistance) -> Box:
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 
 
-def _within(grid: Grid, surface: SampledDistance) -> Grid:
+def within(grid: Grid, surface: SampledDistance) -> Grid:
     """The grid without the elements whose centres lie beyond the samples."""
     left, right, bottom, top = surface.box
     columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))

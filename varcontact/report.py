@@ -140,14 +140,7 @@ def summary(table: pd.DataFrame) -> str:
     for scene, rows in table.groupby("scene", sort=False):
         records = rows.to_dict("records")
         lines = [list(_SHOWN), *([_cell(row[name], form) for name, form in _SHOWN.values()] for row in records)]
-        widths = [max(len(line[i]) for line in lines) for i in range(len(_SHOWN))]
-        text = [
-            "  ".join(
-                cell.ljust(width) if i < 2 else cell.rjust(width)
-                for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-            ).rstrip()
-            for line in lines
-        ]
+        text = columns_of_text(lines, left=2)
         reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
         blocks.append("\n".join([str(scene), *text, *reasons]))
     return "\n\n".join(blocks)
@@ -169,6 +162,18 @@ _SHOWN = {
     "repeat s": ("repeat_seconds", ".3f"),
 }
 """Columns of the printed table: which of the measured ones, and how written."""
+
+
+def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
+    """Lines of cells below each other, the first `left` columns flush left."""
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    return [
+        "  ".join(
+            cell.ljust(width) if i < left else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    ]
 
 
 def _cell(value: Any, form: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -211,31 +211,46 @@ def _compared(
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     """One method on one scene: what there is to say, and the solution as far as there is one."""
+    motions = [scene.motion, _neighbour(scene.motion)] if scene.motion is not None else [None]
+    outcome, reason, solutions = attempted(scene, method, tol, motions)
+    row: dict[str, Any] = {"outcome": outcome, "reason": reason}
+    if not solutions:
+        return row, None
+    return row | _measured(solutions[0], solutions[1] if len(solutions) > 1 else None), solutions[0]
+
+
+def attempted(
+    scene: Scene, method: Method, tol: float, motions: Sequence[Steady | Shift | None]
+) -> tuple[str, str, list[Solution]]:
+    """A scene by one method, for one motion after the other as far as it gets.
+
+    Returns
+    -------
+    outcome, reason : str
+        Of the first motion: "solved", "approximate", "not converged", "refused" or "unavailable", and why.
+    solutions : list of Solution
+        Where the first did not converge, its best iterate alone, if there is one.
+    """
     try:
         plan = method.plan(scene)
         load_packages(plan.normal, plan.tangential)
     except SolverUnavailable as error:
-        return {"outcome": "unavailable", "reason": str(error)}, None
+        return "unavailable", str(error), []
     except SceneError as error:
-        return {"outcome": "refused", "reason": str(error)}, None
+        return "refused", str(error), []
     formula = plan.tangential in THEORIES or (plan.tangential == "none" and plan.normal == "hertz")
     outcome = "approximate" if formula or plan.coupling == "johnson" else "solved"
-    reason, solution, repeat = "", None, None
+    solutions: list[Solution] = []
     try:
-        motions = [scene.motion, _neighbour(scene.motion)] if scene.motion is not None else [None]
-        solved = solve_many(scene, motions, plan, tol, method.polish)
-        solution = next(solved)
-        repeat = next(solved, None)
+        for solution in solve_many(scene, motions, plan, tol, method.polish):
+            solutions.append(solution)  # noqa: PERF402  what is there stays when a later one fails
     except NotConverged as error:
-        if solution is None:
-            outcome, reason, solution = "not converged", str(error), error.solution
+        if not solutions:
+            return "not converged", str(error), [] if error.solution is None else [error.solution]
     except VarcontactError as error:
-        if solution is None:
-            outcome, reason = "refused", str(error)
-    row: dict[str, Any] = {"outcome": outcome, "reason": reason}
-    if solution is not None:
-        row |= _measured(solution, repeat)
-    return row, solution
+        if not solutions:
+            return "refused", str(error), []
+    return outcome, "", solutions
 
 
 def _neighbour(motion: Steady | Shift) -> Steady | Shift:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,19 +59,7 @@ def identity(scene: Scene, tol: float) -> str:
 
 def stored(store: str | Path | None, methods: list[str], identities: dict[str, str]) -> list[dict[str, Any]]:
     """Rows of an earlier run: whole scenes, the same by the same methods."""
-    import pandas as pd
-
-    if store is None or not Path(store).exists():
-        return []
-    try:
-        # a scene may be called "NA": only empty figures are missing
-        table = pd.read_csv(store, dtype=dict.fromkeys(_WORDS, str), keep_default_na=False, na_values=[""])
-        if list(table.columns) != list(COLUMNS):
-            raise ValueError("other columns")
-    except (ValueError, OSError, UnicodeDecodeError) as error:
-        raise SceneError("store", str(store), f"a table of an earlier comparison, or a new file ({error})") from None
-    table[list(_WORDS)] = table[list(_WORDS)].fillna("")
-    rows: list[dict[str, Any]] = table.to_dict("records")
+    rows = read_rows(store, COLUMNS, _WORDS, "a table of an earlier comparison")
     scenes = dict.fromkeys(row["scene"] for row in rows)
     for scene in scenes:
         if [row["method"] for row in rows if row["scene"] == scene] != methods:
@@ -81,18 +70,44 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
     return rows
 
 
-def keep(store: str | Path, rows: list[dict[str, Any]]) -> None:
+def read_rows(
+    store: str | Path | None, columns: Sequence[str], words: Sequence[str], what: str
+) -> list[dict[str, Any]]:
+    """Rows of a table file that has these columns, some of them words; none where there is no file yet."""
+    import pandas as pd
+
+    if store is None or not Path(store).exists():
+        return []
+    if not Path(store).is_file():
+        raise SceneError("store", str(store), f"{what}, or a new file (it is no file)")
+    try:
+        # a scene may be called "NA": only empty figures are missing
+        table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
+        if list(table.columns) != list(columns):
+            raise ValueError("other columns")
+    except (ValueError, OSError, UnicodeDecodeError) as error:
+        raise SceneError("store", str(store), f"{what}, or a new file ({error})") from None
+    table[list(words)] = table[list(words)].fillna("")
+    rows: list[dict[str, Any]] = table.to_dict("records")
+    return rows
+
+
+def keep(store: str | Path, rows: list[dict[str, Any]], columns: Sequence[str] = COLUMNS) -> None:
     """Write all rows there are, or leave the file as it was."""
     import pandas as pd
 
-    content = pd.DataFrame(rows, columns=list(COLUMNS)).to_csv(index=False).encode()
+    content = pd.DataFrame(rows, columns=list(columns)).to_csv(index=False).encode()
     write_whole("store", Path(store), content)
 
 
 def as_json(table: pd.DataFrame) -> str:
     """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known."""
-    rows = [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
-    return json.dumps(rows, indent=2, allow_nan=False)
+    return json.dumps(plain_rows(table), indent=2, allow_nan=False)
+
+
+def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a table as JSON can have them: None where nothing is known."""
+    return [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
 
 
 def _plain(value: Any) -> Any:

@@ -1,0 +1,339 @@
+"""Studies of convergence against closed forms, and what happens when they are stopped, resumed or ill-posed."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import varcontact as vc
+from varcontact.reference import carter, cattaneo_mindlin, creepage_coefficients, line_contact
+from varcontact.study import converge as module
+
+SPHERES = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Paraboloids(Rx=1.0, Ry=0.5), normal_force=1e-3)
+
+SCENE_FILE = """
+normal_force = 1e-3
+bodies = {G = 1.0, nu = 0.3}
+surface = {kind = "paraboloids", Rx = 1.0, Ry = 0.5}
+"""
+
+
+def shift(part, nu=0.0):
+    """Cattaneo's shift by so much of the limit of friction; nu = 0: the closed form is exact."""
+    return vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=nu),
+        surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Shift(Fx=-part * 0.3e-3),
+    )
+
+
+def rolling_cylinders(part):
+    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
+    exact = carter(contact, 0.3, force=-part * 0.3 * contact.force)
+    return exact, vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=contact.force,
+        friction=0.3,
+        motion=vc.Steady(vx=exact.creepage),
+    )
+
+
+def sticking(motion):
+    return vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.25),
+        surface=vc.Ellipse(a=1.0, b=1.0),
+        normal_force=1.0,
+        friction=np.inf,
+        motion=motion,
+    )
+
+
+@pytest.mark.parametrize("method", ["norm", "clarabel"])
+def test_normal_problem(method):
+    """Order 3/2 to 2 of the approach, and on 16 elements across an error below 0.1 %."""
+    cells = [6, 8, 10, 12, 16] if method == "clarabel" else [6, 8, 12, 16, 20, 24]
+    row, exact = vc.converge(SPHERES, cells, method).limit("approach"), SPHERES.hertz.approach
+    assert 1.3 < row["order"] < 2.3
+    assert abs(row["value"] - exact) < row["error"] < 1.5e-3 * exact
+    assert abs(row["finest"] - exact) < 1e-3 * exact
+
+
+def test_carter():
+    """Order 1 of the force, and on 64 elements across an error below 1 %."""
+    exact, scene = rolling_cylinders(0.6)
+    row = vc.converge(scene, [8, 16, 24, 32, 48, 64], offsets=6).limit("Fx")
+    assert row["order_low"] < 1 < row["order_high"]
+    assert 0.8 < row["order"] < 1.3
+    assert abs(row["value"] - exact.force) < row["error"] < 5e-3 * abs(exact.force)
+    assert abs(row["finest"] - exact.force) < 1e-2 * abs(exact.force)
+
+
+def test_cattaneo():
+    """The shift's order is between 1 and 2, its error on 16 elements across below 0.3 %."""
+    scene = shift(0.6)
+    exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx)
+    row = vc.converge(scene, [6, 8, 10, 12, 14, 16], "clarabel+polish").limit("vx")
+    assert row["order_low"] < 1.5 < row["order_high"]
+    assert abs(row["value"] - exact.shift) < row["error"] < 5e-3 * exact.shift
+    assert abs(row["finest"] - exact.shift) < 3e-3 * exact.shift
+
+
+@pytest.mark.parametrize(
+    ("motion", "quantity", "name", "cap"),
+    [
+        (vc.Steady(vx=1.0), "Fx", "C11", 0.025),
+        (vc.Steady(vy=1.0), "Fy", "C22", 0.03),
+        (vc.Steady(spin=1.0), "Fy", "C23", 0.03),
+        (vc.Steady(spin=1.0), "Mz", "C33", 0.07),
+    ],
+)
+def test_no_slip_coefficients(motion, quantity, name, cap):
+    """First order; Kalker's table is good to half a per cent or so, which adds to the error bar."""
+    row = vc.converge(sticking(motion), [8, 10, 12, 14, 16, 18]).limit(quantity)
+    exact = -getattr(creepage_coefficients(1.0, 1.0, 0.25), name)
+    assert row["order_low"] <= 1.1 <= row["order_high"]
+    assert abs(row["value"] - exact) < row["error"] + 0.005 * abs(exact)
+    assert row["error"] < cap * abs(exact)
+    assert abs(row["finest"] - exact) < cap * abs(exact)
+
+
+def test_closed_forms_are_within_the_error_bars():
+    """In 19 of 20 random cases at least: Hertz's approach or force, Cattaneo's shift, Carter's force."""
+    rng, inside, ratios = np.random.default_rng(6), [], []
+    for case in range(20):
+        cells = np.sort(rng.choice(np.arange(6, 17), size=4, replace=False))
+        part = rng.uniform(0.5, 0.9)
+        if case % 4 == 0:
+            scene = dataclasses.replace(SPHERES, surface=vc.Paraboloids(Rx=1.0, Ry=rng.uniform(0.1, 1.0)))
+            quantity, exact = "approach", scene.hertz.approach
+        elif case % 4 == 1:
+            scene = dataclasses.replace(SPHERES, normal_force=None, approach=rng.uniform(0.001, 0.01))
+            quantity, exact = "normal_force", scene.hertz.force
+        elif case % 4 == 2:
+            scene, quantity = shift(part), "vx"
+            exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx).shift
+        else:
+            closed, scene = rolling_cylinders(part)
+            quantity, exact, cells = "Fx", closed.force, 3 * cells
+        method = "tang" if quantity == "vx" else "tang-safeguarded"
+        row = vc.converge(scene, cells, method).limit(quantity)
+        inside.append(abs(row["value"] - exact) <= row["error"])
+        ratios.append(row["error"] / abs(exact))
+    assert sum(inside) >= 19
+    assert np.max(ratios) < 0.03, "bars wide enough for anything would hold everything"
+
+
+def test_solver_error_stands_beside(rolling):
+    """The certificate's bounds are those of the discrete problem, far below the discretisation's error."""
+    study = vc.converge(rolling(), [6, 8, 10])
+    row = study.limit("Fx")
+    assert row["solver_bound"] == study.grids["Fx_bound"].iloc[-1]
+    assert 0 < row["solver_bound"] < 1e-4 * row["finest_error"]
+    theory = vc.converge(rolling(), [6, 8, 10], "fastsim").limit("Fx")
+    assert theory["solver_bound"] > 10 * theory["error"], "FASTSIM converges, to something else"
+
+
+def test_grids_and_offsets(rolling):
+    """As many elements across the same box on every grid, moved by less than one, with the margin kept."""
+    scene = rolling()
+    box = module.contact_of(scene)
+    for cells in (5, 8, 13):
+        for i in range(5):
+            grid = module.lattice(scene, box, cells, module.offset(cells, i))
+            dx, dy = grid.sides
+            assert (dx, dy) == pytest.approx((2.4 / cells, 1.8 / cells))
+            left, right, bottom, top = grid.box
+            assert left <= box[0] - dx + 1e-12 and right >= box[1] + dx - 1e-12
+            assert bottom <= box[2] - dy + 1e-12 and top >= box[3] + dy - 1e-12
+    plain = vc.converge(scene, [6, 8], offsets=1).runs
+    direct = vc.solve(rolling(grid=vc.Grid(nx=8, ny=8)), tangential="tang-safeguarded")
+    assert plain["Fx"].iloc[-1] == pytest.approx(direct.force[0], rel=1e-12)
+
+
+def test_staircase_has_mean_zero(rolling):
+    """Over all positions of the lattice the elements whose centres an ellipse holds have its area and moments."""
+    scene, box, steps = rolling(), (-1.2, 1.2, -0.9, 0.9), np.arange(40) / 40
+    places = [(u, v) for u in steps for v in steps if (u, v) != (0, 0)]
+    found = [
+        module._staircase(dataclasses.replace(scene, grid=module.lattice(scene, box, 6, place))) for place in places
+    ]
+    table = pd.DataFrame(found)
+    assert (table.mean().abs() < 0.02 * table.std()).all()
+
+
+def test_sampled_distance_converges_to_the_paraboloids(rolling):
+    x, y = np.linspace(-0.3, 0.3, 201), np.linspace(-0.25, 0.25, 201)
+    surface = vc.SampledDistance(x[None, :] ** 2 / 2 + y[:, None] ** 2, x=x, y=y)
+    row = vc.converge(dataclasses.replace(SPHERES, surface=surface), [8, 10, 12, 16]).limit("approach")
+    assert row["value"] == pytest.approx(SPHERES.hertz.approach, rel=2e-3)
+
+
+def test_two_grids_have_a_table_and_no_order(rolling):
+    study = vc.converge(rolling(), [6, 8])
+    assert len(study.grids) == 2 and study.grids["Fx"].notna().all()
+    assert study.limits["order"].isna().all()
+    assert "three at least are needed" in study.report()
+    with pytest.raises(vc.SceneError, match="quantity"):
+        study.limit("Fz")
+
+
+def test_a_method_that_cannot_is_recorded_and_the_rest_go_on(rolling):
+    study = vc.converge(rolling(), [6, 8, 10, 12], ["osqp", "tang-safeguarded", "linear"])
+    outcomes = study.runs.groupby("method")["outcome"].agg(set)
+    assert outcomes["osqp"] == {"refused"} and outcomes["tang-safeguarded"] == {"solved"}
+    assert "osqp|clarabel" in study.report()
+    assert np.isfinite(study.limit("Fx", "tang-safeguarded")["value"])
+    failed = json.loads(study.to_json())["failed"]
+    assert {row["method"] for row in failed} == {"osqp"} and len(failed) == 16
+
+
+def test_one_grid_that_fails_is_left_out(rolling):
+    """A given step is too short for the long elements of the coarsest grid: refused there, the others count."""
+    scene = rolling(surface=vc.Ellipse(a=5.0, b=1.0), motion=vc.Steady(vx=0.04, dq=0.6))
+    study = vc.converge(scene, [6, 12, 13, 14], "clarabel/gap", offsets=2, tol=1e-5)
+    outcomes = study.runs.groupby("cells")["outcome"].agg(set).to_dict()
+    assert outcomes == {6: {"refused"}, 12: {"solved"}, 13: {"solved"}, 14: {"solved"}}
+    assert study.runs["reason"][0].startswith("formulation")
+    assert study.grids["answers"].tolist() == [0, 2, 2, 2]
+    assert np.isfinite(study.limit("Fx")["error"])
+    assert "6 (0 of 2)" in study.report()
+
+
+def test_resumed_where_it_was_stopped(rolling, tmp_path):
+    """Ctrl-C keeps what is finished; the next call solves the rest only, and the result is that of one go."""
+    store, calls = tmp_path / "study.csv", []
+
+    def stop_at_third(message):
+        calls.append(message)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted) as stopped:
+        vc.converge(rolling(), [6, 8, 10], offsets=2, store=store, progress=stop_at_third)
+    assert len(stopped.value.partial.runs) == 2
+    assert len(pd.read_csv(store)) == 2
+    calls[:] = [""] * 3
+    study = vc.converge(rolling(), [6, 8, 10], offsets=2, store=store, progress=calls.append)
+    assert len(calls) == 3 + 4
+    whole = vc.converge(rolling(), [6, 8, 10], offsets=2)
+    assert study.limit("Fx")["value"] == pytest.approx(whole.limit("Fx")["value"], rel=1e-10)
+    more = vc.converge(rolling(), [6, 8, 10, 12], offsets=3, store=store, progress=calls.append)
+    assert len(calls) == 7 + 3 + 3 and len(more.runs) == 12
+    assert [path.name for path in tmp_path.iterdir()] == ["study.csv"]
+
+
+def test_store_of_another_study_is_refused(rolling, tmp_path):
+    store = tmp_path / "study.csv"
+    vc.converge(rolling(), [6, 8], offsets=1, store=store)
+    before = store.read_bytes()
+    with pytest.raises(vc.SceneError, match="same scene and tol"):
+        vc.converge(rolling(friction=0.31), [6, 8], offsets=1, store=store)
+    with pytest.raises(vc.SceneError, match="same scene and tol"):
+        vc.converge(rolling(), [6, 8], offsets=1, tol=1e-7, store=store)
+    assert store.read_bytes() == before
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(vc.SceneError, match="study of convergence"):
+        vc.converge(rolling(), [6, 8], store=tmp_path / "other.csv")
+
+
+def test_a_full_disk(tmp_path):
+    """No room for the table: an error that says so; the table written before stays, whole."""
+    (tmp_path / "scene.toml").write_text(SCENE_FILE)
+    code = (
+        "import resource, varcontact as vc\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500))\n"
+        "vc.converge(vc.read_scene('scene.toml')[0], [6, 8, 10], store='study.csv')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "OutputError: store = 'study.csv': cannot be written" in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"scene.toml", "study.csv"}
+    kept = pd.read_csv(tmp_path / "study.csv")
+    assert 0 < len(kept) < 12 and kept["approach"].notna().all()
+
+
+def test_the_command_is_stopped_and_resumed(tmp_path):
+    """The tables, JSON and picture; an interrupt at a terminal prints what there is, and says where it is kept."""
+    (tmp_path / "scene.toml").write_text(SCENE_FILE)
+    code = (
+        "import signal, varcontact.cli as cli\n"
+        "from varcontact.study import converge\n"
+        "solve, left = converge._solved, [4]\n"
+        "def counted(*arguments):\n"
+        "    left[0] -= 1\n"
+        "    if left[0] == 0: signal.raise_signal(signal.SIGINT)\n"
+        "    return solve(*arguments)\n"
+        "converge._solved = counted\n"
+        "import sys; sys.argv[1:] = ['converge', 'scene.toml', '--cells', '6,8,10', '--store', 'study.csv']\n"
+        "cli.main()\n"
+    )
+    stopped = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert stopped.returncode == 130, stopped.stderr
+    assert "3 solves are kept in study.csv" in stopped.stderr and "approach" in stopped.stdout
+    command = [
+        sys.executable,
+        "-m",
+        "varcontact",
+        "converge",
+        "scene.toml",
+        "--cells",
+        "6,8,10",
+        "--store",
+        "study.csv",
+    ]
+    command += ["--json", "--plot", "order.png"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    tables = json.loads(done.stdout)
+    assert [row["answers"] for row in tables["grids"]] == [4, 4, 4] and tables["failed"] == []
+    assert (tmp_path / "order.png").read_bytes()[:4] == b"\x89PNG"
+    command[5:] = ["--cells", "8,6"]
+    refused = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert refused.returncode == 2 and "each grid finer than the one before" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"cells": [8, 8, 12]}, "cells"),
+        ({"cells": [12, 8]}, "cells"),
+        ({"cells": []}, "cells"),
+        ({"cells": "8,12"}, "cells"),
+        ({"cells": 8}, "cells"),
+        ({"cells": [8, 12.5]}, "cells"),
+        ({"method": "clarable"}, "methods"),
+        ({"method": []}, "method"),
+        ({"offsets": 0}, "offsets"),
+        ({"tol": 0}, "tol"),
+        ({"store": 3}, "store"),
+        ({"progress": 3}, "progress"),
+        ({"scene": None}, "scene"),
+    ],
+)
+def test_bad_arguments_are_refused_by_name(rolling, changes, field):
+    arguments = {"scene": rolling(), "cells": [8, 12], **changes}
+    with pytest.raises(vc.SceneError) as refused:
+        vc.converge(**arguments)
+    assert refused.value.field.startswith(field)
+
+
+def test_scenes_tied_to_one_grid_are_refused(rolling):
+    grid = vc.Grid(nx=4, ny=4, dx=1.0, dy=1.0, x0=-2.0, y0=-2.0)
+    with pytest.raises(vc.SceneError, match="friction"):
+        vc.converge(rolling(grid=grid, friction=np.full((4, 4), 0.3)), [8, 12])
+    with pytest.raises(vc.SceneError, match=r"surface\.x"):
+        vc.converge(dataclasses.replace(SPHERES, grid=grid, surface=vc.SampledDistance(np.eye(4))), [8, 12])
+
+
+def test_picture(rolling):
+    study = vc.converge(rolling(), [6, 8, 10], ["tang-safeguarded", "fastsim"])
+    figure = study.plot()
+    titles = [ax.get_title() for ax in figure.axes if ax.axison]
+    assert {"Fx", "Fy", "Mz"} <= set(titles)
+    assert all(ax.get_xscale() == ax.get_yscale() == "log" for ax in figure.axes if ax.axison)

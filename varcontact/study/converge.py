@@ -1,0 +1,251 @@
+"""One scene on finer and finer grids: what its forces and areas tend to, how fast, and at what cost."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import Interrupted, SceneError
+from varcontact.grid import Grid
+from varcontact.potential_contact import Box, contact_box, within
+from varcontact.scene import Scene
+from varcontact.solution import Solution
+from varcontact.solve import solve
+from varcontact.study.compare import Method, attempted
+from varcontact.study.convergence import COLUMNS, WORDS, Convergence
+from varcontact.study.store import identity, keep, read_rows
+from varcontact.surfaces import SampledDistance
+
+DEFAULT_METHOD = "tang-safeguarded"
+
+
+def converge(
+    scene: Scene,
+    cells: Iterable[int],
+    method: str | Iterable[str] = DEFAULT_METHOD,
+    *,
+    offsets: int = 4,
+    tol: float = 1e-6,
+    store: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Convergence:
+    """Solve a scene on a sequence of grids, fit the order of convergence, and extrapolate.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its grid is replaced, all but the margin. Friction must be a number, and a sampled distance have coordinates.
+    cells : iterable of int
+        Elements across the contact either way, each grid finer than the one before; three grids at least for an order.
+    method : str or iterable of str
+        One method or several, as `compare` names them.
+    offsets : int
+        Solves of each grid, with the lattice moved by different parts of an element: their mean has less of the
+        noise of the contact's staircase edge, their spread tells how much there is. 1: the plain grid alone.
+    tol : float
+        Natural-map residual at which an answer counts as solved.
+    store : str or Path, optional
+        A CSV file, written after each solve: what it has of this scene is not solved again. More grids, methods or
+        offsets may be added.
+    progress : callable, optional
+        Told what is solved next.
+
+    Returns
+    -------
+    Convergence
+        All solves, means over the offsets, orders and extrapolated values. A method that fails on a grid is recorded
+        there with the reason, and the rest go on.
+
+    Raises
+    ------
+    SceneError
+        For cells that do not refine, methods that do not exist, scenes that are tied to one grid, or a store of another
+        study, before any work starts.
+    Interrupted
+        On Ctrl-C: its `partial` is the Convergence of what was finished.
+    OutputError
+        If the store cannot be written; it is left as it was.
+
+    Notes
+    -----
+    The bounding box of the contact is the same for all grids: of Hertz's ellipse, or of the frictionless contact on
+    the automatic grid. Steps ``dq`` of steady rolling that are not given are the element's side, and shrink with it.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Paraboloids(Rx=1.0, Ry=1.0), normal_force=1e-3)
+    >>> study = vc.converge(scene, [8, 12, 16], method="norm")
+    >>> limit = study.limit("approach")
+    >>> abs(limit["value"] - scene.hertz.approach) < limit["error"] < 1e-2 * scene.hertz.approach
+    True
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    numbers = _refining(cells)
+    methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
+    if not methods:
+        raise SceneError("method", method, "one at least")
+    offsets, tol = checks.whole("offsets", offsets), checks.positive("tol", tol)
+    progress = checks.progress(progress)
+    if not (store is None or isinstance(store, (str, Path))):
+        raise SceneError("store", store, "the name of a file")
+    _check_free_of_one_grid(scene)
+    key = identity(replace(scene, grid=Grid(nx=1, ny=None if scene.line else 1, margin=_margin(scene))), tol)
+    rows = read_rows(store, COLUMNS, WORDS, "a table of an earlier study of convergence")
+    if any(row["identity"] != key for row in rows):
+        raise SceneError("store", str(store), "a table of the same scene and tol, or a new file")
+    wanted = [(n, each, i) for n in numbers for each in methods for i in range(offsets)]
+    known = {(row["cells"], row["method"], row["offset"]) for row in rows}
+    names = [each.name for each in methods]
+    try:
+        box = contact_of(scene)
+        for done, (n, each, i) in enumerate(wanted):
+            if (n, each.name, i) in known:
+                continue
+            if progress is not None:
+                progress(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
+            place = (0.0, 0.0) if offsets == 1 else offset(n, i)
+            on_grid = replace(scene, grid=lattice(scene, box, n, place))
+            row = _traced(on_grid, each, tol) if i == 0 else _solved(on_grid, each, tol)
+            rows.append({"method": each.name, "cells": n, "offset": i, **row, **_staircase(on_grid), "identity": key})
+            if store is not None:
+                keep(store, rows, COLUMNS)
+    except KeyboardInterrupt:
+        raise Interrupted(Convergence.of(rows, numbers, names, offsets)) from None
+    return Convergence.of(rows, numbers, names, offsets)
+
+
+def _refining(cells: Iterable[int]) -> list[int]:
+    try:
+        given = list(cells)
+    except TypeError:
+        raise SceneError("cells", cells, "a list of whole numbers") from None
+    numbers = [checks.whole(f"cells[{i}]", n, least=2) for i, n in enumerate(given)]
+    if not numbers or any(after <= before for before, after in pairwise(numbers)):
+        raise SceneError("cells", numbers, "a sequence of grids, each finer than the one before")
+    return numbers
+
+
+def _check_free_of_one_grid(scene: Scene) -> None:
+    """Arrays that belong to the elements of one grid say nothing about another."""
+    if checks.is_array(scene.friction):
+        raise SceneError("friction", "an array", "a number: an array is for one grid only")
+    if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
+        raise SceneError("surface.x", None, "given: samples at the elements are for one grid only")
+
+
+def _margin(scene: Scene) -> int:
+    margin = scene.grid.margin if isinstance(scene.grid, Grid) else 1
+    return margin if scene.hertz is not None and scene.bodies.K == 0 else margin + 1
+
+
+def contact_of(scene: Scene) -> Box:
+    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid."""
+    if scene.hertz is not None:
+        return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
+    frictionless = solve(replace(scene, motion=None, friction=None, grid="auto"), normal="norm")
+    return contact_box(frictionless.grid, frictionless.pressure)
+
+
+def offset(cells: int, i: int) -> tuple[float, float]:
+    """The i-th displacement of a lattice, in parts of an element.
+
+    Evenly spread points of the plane (an additive recurrence with powers of the plastic number), begun elsewhere
+    on each grid, so that the noise of one grid does not repeat on the next.
+    """
+    return (i * 0.7548776662466927 + cells * 0.6180339887498949) % 1, (
+        i * 0.5698402909980532 + cells * 0.4142135623730951
+    ) % 1
+
+
+def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
+    """So many elements across a box, moved to the left and down by parts of an element, with the margin kept."""
+    (left, right, bottom, top), more = box, int(any(place))
+    dx, dy = (right - left) / cells, (top - bottom) / cells
+    left, bottom = left - place[0] * dx, bottom - place[1] * dy
+    elements = cells + more
+    spec = Grid(nx=elements, ny=None if scene.line else elements, margin=_margin(scene))
+    spread = spec.spread((left, left + elements * dx, bottom, bottom + elements * dy))
+    return within(spread, scene.surface) if isinstance(scene.surface, SampledDistance) else spread
+
+
+def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
+    """One solve: what there is to say of it."""
+    outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
+    row: dict[str, Any] = {"outcome": outcome, "reason": reason}
+    return row | _measured(solutions[0]) if solutions else row
+
+
+def _traced(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
+    """One solve, with the memory that its arrays take at most; that takes time of its own."""
+    tracing = tracemalloc.is_tracing()
+    if not tracing:
+        tracemalloc.start()
+    try:
+        tracemalloc.reset_peak()
+        before = tracemalloc.get_traced_memory()[0]
+        row = _solved(scene, method, tol)
+        return row | {"memory": tracemalloc.get_traced_memory()[1] - before}
+    finally:
+        if not tracing:
+            tracemalloc.stop()
+
+
+def _staircase(scene: Scene) -> dict[str, float]:
+    """What the elements miss of Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
+
+    Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is proportional to them.
+    """
+    hertz, grid = scene.hertz, scene.grid
+    if hertz is None:
+        return {}
+    assert isinstance(grid, Grid)
+    x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)
+    inside, dx = x**2 + y**2 < 1, grid.sides[0] / hertz.a
+    if scene.line:
+        return {"staircase": float(inside.sum() * dx - 2), "staircase_x": float(x[inside].sum() * dx)}
+    area = dx * grid.sides[1] / hertz.b
+    return {
+        "staircase": float(inside.sum() * area - np.pi),
+        "staircase_x": float(x[inside].sum() * area),
+        "staircase_y": float(y[inside].sum() * area),
+        "staircase_xx": float((x[inside] ** 2).sum() * area - np.pi / 4),
+        "staircase_yy": float((y[inside] ** 2).sum() * area - np.pi / 4),
+    }
+
+
+def _measured(sol: Solution) -> dict[str, Any]:
+    (Fx, Fy), (vx, vy, spin), areas, bounds = sol.force, sol.creepage, sol.areas, sol.certificate.force_bound
+    normal = {
+        "normal_force": sol.normal_force,
+        "approach": sol.approach,
+        "contact_area": areas["contact"],
+        "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
+        "elements": sol.elements["contact"],
+        "residual": sol.certificate.residual,
+        "iterations": sum(sol.iterations.values()),
+        "seconds": sol.timing["total"],
+    }
+    if sol.scene.motion is None:
+        return normal
+    return normal | {
+        "Fx": float(Fx),
+        "Fy": float(Fy),
+        "Mz": sol.moment,
+        "vx": vx,
+        "vy": vy,
+        "spin": spin,
+        "stick_area": areas["stick"],
+        "slip_area": areas["slip"],
+        "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),
+        **{f"{name}_bound": float(bound) for name, bound in zip(("Fx", "Fy", "Mz"), bounds, strict=True)},
+    }

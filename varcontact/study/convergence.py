@@ -1,0 +1,241 @@
+"""What a study of convergence found: its tables, and what is printed of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.errors import SceneError
+from varcontact.report import columns_of_text
+from varcontact.study.extrapolate import HIDDEN, SAME, Limit, extrapolate
+from varcontact.study.store import plain_rows
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+QUANTITIES = (
+    "normal_force",
+    "Fx",
+    "Fy",
+    "Mz",
+    "vx",
+    "vy",
+    "approach",
+    "contact_area",
+    "stick_area",
+    "slip_area",
+    "pressure_norm",
+    "traction_norm",
+)
+"""What is extrapolated. The norms are roots of the integrals of squares; of a shift vx and vy are ux and uy."""
+STAIRCASE = ("staircase", "staircase_x", "staircase_y", "staircase_xx", "staircase_yy")
+BOUNDS = ("Fx_bound", "Fy_bound", "Mz_bound")
+COLUMNS = (
+    "method",
+    "cells",
+    "offset",
+    "outcome",
+    "reason",
+    *QUANTITIES,
+    "spin",
+    "elements",
+    "residual",
+    *BOUNDS,
+    "iterations",
+    "seconds",
+    "memory",
+    *STAIRCASE,
+    "identity",
+)
+"""What the table of solves says of each."""
+WORDS = ("method", "outcome", "reason", "identity")
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """A study of convergence.
+
+    Attributes
+    ----------
+    runs : pandas.DataFrame
+        A row per solve: method, cells across the contact, offset, outcome and reason as in `compare`; the
+        quantities; the certificate's residual and bounds; iterations; seconds; memory, the largest of arrays during
+        the solve [bytes], without what solvers written in other languages take for themselves (measured at the first
+        offset, which takes longer by that); staircase, what the elements miss of Hertz's ellipse, with its moments.
+    grids : pandas.DataFrame
+        A row per method and grid: numbers of solves and of answers, the quantities' means over the offsets and
+        (``Fx_spread``) standard deviations, the largest residual, bounds and memory, the mean of seconds (of the
+        solves without measured memory, if there are any).
+    limits : pandas.DataFrame
+        A row per method and quantity: extrapolated `value` with the half width `error` of its 95 % interval, `order`
+        with its interval `order_low` to `order_high`, `finest` (the mean on the finest grid), `finest_error` (its
+        distance from the value, and the error on top), `noise`, the spread of single solves there; `solver_bound`, the
+        certificate's bound on how far that is from the exact solution of the same discrete problem; `reason` where
+        something is missing.
+    """
+
+    runs: pd.DataFrame
+    grids: pd.DataFrame
+    limits: pd.DataFrame
+
+    @classmethod
+    def of(cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int) -> Convergence:
+        """From the rows of solves, of which only those asked for are taken."""
+        import pandas as pd
+
+        chosen = [row for row in rows if row["cells"] in cells and row["method"] in methods and row["offset"] < offsets]
+        chosen.sort(key=lambda row: (methods.index(row["method"]), row["cells"], row["offset"]))
+        runs = pd.DataFrame(chosen, columns=list(COLUMNS))
+        answers = runs[runs["outcome"].isin(["solved", "approximate"])]
+        grids = [_grid(name, n, part, answers) for (name, n), part in runs.groupby(["method", "cells"], sort=False)]
+        limits = [
+            _limit(name, quantity, answers[answers["method"] == name]) for name in methods for quantity in QUANTITIES
+        ]
+        return cls(runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None]))
+
+    def limit(self, quantity: str, method: str | None = None) -> dict[str, Any]:
+        """The row of `limits` of a quantity; of the only method, or the one named."""
+        rows = self.limits[self.limits["quantity"] == quantity] if len(self.limits) else self.limits
+        if method is not None and len(rows):
+            rows = rows[rows["method"] == method]
+        if len(rows) != 1:
+            known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
+            raise SceneError("quantity, method", (quantity, method), f"one of those that were measured: {known}")
+        row: dict[str, Any] = rows.to_dict("records")[0]
+        return row
+
+    def plot(self) -> Figure:
+        """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid."""
+        from varcontact.plot import plot_convergence
+
+        return plot_convergence(self)
+
+    def to_json(self) -> str:
+        """The tables of grids and of limits as one JSON object; null where nothing is known."""
+        tables = {"grids": plain_rows(self.grids), "limits": plain_rows(self.limits)}
+        failed = self.runs[~self.runs["outcome"].isin(["solved", "approximate"])]
+        tables["failed"] = plain_rows(failed[["method", "cells", "offset", "outcome", "reason"]])
+        return json.dumps(tables, indent=2, allow_nan=False)
+
+    def report(self) -> str:
+        """The tables in words and figures, for people: a block for each method."""
+        return "\n\n".join(_block(self, name) for name in dict.fromkeys(self.runs["method"]))
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        cells, methods = (list(dict.fromkeys(self.runs[name])) for name in ("cells", "method"))
+        return f"Convergence(cells={cells}, methods={methods})"
+
+
+def _grid(name: str, cells: int, runs: pd.DataFrame, answers: pd.DataFrame) -> dict[str, Any]:
+    part = answers[(answers["method"] == name) & (answers["cells"] == cells)]
+    row: dict[str, Any] = {"method": name, "cells": cells, "solves": len(runs), "answers": len(part)}
+    for quantity in QUANTITIES:
+        row[quantity] = part[quantity].mean()
+    for quantity in QUANTITIES:
+        row[f"{quantity}_spread"] = part[quantity].std()
+    for column in ("residual", *BOUNDS):
+        row[column] = part[column].max()
+    plain = part[part["memory"].isna()]
+    return row | {"seconds": (plain if len(plain) else part)["seconds"].mean(), "memory": part["memory"].max()}
+
+
+def _limit(name: str, quantity: str, answers: pd.DataFrame) -> dict[str, Any] | None:
+    """What one quantity tends to by one method; None where it has no values (the approach of some line contacts)."""
+    known = answers[answers[quantity].notna()]
+    if known.empty:
+        return None
+    staircase = known[list(STAIRCASE)].dropna(axis=1).to_numpy(dtype=float)
+    h, values = 1 / known["cells"].to_numpy(dtype=float), known[quantity].to_numpy(dtype=float)
+    limit: Limit = extrapolate(h, values, staircase, _scale(quantity, known))
+    last = known[known["cells"] == known["cells"].max()]
+    finest = float(last[quantity].mean())
+    bound = float(last[f"{quantity}_bound"].max()) if f"{quantity}_bound" in BOUNDS else np.nan
+    return {
+        "method": name,
+        "quantity": quantity,
+        "value": limit.value,
+        "error": limit.error,
+        "order": limit.order,
+        "order_low": limit.order_low,
+        "order_high": limit.order_high,
+        "finest": finest,
+        "finest_error": abs(finest - limit.value) + limit.error,
+        "noise": float(last[quantity].std()),
+        "solver_bound": bound,
+        "reason": limit.reason,
+    }
+
+
+def _scale(quantity: str, known: pd.DataFrame) -> float:
+    """How large such a quantity might be, where symmetry makes it zero."""
+    if quantity in ("Fx", "Fy"):
+        return float(known["normal_force"].max())
+    if quantity == "Mz":
+        return float((known["normal_force"] * np.sqrt(known["contact_area"])).max())
+    return float(known[["vx", "vy"]].abs().to_numpy().max()) if quantity in ("vx", "vy") else 0.0
+
+
+def _block(study: Convergence, name: str) -> str:
+    """Means by grid, what they tend to, and what went wrong, for one method."""
+    grids = study.grids[study.grids["method"] == name].to_dict("records")
+    limits = study.limits.to_dict("records")
+    limits = [row for row in limits if row["method"] == name]
+    still = [row["quantity"] for row in limits if row["reason"] == SAME]
+    shown = [row for row in limits if row["reason"] != SAME]
+    head = ["cells", *(row["quantity"] for row in shown), "residual", "seconds", "MiB"]
+    body = [
+        [
+            f"{row['cells']}" + ("" if row["answers"] == row["solves"] else f" ({row['answers']} of {row['solves']})"),
+            *(_figure(row[each["quantity"]], ".6g") for each in shown),
+            _figure(row["residual"], ".0e"),
+            _figure(row["seconds"], ".3f"),
+            _figure(row["memory"] / 2**20, ".1f"),
+        ]
+        for row in grids
+    ]
+    lines = [name, *columns_of_text([head, *body], left=1)]
+    if shown:
+        head = ["", "extrapolated", "error", "order", "finest grid", "its error", "noise", "solver bound"]
+        lines += ["", *columns_of_text([head, *(_limit_cells(row) for row in shown)], left=1)]
+    if still:
+        lines.append(f"the same on all grids: {', '.join(still)}")
+    lines += [f"{', '.join(names)}: {reason}" for reason, names in _by_reason(shown).items()]
+    runs = study.runs[(study.runs["method"] == name) & (study.runs["reason"] != "")]
+    lines += [f"{row['cells']} cells, offset {row['offset']}: {row['reason']}" for row in runs.to_dict("records")]
+    return "\n".join(lines)
+
+
+def _limit_cells(row: dict[str, Any]) -> list[str]:
+    order = "" if row["reason"] == HIDDEN else _figure(row["order"], ".2f")
+    if order and row["order_low"] == row["order_low"]:
+        order += f" ({row['order_low']:.1f} to {row['order_high']:.1f})"
+    figures = [_figure(row[key], ".2g") for key in ("finest_error", "noise", "solver_bound")]
+    return [
+        row["quantity"],
+        _figure(row["value"], ".7g"),
+        _figure(row["error"], ".2g"),
+        order,
+        _figure(row["finest"], ".7g"),
+        *figures,
+    ]
+
+
+def _by_reason(rows: list[dict[str, Any]]) -> dict[str, list[str]]:
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if row["reason"]:
+            reasons.setdefault(row["reason"], []).append(row["quantity"])
+    return reasons
+
+
+def _figure(value: float, form: str) -> str:
+    """A number as text; nothing where it is not known."""
+    return "" if value != value else format(value, form)

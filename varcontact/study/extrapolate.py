@@ -1,0 +1,165 @@
+"""Extrapolation to elements of no size: observed order and limit, each with its uncertainty, from noisy values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+ORDERS = np.linspace(0.5, 3.0, 101)
+"""The orders that are thought possible; piecewise-constant tractions give 1, and 2 for smooth fields."""
+PRIOR = np.exp(-(((ORDERS - 1.5) / 0.4) ** 2) / 2)
+"""Their weights before anything is measured."""
+USUAL_NOISE = 1.5
+"""Order of the noise of a staircase edge where it cannot be measured: half an order more than the error's 1."""
+CONFIDENCE = 0.95
+HIDDEN = "the noise hides the order"
+SAME_BUT_STAIRCASE = "the same on all grids but for the staircase edge"
+SAME = "the same on all grids"
+
+
+LEAST_FREEDOM = 4
+"""Degrees of freedom that must be left for known parts of the noise to be fitted."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What values on a sequence of grids tend to.
+
+    Attributes
+    ----------
+    value, error : float
+        Extrapolated value, and half the width of its 95 % interval; infinite where nothing tells how wrong it is.
+    order, order_low, order_high : float
+        Best order, and the ends of its 95 % interval, within [1/2, 3].
+    reason : str
+        Why there is no order or no error; empty where there are both.
+    """
+
+    value: float = np.nan
+    error: float = np.nan
+    order: float = np.nan
+    order_low: float = np.nan
+    order_high: float = np.nan
+    reason: str = ""
+
+
+def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None = None, scale: float = 0.0) -> Limit:
+    """Fit ``Q + C h^p + noise`` to values, several of which may belong to one h, and average over the order p.
+
+    Parameters
+    ----------
+    h : ndarray, shape (n,)
+        Sizes of the elements, in any unit.
+    values : ndarray, shape (n,)
+    staircase : ndarray, shape (n, m), optional
+        Known quantities of mean zero that the noise may be proportional to. Left out where fewer than four
+        degrees of freedom would remain.
+    scale : float
+        Size of values of this kind: differences below 1e-12 of it are rounding.
+
+    Returns
+    -------
+    Limit
+
+    Notes
+    -----
+    The noise is ``staircase @ b`` with unknown b, and a random part of the standard deviation ``s h^q``. Its order q
+    is the slope of the spreads of values with the same h (1.5 where there are none). For each p in [1/2, 3] weighted
+    least squares give Q(p), its variance v(p) s^2 and a sum of squares R(p). With s^2 the mean square about the best
+    fit, or that of the lack of fit of the means where it is larger, p has the weight
+    ``exp(-((p - 1.5)/0.4)^2/2) (1 + (R(p) - R_min)/(d s^2))^(-(d+1)/2)``, with d degrees of freedom. The value is the
+    mean of Q(p) by these weights, its variance the mean of v s^2 and, on top, of the spread of Q(p). The error is
+    Student's t for d degrees of freedom times the standard deviation. The interval of p holds those with
+    ``R(p) - R_min <= s^2 t^2``.
+
+    Examples
+    --------
+    >>> h = np.array([1/8, 1/12, 1/16, 1/24])
+    >>> limit = extrapolate(h, 2 + 3 * h**1.5)
+    >>> print(f"{limit.value:.6f} {limit.order:.3f}")
+    2.000000 1.500
+    """
+    from scipy.stats import t as student
+
+    sizes, group = np.unique(h / h.max(), return_inverse=True)
+    if sizes.size < 3:
+        return Limit(reason=f"no order: {sizes.size} grids, three at least are needed")
+    if np.ptp(values) <= 1e-12 * max(float(np.abs(values).max()), scale):
+        return Limit(float(values.mean()), float(np.ptp(values)), reason=SAME)
+    if staircase is None or h.size - 3 - staircase.shape[1] < LEAST_FREEDOM:
+        staircase = np.empty((h.size, 0))
+    freedom = h.size - 3 - staircase.shape[1]
+    h = sizes[group]
+    weights = h ** -_noise_order(sizes, group, values, staircase)
+    limits, variances, left = _fitted(weights, np.column_stack([np.ones_like(h), staircase]), h, values)
+    squares = np.sum(left**2, axis=0)
+    best = int(np.argmin(squares))
+    if freedom < 1:
+        reason = "no error: no more values than unknowns; more grids or offsets"
+        return Limit(float(limits[best]), np.inf, float(ORDERS[best]), reason=reason)
+    if np.abs(left[:, best] / weights).max() <= 1e-12 * max(float(np.abs(values).max()), scale):
+        return _without_noise(float(limits[best]), float(ORDERS[best]), staircase, values)
+    square = max(squares[best] / freedom, _lack_of_fit(group, left[:, best]), np.finfo(float).tiny)
+    excess = (squares - squares[best]) / square
+    likelihood = PRIOR * (1 + excess / freedom) ** (-(freedom + 1) / 2)
+    likelihood /= likelihood.sum()
+    value = float(likelihood @ limits)
+    variance = float(likelihood @ (variances * square + (limits - value) ** 2))
+    factor = float(student.ppf((1 + CONFIDENCE) / 2, freedom))
+    possible = ORDERS[excess <= factor**2]
+    reason = HIDDEN if possible.size == ORDERS.size else ""
+    return Limit(
+        value, factor * variance**0.5, float(ORDERS[best]), float(possible.min()), float(possible.max()), reason
+    )
+
+
+def _without_noise(value: float, order: float, staircase: np.ndarray, values: np.ndarray) -> Limit:
+    """All values on one curve, or explained by the staircase alone."""
+    rounding = 1e-12 * float(np.abs(values).max())
+    if (
+        staircase.shape[1]
+        and np.abs(values - value - staircase @ np.linalg.lstsq(staircase, values - value)[0]).max() <= rounding
+    ):
+        return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
+    return Limit(value, rounding, order, order, order)
+
+
+def _noise_order(sizes: np.ndarray, group: np.ndarray, values: np.ndarray, staircase: np.ndarray) -> float:
+    """Slope of the spread of values with the same h, without what the staircase explains."""
+    columns = np.column_stack([values, staircase])
+    count = np.bincount(group)
+    means = np.array([np.bincount(group, column) / count for column in columns.T]).T
+    columns = (columns - means[group]) / sizes[group, None] ** USUAL_NOISE
+    left = columns[:, 0] - columns[:, 1:] @ np.linalg.lstsq(columns[:, 1:], columns[:, 0], rcond=None)[0]
+    spreads = np.sqrt(np.bincount(group, left**2) / count) * sizes**USUAL_NOISE
+    seen = spreads > 1e-13 * np.abs(values).max()
+    if seen.sum() < 3:
+        return USUAL_NOISE
+    return float(np.clip(np.polyfit(np.log(sizes[seen]), np.log(spreads[seen]), 1)[0], 1.0, 3.0))
+
+
+def _fitted(
+    weights: np.ndarray, columns: np.ndarray, h: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Straight fits by the columns and h^p for all p: limits, their variances by the noise's, weighted remainders.
+
+    What h^p has that the columns (the first is one, for the limit) have not gives its coefficient; they take the rest.
+    """
+    common, target = weights[:, None] * columns, weights * values
+    inverse = np.linalg.pinv(common)  # columns may be zero, as by symmetry
+    powers = weights[:, None] * h[:, None] ** ORDERS
+    own = powers - common @ (inverse @ powers)
+    size = np.sum(own**2, axis=0)
+    slopes = own.T @ target / size
+    limits = inverse[0] @ (target[:, None] - powers * slopes)
+    variances = inverse[0] @ inverse[0] + (inverse[0] @ powers) ** 2 / size
+    return limits, variances, (target - common @ (inverse @ target))[:, None] - own * slopes
+
+
+def _lack_of_fit(group: np.ndarray, left: np.ndarray) -> float:
+    """Mean square of the means of each h about the fit, which the noise alone would make as large as its own."""
+    count = np.bincount(group)
+    if count.size <= 3:
+        return 0.0
+    return float(np.sum(np.bincount(group, left) ** 2 / count) / (count.size - 3))
