@@ -295,7 +295,7 @@ def test_the_command_is_stopped_and_resumed(tmp_path):
     assert (tmp_path / "order.png").read_bytes()[:4] == b"\x89PNG"
     command[5:] = ["--cells", "8,6"]
     refused = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert refused.returncode == 2 and "each grid finer than the one before" in refused.stderr
+    assert refused.returncode == 2 and "each finer than the one before" in refused.stderr
 
 
 @pytest.mark.parametrize(
