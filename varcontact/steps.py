@@ -161,7 +161,7 @@ class Steps:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
             return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves")
         size = problem.rigid_shift.size
-        memory.need("the tangential program", 30 * 8.0 * size**2, "a grid with fewer elements would fit")
+        memory.need("the tangential program", 34 * 8.0 * size**2, "a grid with fewer elements would fit")
         if problem.no_slip:
             return no_slip(problem)
         start = None
