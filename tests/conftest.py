@@ -75,7 +75,7 @@ def check_kkt():
     return kkt
 
 
-def kkt(sol: vc.Solution, tol: float, *, closed_form: bool = False) -> None:
+def kkt(sol: vc.Solution, tol: float, *, closed_form: bool = False, previous: vc.Solution | None = None) -> None:
     """Assert Kalker's conditions (15)-(17), (45)-(49) of a solution, from nothing but its fields.
 
     Dense matrices made here, pair by pair, from the influence functions as THEORY prints them: neither the FFT nor
@@ -89,6 +89,8 @@ def kkt(sol: vc.Solution, tol: float, *, closed_form: bool = False) -> None:
         Relative, of the tractions.
     closed_form : bool
         Whether the pressure is Hertz's, which meets the equations of a grid to the grid's error only.
+    previous : Solution, optional
+        Of a step of a history: the step before.
     """
     scene, grid, motion = sol.scene, sol.grid, sol.scene.motion
     x, y = (values.ravel() for values in np.meshgrid(grid.x, grid.y))
@@ -120,6 +122,12 @@ def kkt(sol: vc.Solution, tol: float, *, closed_form: bool = False) -> None:
         step = motion.dq if motion.dq is not None else grid.sides[0]
         before = (influence(x + step, y, grid.sides, scene.bodies, at=(x, y)) @ fields).reshape(3, n)
         ahead = x + motion.spin_offset * step
+    elif isinstance(motion, vc.TimeStep):
+        step, moved, before = motion.dq or 1.0, motion.direction * motion.dq, 0.0
+        ahead = x + motion.spin_offset * moved
+        if previous is not None:
+            carried = np.concatenate([previous.traction.ravel(), previous.pressure.ravel()])
+            before = (influence(x + moved, y, grid.sides, scene.bodies, at=(x, y)) @ carried).reshape(3, n)
     else:
         step, before, ahead = 1.0, 0.0, x
     rigid = np.array([first - third * y, second + third * ahead]) * step

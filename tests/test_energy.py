@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact.discretisation import discretise
 from varcontact.energy import (
     certify_problems,
     complementary_energy,
@@ -21,7 +22,6 @@ from varcontact.energy import (
 )
 from varcontact.plan import make_plan
 from varcontact.potential_contact import first_grid
-from varcontact.problem import discretise
 
 MOTIONS = {
     "rolling": vc.Steady(vx=0.04, vy=-0.02, spin=0.05),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem import discretise
+from varcontact.discretisation import discretise
 from varcontact.steps import hertz_pressure, unloaded
 
 

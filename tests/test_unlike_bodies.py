@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact import problem
+from varcontact import discretisation
 from varcontact.conic.joint import solve_joint
+from varcontact.discretisation import discretise
 from varcontact.elasticity.operators import GridOperator
 from varcontact.plan import make_plan
-from varcontact.problem import Settings, discretise
+from varcontact.problem import Settings
 from varcontact.steps import Steps, unloaded
 
 RUBBER, MIXED = vc.Bodies(G=(1.0, math.inf), nu=(0.0, 0.3)), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
@@ -128,7 +129,7 @@ def test_a_loop_that_does_not_converge_keeps_its_history_and_its_best():
 def test_passes_assemble_nothing(monkeypatch):
     """Influence numbers are made once, whatever the number of passes."""
     made, dense = [], []
-    operator, assemble = problem.strip_operator, GridOperator.dense
+    operator, assemble = discretisation.strip_operator, GridOperator.dense
 
     def counted(*args, **keywords):
         made.append(args[1] + args[2])
@@ -138,7 +139,7 @@ def test_passes_assemble_nothing(monkeypatch):
         dense.append((self, tuple(elements)))
         return assemble(self, elements, loaded)
 
-    monkeypatch.setattr(problem, "strip_operator", counted)
+    monkeypatch.setattr(discretisation, "strip_operator", counted)
     monkeypatch.setattr(GridOperator, "dense", assembled)
     sol = vc.solve(scene(motion=vc.Steady(Fx=0.0), grid=vc.Grid(nx=40)), normal="norm", tangential="tang")
     assert len(sol.passes) > 5

@@ -1,6 +1,7 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
 from varcontact import reference
+from varcontact.bodies import Bodies
 from varcontact.energy import Certificate
 from varcontact.errors import (
     Interrupted,
@@ -14,11 +15,13 @@ from varcontact.errors import (
     VarcontactError,
 )
 from varcontact.grid import Grid
+from varcontact.history import History
 from varcontact.io.netcdf import load
 from varcontact.io.scenefile import read_scene
+from varcontact.motion import Shift, Steady, TimeStep, Transient
 from varcontact.plan import Plan
 from varcontact.plot import plot_comparison, plot_stress
-from varcontact.scene import Bodies, Scene, Shift, Steady
+from varcontact.scene import Scene
 from varcontact.solution import Solution
 from varcontact.solve import certify, solve
 from varcontact.stress import SubsurfaceStress, stress, stress_below
@@ -39,6 +42,7 @@ __all__ = [
     "Cylinders",
     "Ellipse",
     "Grid",
+    "History",
     "Interrupted",
     "NoContact",
     "NotConverged",
@@ -54,7 +58,9 @@ __all__ = [
     "SolverUnavailable",
     "Steady",
     "SubsurfaceStress",
+    "TimeStep",
     "TooLarge",
+    "Transient",
     "Units",
     "VarcontactError",
     "certify",

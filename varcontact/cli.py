@@ -54,12 +54,16 @@ def solve(
         bool | None, typer.Option("--polish/--no-polish", help="Take a solver's answer to rounding.  [default: polish]")
     ] = None,
     tol: Annotated[float | None, typer.Option(help="Natural-map residual to reach.  [default: 1e-8]")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the solution to this netCDF file (.nc).")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write the solution to this netCDF file (.nc); of a history step by step, going on from it."),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.scenefile import read_scene
+    from varcontact.motion import Transient
     from varcontact.solve import solve as solve_scene
 
     _check_outputs(out, plot)
@@ -67,11 +71,18 @@ def solve(
     given: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol}
     options |= {name: value for name, value in given.items() if value is not None}
+    if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
+        options["store"], out = out, None
     try:
         solution = _with_progress(lambda progress: solve_scene(described, **options, progress=progress))
-    except NotConverged as failure:
-        if failure.solution is not None:
-            _deliver(failure.solution, out, plot, as_json)
+    except Interrupted as stopped:
+        if stopped.partial:  # a history of one step at least
+            _deliver(stopped.partial, out, plot, as_json)
+        raise
+    except VarcontactError as failure:
+        kept = getattr(failure, "solution", None) if failure.history is None else failure.history
+        if kept:
+            _deliver(kept, out, plot, as_json)
         raise
     _deliver(solution, out, plot, as_json)
 
@@ -172,8 +183,8 @@ def main() -> None:
         _fail(error, NOT_SOLVED)
     except VarcontactError as error:
         _fail(error, BAD_INPUT)
-    except KeyboardInterrupt:
-        _fail("interrupted", INTERRUPTED)
+    except KeyboardInterrupt as error:
+        _fail(str(error) or "interrupted", INTERRUPTED)
 
 
 def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) -> None:

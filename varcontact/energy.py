@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.discretisation import Discretisation
 from varcontact.matrix_free.symmetric import solve_symmetric
-from varcontact.problem import Discretisation, NormalProblem, TangentialProblem
+from varcontact.problem import NormalProblem, TangentialProblem
 
 if TYPE_CHECKING:
     from varcontact.plan import Plan

@@ -5,12 +5,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from typing import Self
+
+    from varcontact.history import History
     from varcontact.solution import Solution
-    from varcontact.study.convergence import Convergence
 
 
 class VarcontactError(Exception):
-    """Base of every error that varcontact raises on purpose."""
+    """Base of every error that varcontact raises on purpose.
+
+    Attributes
+    ----------
+    step : int or None
+        The step of a history in which it happened, counted from 0.
+    history : History or None
+        The steps before.
+    """
+
+    step: int | None = None
+    history: History | None = None
+
+    def in_step(self, step: int, history: History) -> Self:
+        """The same error, saying in which step of a history."""
+        self.step, self.history = step, history
+        self.args = (f"step {step} of the history: {self.args[0]}",)
+        return self
 
 
 class SceneError(VarcontactError):
@@ -95,17 +114,17 @@ class TooLarge(VarcontactError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C in a study of many solves; what was finished is kept.
+    """Ctrl-C in a study of many solves, or in a history of steps; what was finished is kept.
 
     Attributes
     ----------
-    partial : Convergence
-        The study as far as it got.
+    partial : Convergence or History
+        The study, or the history, as far as it got.
     """
 
-    def __init__(self, partial: Convergence) -> None:
+    def __init__(self, partial: Any, finished: str = "") -> None:
         self.partial = partial
-        super().__init__("interrupted")
+        super().__init__(f"interrupted{finished}")
 
 
 def _short(value: Any) -> str:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.methods import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
-from varcontact.scene import Scene, Shift, Steady
+from varcontact.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene import Scene
 from varcontact.surfaces import SampledDistance
 from varcontact.theories.methods import THEORIES, why_not
 
@@ -67,6 +68,8 @@ def make_plan(
     >>> plan.normal, plan.tangential, plan.coupling
     ('hertz', 'clarabel', 'none')
     """
+    if isinstance(scene.motion, TimeStep):
+        raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
     chosen, reasons = {}, {}
     chosen["normal"], reasons["normal"] = _normal(scene, normal)
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential)
@@ -80,7 +83,7 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
         raise SceneError("normal", wanted, "another method: it is for the tangential problem")
     available("normal", wanted, ("auto", *normal_methods()))
     coupled = scene.bodies.K != 0 and not scene.frictionless
-    hertzian = not isinstance(scene.surface, SampledDistance)
+    hertzian = not any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
     if wanted == "hertz":
         if not hertzian:
             raise SceneError(
@@ -137,8 +140,8 @@ def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "asked for"
-    program = "the gap SOCP of steady rolling" if isinstance(scene.motion, Steady) else "the SOCP of a shift"
-    return "clarabel", program
+    programs = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
+    return "clarabel", programs.get(type(scene.motion), "the SOCP of a shift")
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

@@ -8,7 +8,6 @@ import numpy as np
 
 from varcontact.checks import choice, number, positive
 from varcontact.errors import SceneError
-from varcontact.scene import Steady
 from varcontact.units import Units
 
 if TYPE_CHECKING:
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from varcontact.study.convergence import Convergence
 
 BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "fontsize": "small", "frameon": False}
+ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
 
 
@@ -139,9 +139,7 @@ def plot_passes(sol: Solution) -> Figure:
 
 def _frame(ax: Axes, sol: Solution) -> None:
     """Labels, and the contact with a margin of two elements."""
-    ax.set_xlabel(
-        label("x", "length", sol) + (", rolling to the right" if isinstance(sol.scene.motion, Steady) else "")
-    )
+    ax.set_xlabel(label("x", "length", sol) + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, ""))
     ax.set_ylabel(label("y", "length", sol))
     left, right, bottom, top = _contact_box(sol)
     ax.set_xlim(left, right)

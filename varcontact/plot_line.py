@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.plot import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR, label
-from varcontact.scene import Shift, Steady
+from varcontact.plot import ROLLING, SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +54,7 @@ def draw_line_slip(ax: Axes, sol: Solution) -> None:
     """Slip along x in the contact, over stick and slip areas."""
     _draw_areas(ax, sol)
     _draw_components(ax, sol, np.where(sol.state[0] > 0, sol.slip[:, 0], np.nan))
-    shift = isinstance(sol.scene.motion, Shift)
+    shift = sol.motion is not None and sol.motion.rolls == 0
     ax.set_title(f"{'Shift' if shift else 'Relative slip'} of body 1 over body 2")
     _frame(ax, sol, label("shift", "length", sol) if shift else "relative slip")
 
@@ -72,7 +71,7 @@ def _draw_areas(ax: Axes, sol: Solution) -> None:
 
 def _draw_components(ax: Axes, sol: Solution, values: np.ndarray) -> None:
     """Values (2, nx) along x; their second component where there is lateral motion."""
-    motion = sol.scene.motion
+    motion = sol.motion
     assert motion is not None
     ax.plot(sol.grid.x, values[0], "o-", color=TRACTION_COLOUR, markersize=3, label="along x")
     if motion.rigid[1] != 0 or motion.Fy is not None:
@@ -86,6 +85,4 @@ def _frame(ax: Axes, sol: Solution, name: str) -> None:
     ax.set_xlim(contact[0] - margin, contact[-1] + margin)
     ax.axhline(0, color="k", linewidth=0.5)
     ax.set_ylabel(name)
-    ax.set_xlabel(
-        label("x", "length", sol) + (", rolling to the right" if isinstance(sol.scene.motion, Steady) else "")
-    )
+    ax.set_xlabel(label("x", "length", sol) + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, ""))

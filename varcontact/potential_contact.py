@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from varcontact import memory
+from varcontact.clock import Clock
 from varcontact.coupling import ContactState
+from varcontact.discretisation import Discretisation, discretise
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
-from varcontact.problem import Discretisation, discretise
 from varcontact.scene import Scene
+from varcontact.steps import Steps, contact, unloaded
 from varcontact.surfaces import SampledDistance
 
 AUTO, AUTO_LINE = Grid(nx=24, ny=24), Grid(nx=100)
@@ -58,6 +60,56 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
             break
         box = _clipped(contact_box(look, state.pressure, around=1), surface)
     return within(spec.spread(contact), surface)
+
+
+def on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:
+    """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
+
+    The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
+    """
+    closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
+    with steps.clock("grid"):
+        looks = Steps(replace(steps.plan, normal="clarabel"), 1e-6, True, Clock())
+        grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+    moved = 0
+    for attempt in range(20):
+        disc = discretise(scene, grid)
+        state = steps.pressure(disc, unloaded(grid))
+        with steps.clock("grid"):
+            overlap = outside(disc, state, closed_form)
+            closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
+        if (overlap is None and closer is None) or (coupled and moved):
+            state = contact(disc, steps, state)
+            if not coupled:
+                return disc, state
+            with steps.clock("grid"):
+                overlap = outside(disc, state)
+                closer = fitted(scene, grid, state.pressure, any_surface=True) if 0 < moved < 4 else None
+            if overlap is None and closer is None:
+                return disc, state
+            moved += 1
+        if overlap is not None:
+            grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
+        elif closer is not None:
+            grid = closer
+    raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
+
+
+def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
+    """One grid for several contacts, each of which has its own: the scene's number of elements across all of them."""
+    if len(grids) == 1:
+        return grids[0]
+    boxes = np.array([_inner_box(grid, _spec(scene).margin) for grid in grids])
+    left, bottom = boxes[:, [0, 2]].min(axis=0)
+    right, top = boxes[:, [1, 3]].max(axis=0)
+    return _spec(scene).spread((float(left), float(right), float(bottom), float(top)))
+
+
+def _inner_box(grid: Grid, margin: int) -> Box:
+    """A grid's box without its margin."""
+    (dx, dy), (left, right, bottom, top) = grid.sides, grid.box
+    rows = 0 if grid.line else margin
+    return left + margin * dx, right - margin * dx, bottom + rows * dy, top - rows * dy
 
 
 def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.scene import Steady
+from varcontact.motion import Shift, Steady, TimeStep, Transient
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from varcontact.history import History
     from varcontact.solution import Solution
 
 
@@ -23,9 +24,11 @@ def report(sol: Solution) -> str:
     return "\n".join(lines)
 
 
+_KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}
+
+
 def _headline(sol: Solution) -> str:
-    motion = sol.scene.motion
-    kind = "Normal contact" if motion is None else "Steady rolling" if isinstance(motion, Steady) else "Shift"
+    kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     K = sol.scene.bodies.K
     bodies = "quasi-identical bodies" if K == 0 else f"unlike bodies (K = {K:.3g})"
     state = "" if sol.converged else ": NOT CONVERGED"
@@ -42,11 +45,11 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         ),
         ("approach", _sized(sol.approach, unit("length"))),
     ]
-    motion = sol.scene.motion
+    motion = sol.motion
     if motion is None:
         return rows
     first, second, third = sol.creepage
-    if isinstance(motion, Steady):
+    if motion.rolls:
         turn = "" if sol.scene.line else f", spin = {third:.6g}{unit('spin')}"
         rows.append(("creepage", f"vx = {first:.6g}, vy = {second:.6g}{turn}"))
     else:
@@ -132,6 +135,22 @@ def _sized(displacement: float, unit: str) -> str:
 def _without_noise(value: float, scale: float) -> float:
     """A number, or zero where it is rounding beside the scale."""
     return 0.0 if abs(value) < 1e-13 * abs(scale) < np.inf else value
+
+
+def report_history(history: History) -> str:
+    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full."""
+    wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
+    count = len(history)
+    state = "" if count == wanted else f": {count} FINISHED"
+    lines = [f"Rolling in time, {wanted} steps{state}", ""]
+    if count == 0:
+        return lines[0]
+    heads = ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")
+    lines.append("  ".join(name.rjust(11) for name in heads))
+    columns = [history.rolled, history.normal_force, *history.force.T, history.moment, history.dissipation]
+    shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
+    lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
+    return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1])}"])
 
 
 def summary(table: pd.DataFrame) -> str:

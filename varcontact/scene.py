@@ -1,167 +1,23 @@
-"""What the user says: bodies, surfaces, load, friction, motion, grid. Each class checks itself when made."""
+"""What the user says: bodies, surface, load, friction, motion, grid. Each class checks itself when made."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
 from varcontact import checks
+from varcontact.bodies import Bodies
 from varcontact.errors import NoContact, SceneError
 from varcontact.grid import Grid
+from varcontact.motion import Motion, Shift, Steady, TimeStep, Transient, coefficient
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.units import Units
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).
-
-    Parameters
-    ----------
-    G : float or pair
-        Modulus of rigidity [force/area]; one value for both bodies, or (upper, lower). ``inf`` is rigid.
-    nu : float or pair
-        Poisson's ratio in (-1, 0.5].
-
-    Raises
-    ------
-    SceneError
-        For moduli that are not positive, ratios out of range, or two rigid bodies.
-
-    Examples
-    --------
-    >>> steel_on_aluminium = Bodies(G=(82e9, 26e9), nu=(0.28, 0.33))
-    >>> print(f"{steel_on_aluminium.combined_G:.4g} {steel_on_aluminium.K:.4f}")
-    3.948e+10 -0.0761
-    """
-
-    G: float | tuple[float, float]
-    nu: float | tuple[float, float]
-
-    def __post_init__(self) -> None:
-        G = _pair("bodies.G", self.G, _modulus)
-        nu = _pair("bodies.nu", self.nu, _poisson)
-        if math.isinf(G[0]) and math.isinf(G[1]):
-            raise SceneError("bodies.G", self.G, "finite for one body at least (both are rigid)")
-        object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
-        object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
-
-    @classmethod
-    def from_young(cls, E: float | tuple[float, float], nu: float | tuple[float, float]) -> Bodies:
-        """From Young's modulus, (160): ``G = E / (2 (1 + nu))``.
-
-        Examples
-        --------
-        >>> Bodies.from_young(E=210e9, nu=0.25)
-        Bodies(G=84000000000.0, nu=0.25)
-        """
-        moduli = _pair("bodies.E", E, _modulus)
-        ratios = _pair("bodies.nu", nu, _poisson)
-        return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
-
-    @property
-    def pairs(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """((G1, G2), (nu1, nu2))."""
-        G = self.G if isinstance(self.G, tuple) else (self.G, self.G)
-        nu = self.nu if isinstance(self.nu, tuple) else (self.nu, self.nu)
-        return G, nu
-
-    @property
-    def combined_G(self) -> float:
-        """Combined modulus of rigidity, ``1/G = (1/G1 + 1/G2)/2`` (58)."""
-        (G1, G2), _ = self.pairs
-        return 2 / (1 / G1 + 1 / G2)
-
-    @property
-    def combined_nu(self) -> float:
-        """Combined Poisson's ratio, ``nu/G = (nu1/G1 + nu2/G2)/2`` (59)."""
-        (G1, G2), (nu1, nu2) = self.pairs
-        return nu1 if nu1 == nu2 else self.combined_G / 2 * (nu1 / G1 + nu2 / G2)
-
-    @property
-    def K(self) -> float:
-        """Difference parameter (60); zero: quasi-identical, normal and tangential problem uncoupled."""
-        (G1, G2), (nu1, nu2) = self.pairs
-        if (G1, nu1) == (G2, nu2):
-            return 0.0
-        weight = self.combined_G / 4
-        upper, lower = weight * (1 - 2 * nu1) / G1, weight * (1 - 2 * nu2) / G2
-        return upper - lower if abs(upper - lower) > 1e-15 else 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Steady:
-    """Steady rolling in the direction of x.
-
-    Parameters
-    ----------
-    vx, vy : float
-        Longitudinal and lateral creepage [-]: rigid slip of body 1 over body 2 by rolling velocity (75).
-    spin : float
-        Spin creepage [1/length].
-    Fx, Fy : float, optional
-        Tangential force on body 1 in place of the creepage of the same direction [force].
-    dq : float, optional
-        Distance rolled in the step that discretises the slip [length]; the element's dx if not given.
-    spin_offset : float
-        Where the rigid slip of spin is sampled: at ``x + spin_offset * dq``; in [0, 1]. The default 1/6 is
-        CONTACT's; 0 keeps the discrete C23 = -C32 exact, 1/2 is the path's middle.
-    """
-
-    vx: float = 0.0
-    vy: float = 0.0
-    spin: float = 0.0
-    Fx: float | None = None
-    Fy: float | None = None
-    dq: float | None = None
-    spin_offset: float = 1 / 6
-
-    def __post_init__(self) -> None:
-        _check_motion(self, "vx", "vy", "spin")
-        if self.dq is not None:
-            object.__setattr__(self, "dq", checks.positive("motion.dq", self.dq))
-        offset = checks.number("motion.spin_offset", self.spin_offset, "a number in [0, 1]")
-        if not 0 <= offset <= 1:
-            raise SceneError("motion.spin_offset", self.spin_offset, "a number in [0, 1]")
-
-    @property
-    def rigid(self) -> tuple[float, float, float]:
-        """(vx, vy, spin)."""
-        return self.vx, self.vy, self.spin
-
-
-@dataclass(frozen=True, kw_only=True)
-class Shift:
-    """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.
-
-    Parameters
-    ----------
-    ux, uy : float
-        Rigid shift of body 1 over body 2 [length].
-    rotation : float
-        Its rotation about the z-axis [rad].
-    Fx, Fy : float, optional
-        Tangential force on body 1 in place of the shift of the same direction [force].
-    """
-
-    ux: float = 0.0
-    uy: float = 0.0
-    rotation: float = 0.0
-    Fx: float | None = None
-    Fy: float | None = None
-
-    def __post_init__(self) -> None:
-        _check_motion(self, "ux", "uy", "rotation")
-
-    @property
-    def rigid(self) -> tuple[float, float, float]:
-        """(ux, uy, rotation)."""
-        return self.ux, self.uy, self.rotation
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -175,13 +31,13 @@ class Scene:
     surface : Paraboloids, Ellipse, Cylinders or SampledDistance
         Undeformed distance.
     normal_force, approach : float
-        Exactly one of the two: compressive force [force; in line contact per unit length], or approach of the
-        bodies [length].
+        Exactly one of the two (in a history at most): compressive force [force; in line contact per unit length], or
+        approach of the bodies [length].
     friction : float or array_like, shape (ny, nx), or (nx,) in line contact
         Coefficient of friction; a number (``inf``: no slip at all), or one number per element of an explicit
         grid. Needed where there is a motion.
-    motion : Steady or Shift, optional
-        None: normal contact only.
+    motion : Steady, Shift or Transient, optional
+        None: normal contact only. A history (`Transient`) may give load, friction and surface of its steps itself.
     grid : Grid or "auto"
         The potential contact and its elements; ``"auto"``: 24 elements across the contact either way, 100 in line
         contact.
@@ -209,7 +65,7 @@ class Scene:
     normal_force: float | None = None
     approach: float | None = None
     friction: float | np.ndarray | None = None
-    motion: Steady | Shift | None = None
+    motion: Motion | Transient | None = None
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
 
@@ -218,7 +74,7 @@ class Scene:
         _instance("bodies", self.bodies, (Bodies,))
         _instance("surface", self.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
         if self.motion is not None:
-            _instance("motion", self.motion, (Steady, Shift))
+            _instance("motion", self.motion, (Steady, Shift, TimeStep, Transient))
         if self.units is not None:
             _instance("units", self.units, (Units,))
         if not (isinstance(self.grid, str) and self.grid == "auto"):
@@ -226,22 +82,25 @@ class Scene:
         self._check_load()
         self._check_dimension()
         if self.friction is None:
-            if self.motion is not None:
+            if self.motion is not None and not (
+                isinstance(self.motion, Transient) and None not in self.motion.every("friction")
+            ):
                 raise SceneError("friction", None, "given where there is a motion (a number, inf, or an array)")
         elif not checks.is_array(self.friction):
-            allowed = "zero or positive (inf: no slip)"
-            f = checks.real("friction", self.friction, allowed)
-            if f < 0:
-                raise SceneError("friction", self.friction, allowed)
-            set_(self, "friction", f)
+            set_(self, "friction", coefficient("friction", self.friction))
         else:
             row = self.line and np.ndim(self.friction) == 1
             set_(self, "friction", checks.array("friction", np.atleast_2d(self.friction) if row else self.friction, 2))
             self._check_on_grid("friction", self.friction)
             if np.any(self.friction < 0):
                 raise SceneError("friction", float(np.min(self.friction)), "zero or positive everywhere")
-        if isinstance(self.surface, SampledDistance) and self.surface.x is None:
-            self._check_on_grid("surface.h", self.surface.samples)
+        if isinstance(self.surface, Ellipse) and (self.normal_force, self.approach) == (None, None):
+            raise SceneError("surface", self.surface, "Paraboloids, where the scene has no load of its own")
+        for surface in self.surfaces:
+            if is_line(surface) != self.line or getattr(surface, "reference_depth", None) != self.reference_depth:
+                raise SceneError("motion.surface", surface, "line contact as the scene's surface, from the same depth")
+            if isinstance(surface, SampledDistance) and surface.x is None:
+                self._check_on_grid("surface.h", surface.samples)
 
     def _check_dimension(self) -> None:
         """Line contact has no rows, no spin, and a reference depth where displacements are prescribed."""
@@ -256,10 +115,16 @@ class Scene:
             if grid.dy is not None:
                 raise SceneError("grid.dy", grid.dy, "left out in line contact, where forces are per unit length")
             object.__setattr__(self, "grid", Grid(nx=grid.nx, margin=grid.margin))
-        if motion is not None and motion.rigid[2] != 0:
-            name = "spin" if isinstance(motion, Steady) else "rotation"
-            raise SceneError(f"motion.{name}", motion.rigid[2], "0 in line contact, where nothing depends on y")
-        if surface.reference_depth is not None:
+        for name in ("spin", "rotation"):
+            turns = np.atleast_1d(getattr(motion, name, 0.0))
+            if np.any(turns != 0):
+                raise SceneError(
+                    f"motion.{name}", float(turns[turns != 0][0]), "0 in line contact, where nothing depends on y"
+                )
+        if isinstance(motion, Transient):
+            self._check_afloat(motion)
+            return
+        if surface.reference_depth is not None or isinstance(motion, TimeStep):
             return
         needed = []
         if self.approach is not None:
@@ -275,19 +140,55 @@ class Scene:
                 "force",
             )
 
-    def _check_load(self) -> None:
-        if (self.normal_force is None) == (self.approach is None):
-            which = "neither" if self.normal_force is None else "both"
-            given = (self.normal_force, self.approach)
-            raise SceneError("normal_force, approach", given, f"exactly one of the two ({which} given)")
-        if self.normal_force is not None:
-            object.__setattr__(self, "normal_force", checks.positive("normal_force", self.normal_force))
+    def _check_afloat(self, motion: Transient) -> None:
+        """In line contact displacements count from a depth, or but for a constant that a changing force changes."""
+        surfaces = self.surfaces
+        if all(not isinstance(each, Paraboloids | Ellipse) and each.reference_depth is not None for each in surfaces):
             return
-        approach = checks.number("approach", self.approach)
-        object.__setattr__(self, "approach", approach)
-        least = float(self.surface.h.min()) if isinstance(self.surface, SampledDistance) else 0.0
-        if approach <= least:
-            raise NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}: no contact")
+        pressed = self.bodies.K != 0 and not self.frictionless
+        for i, (force, rigid) in enumerate({"Fx": ("vx", "ux"), "Fy": ("vy", "uy")}.items()):
+            moved = any(value != 0 for name in rigid for value in motion.every(name))
+            forces = motion.every(force)
+            start = motion.start
+            carried = start is not None and bool(np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()))
+            if not (moved or carried or any(forces) or (pressed and i == 0)):
+                continue  # no traction arises in this direction
+            if None in forces:
+                k = forces.index(None)
+                raise SceneError(
+                    "surface.reference_depth",
+                    None,
+                    f"given, where motion.{force} is not in each step (step {k}): the displacement that a changing "
+                    "force leaves counts from a depth in line contact",
+                )
+        for k, approach in enumerate(motion.every("approach")):
+            if approach is not None or (self.approach is not None and motion.of("normal_force", k) is None):
+                raise SceneError("surface.reference_depth", None, f"given, for the approach of step {k}")
+
+    def _check_load(self) -> None:
+        motion, set_ = self.motion, object.__setattr__
+        given = (self.normal_force, self.approach)
+        in_steps = isinstance(motion, Transient) and given == (None, None)
+        if (self.normal_force is None) == (self.approach is None) and not in_steps:
+            which = "neither" if self.normal_force is None else "both"
+            raise SceneError("normal_force, approach", given, f"exactly one of the two ({which} given)")
+        if isinstance(motion, Transient):
+            for k in range(motion.steps):
+                force, approach = motion.of("normal_force", k), motion.of("approach", k)
+                if (force is None) == (approach is None) and (in_steps or force is not None):
+                    name = f"motion.normal_force[{k}], motion.approach[{k}]"
+                    raise SceneError(name, (force, approach), f"one of the two{'' if in_steps else ' at most'}")
+        if self.normal_force is not None:
+            unloaded = isinstance(motion, TimeStep) and self.normal_force == 0
+            check = checks.number if unloaded else checks.positive
+            set_(self, "normal_force", check("normal_force", self.normal_force))
+        if self.approach is not None:
+            set_(self, "approach", checks.number("approach", self.approach))
+            least = float(self.surface.h.min()) if isinstance(self.surface, SampledDistance) else 0.0
+            if self.approach <= least and not isinstance(motion, TimeStep | Transient):
+                raise NoContact(
+                    "approach", self.approach, f"above the least undeformed distance, {least:.6g}: no contact"
+                )
 
     def _check_on_grid(self, field: str, values: Any) -> None:
         entries = "nx, dx, x0" if self.line else "nx, ny, dx, dy, x0, y0"
@@ -314,6 +215,8 @@ class Scene:
 
         The approach of a line contact is NaN where no reference depth is given.
         """
+        if self.normal_force == 0 or (self.approach is not None and self.approach <= 0):
+            return None  # a step without contact
         load = {"force": self.normal_force, "approach": self.approach}
         if isinstance(self.surface, Cylinders):
             return _hertz_line(self.surface, self.bodies, **load)
@@ -324,14 +227,63 @@ class Scene:
         return None
 
     @property
+    def frictions(self) -> list[float | np.ndarray | None]:
+        """The coefficient of friction, of each step where it is a history."""
+        if not isinstance(self.motion, Transient):
+            return [self.friction]
+        return [self.friction if f is None else f for f in self.motion.every("friction")]
+
+    @property
+    def surfaces(self) -> list[Surface]:
+        """The surface, of each step where it is a history."""
+        if isinstance(self.motion, Transient) and self.motion.surface is not None:
+            return list(self.motion.surface)
+        return [self.surface]
+
+    @property
     def frictionless(self) -> bool:
         """Whether no tangential traction can arise."""
-        return self.motion is None or bool(np.all(np.asarray(self.friction) == 0))
+        return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
 
     @property
     def no_slip(self) -> bool:
         """Whether friction is infinite."""
-        return isinstance(self.friction, float) and math.isinf(self.friction)
+        return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)
+
+    def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
+        """Surface, normal force and approach of step k of a history."""
+        motion = self.motion
+        assert isinstance(motion, Transient)
+        force, approach = motion.of("normal_force", k), motion.of("approach", k)
+        if force is None and approach is None:
+            force, approach = self.normal_force, self.approach
+        return (self._surface if motion.surface is None else motion.surface[k]), force, approach
+
+    def step(self, k: int, grid: Grid) -> Scene:
+        """The scene of step k of a history, on the history's grid."""
+        motion = self.motion
+        assert isinstance(motion, Transient)
+        surface, force, approach = self.contact(k)
+        own = motion.of("friction", k)
+        friction = self.friction if own is None else own
+        return replace(
+            self,
+            surface=surface,
+            normal_force=force,
+            approach=approach,
+            friction=friction,
+            motion=motion.step(k, grid.sides[0]),
+            grid=grid,
+        )
+
+    @cached_property
+    def _surface(self) -> Surface:
+        """The surface under any load: an ellipse is that of the scene's own."""
+        surface = self.surface
+        if not isinstance(surface, Ellipse):
+            return surface
+        own = hertz_ellipse(surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach)
+        return Paraboloids(own.Rx, own.Ry)
 
 
 def _hertz_line(surface: Cylinders, bodies: Bodies, force: float | None, approach: float | None) -> HertzContact:
@@ -349,41 +301,3 @@ def _hertz_line(surface: Cylinders, bodies: Bodies, force: float | None, approac
 def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "") -> None:
     if not isinstance(value, classes):
         raise SceneError(field, value, " or ".join(c.__name__ for c in classes) + more)
-
-
-def _check_motion(motion: Steady | Shift, along_x: str, along_y: str, about_z: str) -> None:
-    for name in (along_x, along_y, about_z):
-        object.__setattr__(motion, name, checks.number(f"motion.{name}", getattr(motion, name)))
-    for force, rigid in (("Fx", along_x), ("Fy", along_y)):
-        value = getattr(motion, force)
-        if value is None:
-            continue
-        object.__setattr__(motion, force, checks.number(f"motion.{force}", value))
-        if getattr(motion, rigid) != 0:
-            raise SceneError(f"motion.{force}, motion.{rigid}", (value, getattr(motion, rigid)), "one of the two only")
-
-
-def _modulus(field: str, value: Any) -> float:
-    allowed = "a positive modulus (inf: rigid)"
-    modulus = checks.real(field, value, allowed)
-    if modulus <= 0:
-        raise SceneError(field, value, allowed)
-    return modulus
-
-
-def _poisson(field: str, value: Any) -> float:
-    allowed = "a Poisson's ratio in (-1, 0.5]"
-    ratio = checks.number(field, value, allowed)
-    if not -1 < ratio <= 0.5:
-        raise SceneError(field, value, allowed)
-    return ratio
-
-
-def _pair(field: str, value: Any, check: Any) -> tuple[float, float]:
-    """One value for both bodies, or a pair."""
-    if checks.is_array(value):
-        if len(value) != 2:
-            raise SceneError(field, value, "one value, or a pair (upper, lower)")
-        return check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1])
-    single = check(field, value)
-    return single, single

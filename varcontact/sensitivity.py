@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discretisation import Discretisation, discretise
 from varcontact.errors import SceneError
-from varcontact.problem import Discretisation, discretise
-from varcontact.scene import Shift, Steady
+from varcontact.motion import Steady
 from varcontact.solution import SLIP, STICK, Solution
 from varcontact.theories.methods import THEORIES
 
@@ -22,8 +22,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if plan.tangential in THEORIES or plan.coupling == "johnson":
         approximate = plan.tangential if plan.tangential in THEORIES else plan.coupling
         raise SceneError("solution", approximate, "by an exact method, at whose solution the problem is linearised")
-    if scene.line and scene.reference_depth is None and isinstance(scene.motion, Shift):
-        raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a shift needs it")
+    if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
+        raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
     if bearing.size == 0:
@@ -36,14 +36,11 @@ def sensitivity(sol: Solution) -> np.ndarray:
 
 def _unit_shifts(disc: Discretisation) -> np.ndarray:
     """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
-    motion = disc.scene.motion
-    names = ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation")
-    shifts = []
-    for name in names[: 2 if disc.scene.line else 3]:
-        values: dict[str, Any] = {**dict.fromkeys(names, 0.0), name: 1.0, "Fx": None, "Fy": None}
-        assert motion is not None
-        shifts.append(disc.moved(replace(motion, **values)).rigid_shift().reshape(2, -1))
-    return np.array(shifts)
+    motion, every = disc.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
+    still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
+    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.scene.line else 3]
+    units = [replace(motion, **{**still, name: 1.0}) for name in names]
+    return np.array([disc.moved(unit).rigid_shift().reshape(2, -1) for unit in units])
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.coupling import ContactState
+from varcontact.discretisation import Discretisation
 from varcontact.energy import Certificate
 from varcontact.grid import Grid
+from varcontact.motion import Motion, Shift, Steady, Transient
 from varcontact.plan import Plan
-from varcontact.problem import Discretisation
-from varcontact.scene import Scene, Shift, Steady
+from varcontact.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +41,7 @@ class Solution:
         Tangential traction on body 1, x and y [force/area].
     slip : ndarray, shape (2, ny, nx)
         Relative slip of body 1 over body 2 in the contact: slip velocity by rolling velocity [-] in rolling, the
-        local shift [length] in a shift; zero outside.
+        local shift [length] in a shift (also in a step of a history that does not roll); zero outside.
     distance : ndarray, shape (ny, nx)
         Deformed distance [length].
     state : int8 ndarray, shape (ny, nx)
@@ -48,8 +49,8 @@ class Solution:
     approach : float
         Approach of the bodies [length]; NaN in line contact without a reference depth.
     creepage : tuple of float
-        (vx, vy, spin); of a shift (ux, uy, rotation), NaN where a force is prescribed in line contact without a
-        reference depth.
+        (vx, vy, spin); of a shift (ux, uy, rotation). NaN where a force is prescribed in line contact without a
+        reference depth, in a shift or in a step of a history that changes the force; and without contact.
     certificate : Certificate
     converged : bool
         Whether the tolerance was reached.
@@ -118,6 +119,17 @@ class Solution:
         """Areas of contact, stick and slip; in line contact per unit length: widths."""
         return {name: count * self.grid.area for name, count in self.elements.items()}
 
+    @property
+    def motion(self) -> Motion | None:
+        """How the bodies move: the scene's motion."""
+        assert not isinstance(self.scene.motion, Transient)
+        return self.scene.motion
+
+    @property
+    def friction_work(self) -> float:
+        """Work lost by friction: by distance rolled [force], in a shift [force length]."""
+        return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
+
     def report(self) -> str:
         """The solution in words, for people."""
         from varcontact.report import report
@@ -141,20 +153,20 @@ class Solution:
         """
         certificate = self.certificate
         return {
-            "normal_force": _known(self.normal_force),
-            "force": [_known(F) for F in self.force],
-            "moment": _known(self.moment),
-            "approach": _known(self.approach),
-            "creepage": [_known(c) for c in self.creepage],
+            "normal_force": known(self.normal_force),
+            "force": [known(F) for F in self.force],
+            "moment": known(self.moment),
+            "approach": known(self.approach),
+            "creepage": [known(c) for c in self.creepage],
             "elements": self.elements,
             "certificate": {
-                "gap": _known(certificate.gap),
-                "relative_gap": _known(certificate.relative_gap),
-                "force_bound": [_known(bound) for bound in certificate.force_bound],
-                "residual": _known(certificate.residual),
-                "normal_relative_gap": _known(certificate.normal_relative_gap),
-                "normal_residual": _known(certificate.normal_residual),
-                "tangential_residual": _known(certificate.tangential_residual),
+                "gap": known(certificate.gap),
+                "relative_gap": known(certificate.relative_gap),
+                "force_bound": [known(bound) for bound in certificate.force_bound],
+                "residual": known(certificate.residual),
+                "normal_relative_gap": known(certificate.normal_relative_gap),
+                "normal_residual": known(certificate.normal_residual),
+                "tangential_residual": known(certificate.tangential_residual),
             },
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
@@ -231,7 +243,8 @@ class Solution:
         return plot_passes(self)
 
 
-def _known(value: float) -> float | None:
+def known(value: float) -> float | None:
+    """A number as JSON can have it: None where it is no number, or infinite."""
     return float(value) if np.isfinite(value) else None
 
 
@@ -250,7 +263,7 @@ def solution_of(
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
     shift, areas = _shift_and_areas(disc, state, contact)
     rolled = disc.step * disc.length / disc.displacement if disc.step is not None else 1 / disc.displacement
-    afloat = scene.line and scene.reference_depth is None  # displacements are known but for a constant
+    unknown = disc.afloat and scene.approach is None
     return Solution(
         scene=scene,
         grid=disc.grid,
@@ -260,8 +273,8 @@ def solution_of(
         slip=shift / rolled,
         distance=distance - state.approach * disc.displacement,
         state=areas,
-        approach=math.nan if afloat and scene.approach is None else state.approach * disc.displacement + disc.base,
-        creepage=_creepage(scene.motion, state.rigid / rolled, afloat),
+        approach=math.nan if unknown else state.approach * disc.displacement + disc.base,
+        creepage=_creepage(disc, state, rolled),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
@@ -271,13 +284,19 @@ def solution_of(
     )
 
 
-def _creepage(motion: Steady | Shift | None, found: np.ndarray, afloat: bool) -> tuple[float, float, float]:
+def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """What is prescribed, and what was found where a force is."""
-    if motion is None:
+    if disc.scene.motion is None:
         return 0.0, 0.0, 0.0
+    motion, found = disc.motion, state.rigid / rolled
     along_x, along_y, about_z = motion.rigid
-    if isinstance(motion, Shift) and afloat:
-        found = np.where([motion.Fx is not None, motion.Fy is not None], math.nan, found)
+    prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
+    unknown = np.full(2, not state.pressure.any())
+    if disc.afloat and not isinstance(motion, Steady):
+        before = np.zeros(2) if disc.carried is None else disc.carried.force
+        force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
+        unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force))
+    found = np.where(prescribed & unknown, math.nan, found)
     return along_x + float(found[0]), along_y + float(found[1]), about_z
 
 
@@ -291,7 +310,7 @@ def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndar
     shift = np.zeros((2, *contact.shape))
     if disc.scene.motion is None:
         return shift, areas
-    shift[:] = disc.rigid_shift() + state.rigid[:, None, None]
+    shift[:] = disc.known_shift() + state.rigid[:, None, None]
     operator = disc.tangential_operator
     shift += operator.apply(state.traction)
     if disc.scene.bodies.K != 0:

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.clock import Clock
 from varcontact.conic.setups import Setups
-from varcontact.coupling import ContactState, joint, panagiotopoulos
-from varcontact.energy import Certificate, certify_problems, normal_residual, residuals
-from varcontact.errors import NotConverged, Saturated, SceneError
+from varcontact.coupling import ContactState
+from varcontact.discretisation import Discretisation, discretise
+from varcontact.energy import Certificate, certify_problems
+from varcontact.errors import Saturated, SceneError
 from varcontact.grid import Grid
+from varcontact.history import History
+from varcontact.judge import judged
+from varcontact.motion import Shift, Steady, Transient
 from varcontact.plan import Plan, make_plan
-from varcontact.potential_contact import enlarged, first_grid, fitted, outside
-from varcontact.problem import Discretisation, discretise
-from varcontact.report import no_guarantee
-from varcontact.scene import Scene, Shift, Steady
-from varcontact.solution import Solution, solution_of
-from varcontact.steps import Steps, hertz_pressure, unloaded
-from varcontact.theories.methods import THEORIES
+from varcontact.potential_contact import first_grid, on_a_grid_that_holds_it
+from varcontact.scene import Scene
+from varcontact.solution import Solution
+from varcontact.steps import Steps, contact, hertz_pressure, unloaded
+from varcontact.transient import solve_transient
 
 
 def solve(
@@ -35,7 +37,8 @@ def solve(
     tol: float = 1e-8,
     polish: bool = True,
     progress: Callable[[str], None] | None = None,
-) -> Solution:
+    store: str | Path | None = None,
+) -> Solution | History:
     """Solve a scene.
 
     Parameters
@@ -63,11 +66,15 @@ def solve(
         Without it an interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol`
         is not reached. Active-set methods and theories are never polished.
     progress : callable, optional
-        Told the name of each stage as it starts.
+        Told the name of each stage as it starts; of a history, how many steps are done.
+    store : str or Path, optional
+        Of a history: the file its steps are added to as they are finished, so that memory does not grow with them.
+        Called again with the same scene, methods and file, an interrupted history goes on where it stopped.
 
     Returns
     -------
-    Solution
+    Solution or History
+        A History where the motion is `Transient`.
 
     Raises
     ------
@@ -77,6 +84,9 @@ def solve(
         If the package of a method is not installed.
     Saturated
         If a prescribed tangential force is beyond what friction can carry.
+    Interrupted
+        A history by Ctrl-C; its `partial` is what is finished. The errors above, where a step of a history raises
+        them, have the steps before as their `history`, and the step's number as `step`.
     NotConverged
         If the tolerance is not reached; its `solution` is the best iterate. Johnson's process is held to the two
         problems as it poses them; what the whole lacks stands in the certificate.
@@ -97,11 +107,15 @@ def solve(
         raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    if isinstance(scene.motion, Transient):
+        return solve_transient(scene, plan, tol, polish, progress, store)
+    if store is not None:
+        raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
     _check_saturation(scene)
     repeats = plan.coupling in ("panagiotopoulos", "joint") or plan.formulation == "marching"
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None)
-    disc, state = _on_a_grid_that_holds_it(scene, steps)
-    return _judged(disc, state, steps)
+    disc, state = on_a_grid_that_holds_it(scene, steps)
+    return judged(disc, state, steps)
 
 
 def solve_many(
@@ -123,48 +137,10 @@ def solve_many(
         steps = Steps(plan, tol, polish, Clock(progress), setups)
         if disc is not None and state is not None and motion is not None and plan.coupling == "none":
             disc = disc.moved(motion)
-            state = _contact(disc, steps, replace(state, iterations={}, status={}, solved={}))
+            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}))
         else:
-            disc, state = _on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
-        yield _judged(disc, state, steps)
-
-
-def _judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
-    """The solution, with its certificate; held to the tolerance."""
-    plan, tol = steps.plan, steps.tol
-    with steps.clock("certificate"):
-        certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
-    residual = _residual_as_posed(disc, plan, state, certificate)
-    solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
-    if not solution.converged:
-        raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
-    return solution
-
-
-def _why(solution: Solution, state: ContactState) -> str:
-    """What is known about why a solution is not one."""
-    if state.passes:
-        change = state.passes[-1][0]
-        return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
-    words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
-    reason = no_guarantee(solution)
-    return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
-
-
-def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
-    """The residual by which a solution is accepted: of the problems that the plan poses.
-
-    Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
-    without tractions, and what the whole then lacks is its own approximation, found in the certificate.
-    """
-    if plan.tangential == "none" or plan.tangential in THEORIES:
-        return 0.0 if plan.normal == "hertz" else certificate.normal_residual
-    if plan.normal == "hertz":  # also where friction is zero all over the contact, and there is nothing but pressure
-        return certificate.tangential_residual
-    if plan.coupling != "johnson":
-        return certificate.residual
-    alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
-    return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is
+            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
+        yield judged(disc, state, steps)
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
@@ -199,7 +175,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     True
     """
     motion = scene.motion
-    if motion is None or motion.Fx is not None or motion.Fy is not None:
+    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("motion", motion, "given, with creepages and no prescribed force, to judge tractions")
     if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
         raise SceneError("grid", scene.grid, "explicit, to judge tractions on it")
@@ -217,60 +193,10 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
 
 
-def _on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:
-    """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
-
-    The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
-    """
-    closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
-    with steps.clock("grid"):
-        looks = Steps(replace(steps.plan, normal="clarabel"), 1e-6, True, Clock())
-        grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
-    moved = 0
-    for attempt in range(20):
-        disc = discretise(scene, grid)
-        state = steps.pressure(disc, unloaded(grid))
-        with steps.clock("grid"):
-            overlap = outside(disc, state, closed_form)
-            closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
-        if (overlap is None and closer is None) or (coupled and moved):
-            state = _contact(disc, steps, state)
-            if not coupled:
-                return disc, state
-            with steps.clock("grid"):
-                overlap = outside(disc, state)
-                closer = fitted(scene, grid, state.pressure, any_surface=True) if 0 < moved < 4 else None
-            if overlap is None and closer is None:
-                return disc, state
-            moved += 1
-        if overlap is not None:
-            grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
-        elif closer is not None:
-            grid = closer
-    raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
-
-
-def _contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
-    """Pressure and traction by the plan's coupling, from the pressure without traction."""
-    normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
-    if steps.plan.tangential == "none":
-        return start
-    if steps.plan.coupling == "panagiotopoulos":
-        return panagiotopoulos(start, normal, tangential, whole, tol=steps.tol / 10)
-    if steps.plan.coupling == "joint":
-        return joint(start, partial(steps.together, disc), whole, tol=steps.tol / 10)
-    return tangential(start)
-
-
-def _whole(disc: Discretisation, state: ContactState) -> float:
-    """The residual of the whole problem in a state, by FFT."""
-    return max(residuals(disc, state.pressure, state.approach, state.traction, state.rigid))
-
-
 def _check_saturation(scene: Scene) -> None:
     """Before any work: forces beyond f Fz, where both are numbers."""
     motion = scene.motion
-    if motion is None:
+    if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
     limit = 0.0 if scene.frictionless else np.inf

@@ -16,18 +16,22 @@ from varcontact.active_set.tang import no_slip, tang_safeguarded
 from varcontact.clock import Clock
 from varcontact.conic.joint import solve_joint
 from varcontact.conic.setups import Setups
-from varcontact.coupling import ContactState, alternating
-from varcontact.energy import magnitude, normal_residual, project, tangential_residual
+from varcontact.coupling import ContactState, alternating, joint, panagiotopoulos
+from varcontact.discretisation import Discretisation, out_of_reach
+from varcontact.energy import magnitude, normal_residual, project, residuals, tangential_residual
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.evolution import march
 from varcontact.grid import Grid
 from varcontact.methods import normal_solver, states_programs, tangential_solver
 from varcontact.plan import Plan
-from varcontact.problem import Discretisation, NormalProblem, RawSolution, Settings, TangentialProblem, out_of_reach
+from varcontact.problem import NormalProblem, RawSolution, Settings, TangentialProblem
 from varcontact.theories.methods import THEORIES
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer nothing improves."""
+
+NEWTON_STEPS_FROM_START = 8
+"""Newton steps of TANG from the pass or the step before, until it must have come nearer."""
 
 _Problem = TypeVar("_Problem", NormalProblem, TangentialProblem)
 
@@ -154,7 +158,8 @@ class Steps:
         if not states_programs(self.plan.normal):
             return solver(problem, self._settings(self.tol), start)
         if self.polish:
-            return self._polished(problem, solver, norm, normal_residual, start)
+            near = None if start is None else norm(problem, start)
+            return self._polished(problem, solver, norm, normal_residual, start, near)
         return without_noise(problem, solver(problem, self._settings(UNPOLISHED * self.tol), start))
 
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
@@ -177,13 +182,15 @@ class Steps:
                     "formulation", "gap", "another: the gap is not convex for so long elements and short dq"
                 )
             return solver(problem, self._settings(UNPOLISHED * self.tol), start)
-        sticking = no_slip(problem)
-        if np.all(magnitude(sticking.traction) <= problem.bound):
-            return sticking  # friction is nowhere exhausted: the linear solution is the solution
+        if start is None or not problem.symmetric:
+            sticking = no_slip(problem)
+            if np.all(magnitude(sticking.traction) <= problem.bound):
+                return sticking  # friction is nowhere exhausted: the linear solution is the solution
         if self.plan.formulation == "gap" and not problem.monotone:
             # No convex program: what finds a solution is tried, and the certificate judges it.
             return tang_safeguarded(problem)
-        return self._polished(problem, solver, tang_safeguarded, tangential_residual, start)
+        near = None if start is None else _from_start(problem, start)
+        return self._polished(problem, solver, tang_safeguarded, tangential_residual, start, near)
 
     def _settings(self, tol: float) -> Settings:
         return Settings(tol, self.plan.formulation, self.setups)
@@ -195,13 +202,14 @@ class Steps:
         polish: Callable[[_Problem, RawSolution], RawSolution],
         residual: Callable[[_Problem, np.ndarray, np.ndarray], float],
         start: RawSolution | None,
+        near: RawSolution | None,
     ) -> RawSolution:
         """A solver's answer, polished: the solver is asked for no more than the polish needs to succeed.
 
-        Where the polish takes a start (the pass before) to the tolerance, no solver is needed at all.
+        Where the polish takes a start (the pass or the step before) to the tolerance, `near`, no solver is needed.
         """
         enough = min(self.tol, 1e-9)
-        best = None if start is None else replace(polish(problem, start), iterations=0)
+        best = None if near is None else replace(near, iterations=0)
         answer = start
         for asked in (1e-2, 1e-4, 1e-6):
             if best is not None and residual(problem, best.traction, best.rigid) <= enough:
@@ -216,6 +224,30 @@ class Steps:
                 best = raw
         assert answer is not None
         return answer if best is None else best
+
+
+def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
+    """Pressure and traction by the plan's coupling, from the pressure without traction."""
+    normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
+    if steps.plan.tangential == "none":
+        return start
+    if steps.plan.coupling == "panagiotopoulos":
+        return panagiotopoulos(start, normal, tangential, whole, tol=steps.tol / 10)
+    if steps.plan.coupling == "joint":
+        return joint(start, partial(steps.together, disc), whole, tol=steps.tol / 10)
+    return tangential(start)
+
+
+def _whole(disc: Discretisation, state: ContactState) -> float:
+    """The residual of the whole problem in a state, by FFT."""
+    return max(residuals(disc, state.pressure, state.approach, state.traction, state.rigid))
+
+
+def _from_start(problem: TangentialProblem, start: RawSolution) -> RawSolution:
+    """TANG from the pass or the step before; given up soon where that leads nowhere, for a solver knows better."""
+    near = tang_safeguarded(problem, start, max_steps=NEWTON_STEPS_FROM_START)
+    before, after = (tangential_residual(problem, raw.traction, raw.rigid) for raw in (start, near))
+    return near if near.solved or after > 1e-2 * before else tang_safeguarded(problem, near)
 
 
 def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:

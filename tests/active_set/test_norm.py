@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.active_set.norm import norm
+from varcontact.discretisation import discretise
 from varcontact.energy import normal_residual
-from varcontact.problem import RawSolution, discretise
+from varcontact.problem import RawSolution
 
 GRID = vc.Grid(nx=10, ny=10).spread((-1.2, 1.2, -0.9, 0.9))
 

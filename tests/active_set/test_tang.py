@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.conic.solvers import solve_tangential
+from varcontact.discretisation import discretise
 from varcontact.energy import tangential_residual
-from varcontact.problem import RawSolution, Settings, discretise
+from varcontact.problem import RawSolution, Settings
 from varcontact.steps import hertz_pressure, unloaded
 
 HARD = 1.0644223380502587

@@ -15,9 +15,10 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
+from varcontact.discretisation import discretise
 from varcontact.energy import tangential_residual
 from varcontact.methods import tangential_solver
-from varcontact.problem import Settings, TangentialProblem, discretise
+from varcontact.problem import Settings, TangentialProblem
 from varcontact.steps import hertz_pressure, unloaded
 
 METHODS = ("tang-exact", "tang", "tang-safeguarded")

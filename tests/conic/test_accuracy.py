@@ -8,7 +8,8 @@ from varcontact.active_set.norm import norm
 from varcontact.active_set.tang import tang_safeguarded
 from varcontact.conic.accuracy import BACKENDS
 from varcontact.conic.solvers import solve_normal, solve_tangential
-from varcontact.problem import Settings, discretise
+from varcontact.discretisation import discretise
+from varcontact.problem import Settings
 from varcontact.steps import hertz_pressure, unloaded
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))

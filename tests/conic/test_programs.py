@@ -11,8 +11,9 @@ from varcontact.active_set.norm import norm
 from varcontact.active_set.tang import no_slip, tang_safeguarded
 from varcontact.conic import solvers
 from varcontact.conic.programs import gap_program, normal_program, shift_program
+from varcontact.discretisation import discretise
 from varcontact.energy import gap, normal_residual, project, tangential_residual
-from varcontact.problem import Settings, discretise
+from varcontact.problem import Settings
 from varcontact.steps import hertz_pressure, unloaded
 
 solve_normal = partial(solvers.solve_normal, "clarabel")

@@ -9,7 +9,8 @@ import varcontact as vc
 from varcontact.conic.programs import normal_potential, normal_program
 from varcontact.conic.setups import Setups
 from varcontact.conic.solvers import solve_normal, solve_tangential
-from varcontact.problem import Settings, discretise
+from varcontact.discretisation import discretise
+from varcontact.problem import Settings
 from varcontact.steps import hertz_pressure, unloaded
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))

@@ -14,10 +14,11 @@ import varcontact as vc
 from varcontact.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.conic.programs import gap_program, shift_potential, shift_program
 from varcontact.conic.solvers import solve_tangential
+from varcontact.discretisation import discretise
 from varcontact.energy import force_bound, gap, project, tangential_residual
 from varcontact.methods import normal_methods, states_programs, tangential_methods
 from varcontact.potential_contact import first_grid
-from varcontact.problem import RawSolution, Settings, discretise
+from varcontact.problem import RawSolution, Settings
 from varcontact.steps import hertz_pressure, unloaded
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))

@@ -165,6 +165,7 @@ def influence_operator(
     nu: float,
     K: float = 0.0,
     lag: float | None = None,
+    offset: float = 0.0,
 ) -> GridOperator:
     """Influence numbers A on a grid, or A - C where a `lag` is given.
 
@@ -178,6 +179,8 @@ def influence_operator(
         Combined constants (59), (60); the modulus is 1.
     lag : float, optional
         Distance `dq` [length]: C is B at the previous positions of the particles, ``x + dq`` (231).
+    offset : float
+        Displacements are those at ``x + offset`` [length]: of `dq`, C itself.
 
     Examples
     --------
@@ -189,7 +192,7 @@ def influence_operator(
     True
     """
     dx, dy = grid.sides
-    x = np.arange(-(grid.nx - 1), grid.nx) * dx
+    x = np.arange(-(grid.nx - 1), grid.nx) * dx + offset
     y = np.arange(grid.rows) * dy
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
@@ -210,6 +213,7 @@ def strip_operator(
     K: float = 0.0,
     depth: float = 1.0,
     lag: float | None = None,
+    offset: float = 0.0,
 ) -> GridOperator:
     """Influence numbers A of line contact on a grid, or A - C: see `influence_operator` and the strip's numbers.
 
@@ -220,7 +224,7 @@ def strip_operator(
     (2, 2, 1, 5)
     """
     dx, _ = grid.sides
-    x = np.arange(-(grid.nx - 1), grid.nx) * dx
+    x = np.arange(-(grid.nx - 1), grid.nx) * dx + offset
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
     numbers = strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=names)

@@ -15,14 +15,18 @@ from varcontact.errors import OutputError, VarcontactError
 from varcontact.grid import Grid
 from varcontact.io.scenefile import scene_from, scene_to
 from varcontact.plan import Plan
+from varcontact.scene import Scene
 from varcontact.solution import Solution
+from varcontact.units import Units
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from varcontact.history import History
+
 FORMAT = "varcontact solution 1"
 
-_FIELDS = {
+FIELDS = {
     "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
     "traction": (("component", "y", "x"), "pressure", "tangential traction on body 1"),
     "slip": (("component", "y", "x"), "1", "relative slip of body 1 over body 2"),
@@ -45,13 +49,10 @@ def dataset(sol: Solution) -> xr.Dataset:
     """
     import xarray as xr
 
-    from varcontact.scene import Shift
-    from varcontact.units import Units
-
-    units = sol.scene.units or Units(length="length", force="force")
-    shift, line = isinstance(sol.scene.motion, Shift), sol.scene.line
+    units = units_of(sol.scene)
+    shift, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
     variables: dict[str, Any] = {}
-    for name, (dims, quantity, words) in _FIELDS.items():
+    for name, (dims, quantity, words) in FIELDS.items():
         quantity = "length" if name == "slip" and shift else quantity
         variables[name] = (
             dims,
@@ -64,10 +65,19 @@ def dataset(sol: Solution) -> xr.Dataset:
         "component": ["x", "y"],
         "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
     }
-    rest = {
-        "scene": scene_to(sol.scene),
-        "grid": vars(sol.grid),
-        "plan": {**vars(sol.plan)},
+    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": {**vars(sol.plan)}, **record_of(sol)}
+    variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
+    return xr.Dataset(variables, coordinates, {"format": FORMAT})
+
+
+def units_of(scene: Scene) -> Units:
+    """A scene's units, or words in their place."""
+    return scene.units or Units(length="length", force="force")
+
+
+def record_of(sol: Solution) -> dict[str, Any]:
+    """What a solution says of how it was found."""
+    return {
         "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
         "converged": sol.converged,
         "iterations": sol.iterations,
@@ -75,17 +85,13 @@ def dataset(sol: Solution) -> xr.Dataset:
         "timing": sol.timing,
         "passes": sol.passes,
     }
-    variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
-    return xr.Dataset(variables, coordinates, {"format": FORMAT})
 
 
 def save(sol: Solution, path: str | Path, field: str = "path") -> None:
     """Write a solution to a netCDF file, whole or not at all."""
     path = Path(path)
     check_writable(field, path)
-    buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
-    dataset(sol).to_netcdf(buffer, engine="h5netcdf")
-    write_whole(field, path, buffer.getvalue())
+    write_whole(field, path, solution_to_bytes(sol))
 
 
 def write_whole(field: str, path: Path, content: bytes) -> None:
@@ -100,39 +106,91 @@ def write_whole(field: str, path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def load(path: str | Path) -> Solution:
-    """Read a solution back that `Solution.save` wrote.
+def load(path: str | Path) -> Solution | History:
+    """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
 
     Parameters
     ----------
     path : str or Path
+
+    Returns
+    -------
+    Solution or History
+        A history reads its steps from the file when they are asked for.
 
     Raises
     ------
     OutputError
         If there is no such file, or it is not one of ours.
     """
+    from varcontact.io.histories import is_history, load_history
+
+    try:
+        if is_history(Path(path)):
+            return load_history(Path(path))
+    except OSError as error:
+        raise OutputError("path", path, f"cannot be read ({error.strerror or error})") from None
+    except ValueError as error:  # a null character in the name
+        raise OutputError("path", path, f"cannot be read ({error})") from None
+    data = _data(path, path)
+    try:
+        return solution_from(data)
+    except (KeyError, TypeError, ValueError, VarcontactError) as error:
+        raise OutputError("path", path, f"is damaged ({first_line(error)})") from None
+
+
+def _data(path: str | Path, content: Any) -> xr.Dataset:
+    """The dataset in a file, or in the bytes of one."""
     import xarray as xr
 
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as opened:
-            data = opened.load()
+        with xr.open_dataset(content, engine="h5netcdf") as opened:
+            data: xr.Dataset = opened.load()
     except (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError) as error:  # all seen from HDF5
-        raise OutputError("path", path, f"cannot be read as netCDF ({_first_line(error)})") from None
+        raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
     if data.attrs.get("format") != FORMAT:
         raise OutputError("path", path, f"is not a {FORMAT!r} file")
-    try:
-        return _solution(data)
-    except (KeyError, TypeError, ValueError, VarcontactError) as error:
-        raise OutputError("path", path, f"is damaged ({_first_line(error)})") from None
+    return data
 
 
-def _solution(data: xr.Dataset) -> Solution:
+def solution_to_bytes(sol: Solution) -> bytes:
+    """A solution's file, in memory."""
+    buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
+    dataset(sol).to_netcdf(buffer, engine="h5netcdf")
+    return buffer.getvalue()
+
+
+def solution_from_bytes(path: Path, content: bytes) -> Solution:
+    """A solution from its file in memory, which was found in the file at `path`."""
+    return solution_from(_data(path, io.BytesIO(content)))
+
+
+def solution_from(data: xr.Dataset) -> Solution:
+    """A solution from its dataset."""
     record = json.loads(str(data["record"].values))
-    certificate = {**record["certificate"], "force_bound": np.array(record["certificate"]["force_bound"])}
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
-    vx, vy, spin = (float(value) for value in data["creepage"].values)
-    grid = Grid(**record["grid"])
+    scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan(**record["plan"])
+    return assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+
+
+def assembled(
+    scene: Scene,
+    grid: Grid,
+    plan: Plan,
+    fields: dict[str, np.ndarray],
+    approach: float,
+    creepage: np.ndarray,
+    record: dict[str, Any],
+) -> Solution:
+    """A solution from what a file holds.
+
+    Raises
+    ------
+    ValueError
+        If that cannot be.
+    """
+    certificate = {**record["certificate"], "force_bound": np.array(record["certificate"]["force_bound"])}
+    vx, vy, spin = (float(value) for value in creepage)
     vectors = ("traction", "slip")
     shapes = {name: (2, *grid.shape) if name in vectors else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
@@ -145,11 +203,11 @@ def _solution(data: xr.Dataset) -> Solution:
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
         raise ValueError(f"{', '.join(kinds)} that are of other types")
     return Solution(
-        scene=scene_from(record["scene"]),
+        scene=scene,
         grid=grid,
-        plan=Plan(**record["plan"]),
+        plan=plan,
         **fields,
-        approach=float(data["approach"].values),
+        approach=approach,
         creepage=(vx, vy, spin),
         certificate=Certificate(**certificate),
         converged=record["converged"],
@@ -182,5 +240,6 @@ def check_writable(field: str, path: Path) -> None:
         raise OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})") from None
 
 
-def _first_line(error: Exception) -> str:
+def first_line(error: Exception) -> str:
+    """The first line of what an error says."""
     return str(error).split("\n")[0]

@@ -10,9 +10,12 @@ from typing import Any, Literal
 import numpy as np
 
 from varcontact import checks
+from varcontact.bodies import Bodies
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
-from varcontact.scene import Bodies, Scene, Shift, Steady
+from varcontact.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene import Scene
+from varcontact.solution import Solution
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
 from varcontact.units import Units
 
@@ -22,7 +25,9 @@ SURFACES = {
     "cylinders": Cylinders,
     "sampled-distance": SampledDistance,
 }
-MOTIONS = {"steady": Steady, "shift": Shift}
+MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
+NO_NUMBER = "none"
+"""What stands in TOML, which has no null, for a step in which an entry of a history is not given."""
 SOLVE_KEYS = ("normal", "tangential", "coupling", "formulation", "tol", "polish")
 
 
@@ -110,17 +115,13 @@ def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
 
 
 def scene_to(scene: Scene) -> dict[str, Any]:
-    """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back."""
+    """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back.
+
+    The start of a history, which is a whole solution, is left out.
+    """
     table: dict[str, Any] = {}
     for field in dataclasses.fields(scene):
         value = getattr(scene, field.name)
-        if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            value = {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-            value = {name: entry for name, entry in value.items() if entry is not None}
-            kinds: Mapping[str, Any] = {"surface": SURFACES, "motion": MOTIONS}.get(field.name, {})
-            for kind, cls in kinds.items():
-                if isinstance(getattr(scene, field.name), cls):
-                    value = {"kind": kind, **value}
         if value is not None:
             table[field.name] = _plain(value)
     return table
@@ -129,7 +130,14 @@ def scene_to(scene: Scene) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.tolist()
-    return list(value) if isinstance(value, tuple) else value
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        return value
+    entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
+    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS}.items() if isinstance(value, cls)]
+    table = kinds[0] if kinds else {}
+    return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 
 def _bodies(table: Mapping[str, Any]) -> Bodies:
@@ -146,12 +154,39 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path, r
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
     made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
+    if made is Transient:
+        entries = _history(entries, folder)
     if made is SampledDistance:
         several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
         for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
             if isinstance(entries.get(field), Mapping):
                 entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
     return _made(name, made, entries)
+
+
+def _history(entries: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The entries of a history: files read, surfaces and the start made, words for what is not given replaced."""
+    made = dict(entries)
+    for field, value in entries.items():
+        if field == "start":
+            made[field] = _start(value, folder)
+        elif field == "surface" and isinstance(value, list):
+            made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
+        elif isinstance(value, Mapping):
+            made[field] = _from_file(f"motion.{field}", value, folder, 1)
+        elif isinstance(value, list):
+            made[field] = [None if each == NO_NUMBER else each for each in value]
+    return made
+
+
+def _start(value: Any, folder: Path) -> Any:
+    """A solution, or the last step of a history, from the file it was saved to."""
+    from varcontact.io.netcdf import load
+
+    if not isinstance(value, str):
+        raise SceneError("motion.start", value, "the name of a file with a solution")
+    loaded = load(folder / value)
+    return loaded if isinstance(loaded, Solution) else loaded[-1]
 
 
 def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:

@@ -13,7 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.reference.line_contact import line_contact
 
 if TYPE_CHECKING:
-    from varcontact.scene import Bodies
+    from varcontact.bodies import Bodies
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from varcontact.checks import positive
 from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
-    from varcontact.scene import Bodies
+    from varcontact.bodies import Bodies
 
 
 @dataclass(frozen=True)

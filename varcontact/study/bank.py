@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.bodies import Bodies
 from varcontact.grid import Grid
-from varcontact.scene import Bodies, Scene, Shift, Steady
+from varcontact.motion import Shift, Steady
+from varcontact.scene import Scene
 from varcontact.surfaces import Ellipse, SampledDistance
 
 FRICTION, FORCE = 0.3, 1.0

@@ -13,8 +13,9 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.methods import available, load_packages, normal_methods, states_programs, tangential_methods
+from varcontact.motion import Shift, Steady, TimeStep, Transient
 from varcontact.plan import FORMULATIONS, Plan, make_plan
-from varcontact.scene import Scene, Shift, Steady
+from varcontact.scene import Scene
 from varcontact.solution import Solution
 from varcontact.solve import solve_many
 from varcontact.study.store import COLUMNS, identity, keep, stored
@@ -211,12 +212,19 @@ def _compared(
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     """One method on one scene: what there is to say, and the solution as far as there is one."""
-    motions = [scene.motion, _neighbour(scene.motion)] if scene.motion is not None else [None]
+    motion = scene.motion
+    if isinstance(motion, Transient | TimeStep):
+        return {"outcome": "refused", "reason": str(_no_single_problem(motion))}, None
+    motions = [motion, _neighbour(motion)] if motion is not None else [None]
     outcome, reason, solutions = attempted(scene, method, tol, motions)
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}
     if not solutions:
         return row, None
     return row | _measured(solutions[0], solutions[1] if len(solutions) > 1 else None), solutions[0]
+
+
+def _no_single_problem(motion: Transient | TimeStep) -> SceneError:
+    return SceneError("motion", motion, "Steady, Shift or none: one problem, no history of them")
 
 
 def attempted(

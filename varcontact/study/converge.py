@@ -14,6 +14,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError
 from varcontact.grid import Grid
+from varcontact.motion import TimeStep, Transient
 from varcontact.potential_contact import Box, contact_box, within
 from varcontact.scene import Scene
 from varcontact.solution import Solution
@@ -136,7 +137,9 @@ def _refining(cells: Iterable[int]) -> list[int]:
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
-    """Arrays that belong to the elements of one grid say nothing about another."""
+    """Arrays that belong to the elements of one grid say nothing about another; a history is no single problem."""
+    if isinstance(scene.motion, Transient | TimeStep):
+        raise SceneError("motion", scene.motion, "Steady, Shift or none: one problem, no history of them")
     if checks.is_array(scene.friction):
         raise SceneError("friction", "an array", "a number: an array is for one grid only")
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
@@ -153,6 +156,7 @@ def contact_of(scene: Scene) -> Box:
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
     frictionless = solve(replace(scene, motion=None, friction=None, grid="auto"), normal="norm")
+    assert isinstance(frictionless, Solution)
     return contact_box(frictionless.grid, frictionless.pressure)
 
 
@@ -180,6 +184,7 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
 
 def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
     """One solve: what there is to say of it."""
+    assert not isinstance(scene.motion, Transient | TimeStep)
     outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}
     return row | _measured(solutions[0]) if solutions else row

@@ -9,8 +9,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.motion import Shift, Steady
 from varcontact.plan import make_plan
-from varcontact.scene import Scene, Shift, Steady
+from varcontact.scene import Scene
 from varcontact.solution import Solution
 from varcontact.solve import solve_many
 
@@ -62,8 +63,8 @@ def scan(
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
-    if motion is None or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError("motion", motion, "given, with no prescribed force, to scan over creepages")
+    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
+        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, to scan over creepages")
     triples = checks.array("creepages", creepages, 2)
     if triples.shape[1] != 3:
         raise SceneError("creepages", f"array of shape {triples.shape}", "of shape (k, 3)")

@@ -9,10 +9,11 @@ import numpy as np
 
 from varcontact.active_set.tang import no_slip
 from varcontact.coupling import ContactState
+from varcontact.discretisation import Discretisation
 from varcontact.errors import Saturated
-from varcontact.problem import Discretisation
+from varcontact.motion import Steady
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
-from varcontact.scene import Scene, Steady
+from varcontact.scene import Scene
 from varcontact.surfaces import SampledDistance
 from varcontact.theories.fastsim import fastsim_on_grid
 from varcontact.theories.no_slip import no_slip_coefficients
@@ -151,8 +152,7 @@ def _given(motion: Steady) -> tuple[float | None, float | None]:
 
 def _rigid(disc: Discretisation, creepage: np.ndarray) -> np.ndarray:
     """The uniform rigid shift of creepages found in place of forces."""
-    motion, step = disc.scene.motion, disc.step
-    assert motion is not None
+    motion, step = disc.motion, disc.step
     assert step is not None
     return np.asarray((creepage[:2] - np.array(motion.rigid[:2])) * step * disc.length / disc.displacement)
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from varcontact import checks
+from varcontact.bodies import Bodies
+from varcontact.discretisation import discretise
 from varcontact.grid import Grid
-from varcontact.problem import discretise
+from varcontact.motion import Steady
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.scene import Bodies, Scene, Steady
+from varcontact.scene import Scene
 from varcontact.surfaces import Ellipse
 
 

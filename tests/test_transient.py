@@ -1,0 +1,319 @@
+"""Rolling in time against closed forms, steady solutions, and the equations of each step."""
+
+import dataclasses
+import itertools
+
+import hypothesis
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+
+import varcontact as vc
+
+LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.28), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.35))
+LINE = vc.Cylinders(R=100.0)
+
+
+def ball(**changes):
+    """A ball on a plane, with a moving scene's rest."""
+    base = {"bodies": LIKE, "surface": vc.Paraboloids(10.0, 10.0), "normal_force": 0.02, "friction": 0.3}
+    return vc.Scene(**{**base, "grid": vc.Grid(nx=10, ny=10), **changes})
+
+
+def cylinder(**changes):
+    """A cylinder on a plane."""
+    base = {"bodies": LIKE, "surface": LINE, "normal_force": 1.0, "friction": 0.3, "grid": vc.Grid(nx=40)}
+    return vc.Scene(**{**base, **changes})
+
+
+def furthest(one, other):
+    """Largest difference of tractions by the largest."""
+    return np.abs(one.traction - other.traction).max() / np.abs(other.traction).max()
+
+
+CREEPAGES = {"vx": 1.0e-3, "vy": -5e-4, "spin": 2e-3}
+WILD = vc.Transient(
+    steps=7,
+    dq=[0, 0.1, 0.05, 0.2, 0, 0.1, 0.1],
+    direction=[1, 1, 1, -1, -1, -1, 1],
+    vx=[0, 0, 4e-3, -6e-3, 0, 0, 4e-3],
+    vy=[0, 1e-3, 0, 2e-3, 0, 0, 0],
+    ux=[1e-3, 0, 0, 0, 0, 0, 0],
+    rotation=[0, 0, 0, 0, 4e-4, 0, 0],
+    spin=[0, 5e-3, 0, 5e-3, 0, 0, 5e-3],
+    Fx=[None, -3e-3, None, None, 2e-3, 1e-3, None],
+    Fy=[None, None, 1e-3, None, None, -1e-3, None],
+    normal_force=[0.02, 0.02, 0.03, None, None, 0.025, 0.01],
+    approach=[None, None, None, 0.028, 0.02, None, None],
+    friction=[0.3, 0.3, 0.2, 0.2, 0.4, 0.3, 0.3],
+)
+
+
+@pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
+def test_each_step_meets_its_own_equations(check_kkt, bodies):
+    """All that may change does: direction, creepage and force, load and approach, friction, the distance rolled."""
+    history = vc.solve(ball(bodies=bodies, motion=WILD), normal="clarabel")
+    assert len(history) == WILD.steps
+    for before, sol in zip([None, *history], history, strict=False):
+        check_kkt(sol, 1e-8, previous=before)
+        assert sol.certificate.residual < 1e-8
+
+
+@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
+def test_unlike_bodies_by_both_loops(coupling):
+    motion = vc.Transient(steps=3, vx=4e-3, normal_force=[0.01, 0.02, 0.02])
+    history = vc.solve(ball(bodies=UNLIKE, motion=motion), coupling=coupling)
+    other = vc.solve(ball(bodies=UNLIKE, motion=motion))
+    assert max(furthest(one, two) for one, two in zip(history, other, strict=True)) < 1e-7
+
+
+@pytest.mark.parametrize("tangential", ["clarabel", "tang", "tang-safeguarded"])
+def test_methods_agree(tangential):
+    scene = ball(motion=vc.Transient(steps=5, Fx=[-3e-3, -4e-3, None, None, 1e-3], vx=[0, 0, 3e-3, 0, 0], spin=4e-3))
+    one, two = vc.solve(scene, tangential=tangential), vc.solve(scene, polish=False, tol=1e-5)
+    assert max(furthest(a, b) for a, b in zip(one, two, strict=True)) < 1e-5
+
+
+STEADY = {
+    "creepages and spin": ball(motion=vc.Steady(**CREEPAGES)),
+    "another offset and step": ball(motion=vc.Steady(**CREEPAGES, spin_offset=0.5, dq=0.05)),
+    "force": ball(motion=vc.Steady(Fx=-4e-3, vy=2e-4)),
+    "unlike": ball(bodies=UNLIKE, motion=vc.Steady(**CREEPAGES)),
+    "line": cylinder(motion=vc.Steady(Fx=-0.2)),
+    "line, unlike": cylinder(bodies=UNLIKE, motion=vc.Steady(Fx=-0.2, Fy=0.1)),
+    "line, creepage": cylinder(surface=vc.Cylinders(R=100.0, reference_depth=100.0), motion=vc.Steady(vx=0.01)),
+}
+
+
+@pytest.mark.parametrize("scene", STEADY.values(), ids=STEADY.keys())
+def test_a_steady_state_stays(scene):
+    """A step that begins with the steady solution ends with it: u' = C p of the two are the same thing."""
+    steady = vc.solve(scene)
+    given = {name: value for name, value in vars(scene.motion).items() if value is not None}
+    motion = vc.Transient(steps=2, start=steady, **given)
+    history = vc.solve(dataclasses.replace(scene, motion=motion, grid=steady.grid))
+    assert furthest(history[-1], steady) < 1e-8
+    assert history[-1].creepage == pytest.approx(steady.creepage, rel=1e-7)
+    assert history[-1].slip == pytest.approx(steady.slip, abs=1e-8 * np.abs(steady.slip).max())
+
+
+@pytest.mark.parametrize("name", ["creepages and spin", "unlike", "line"])
+def test_a_long_history_tends_to_the_steady_state(name):
+    """From nothing: after three lengths of the contact a thousandth is left, after ten next to nothing."""
+    scene, dx = STEADY[name], vc.solve(STEADY[name]).grid.sides[0]
+    given = {key: value for key, value in vars(scene.motion).items() if value is not None}
+    steps, dq = 110, (4.0 if name == "line" else 1.0) * dx
+    steady = vc.solve(dataclasses.replace(scene, motion=dataclasses.replace(scene.motion, dq=dq)))
+    history = vc.solve(dataclasses.replace(scene, motion=vc.Transient(**given, steps=steps, dq=dq)))
+    distances = [furthest(sol, steady) for sol in history]
+    assert distances[-1] < 1e-6
+    assert distances[33] < 0.02 * distances[0]
+
+
+def test_from_cattaneo_to_carter():
+    """A cylinder shifted by 0.75 f Fz, then rolled under it (paper, 6.2.1): the two closed forms at either end."""
+    contact = vc.reference.line_contact(100.0, LIKE, force=1.0)
+    errors = []
+    for cells in (50, 100):
+        dq = 2 * contact.a / cells
+        motion = vc.Transient(steps=1 + 2 * cells, dq=[0] + [dq] * (2 * cells), Fx=-0.225)
+        history = vc.solve(cylinder(motion=motion, grid=vc.Grid(nx=cells)))
+        x = history.grid.x
+        cattaneo = vc.reference.cattaneo_line(contact, 0.3, -0.225).traction(x)
+        carter = vc.reference.carter(contact, 0.3, force=-0.225)
+        ends = [
+            np.abs(history[0].traction[0, 0] - cattaneo).mean(),
+            np.abs(history[-1].traction[0, 0] - carter.traction(x)).mean(),
+        ]
+        errors.append(
+            [*ends, abs(history.creepage[-1, 0] - carter.creepage) / carter.creepage * 0.3 * contact.peak_pressure]
+        )
+    rates = np.log2(np.array(errors[0]) / errors[1])
+    assert np.all(rates > 0.7)
+    assert np.all(np.array(errors[1]) < 0.03 * 0.3 * contact.peak_pressure)
+
+
+def test_a_shift_is_one_step_in_place():
+    """Cattaneo's problem as a step that does not roll: the solution of `Shift`, and the closed form of a circle."""
+    force = -0.5 * 0.3 * 0.02
+    scene = ball(bodies=vc.Bodies(G=1.0, nu=0.0), grid=vc.Grid(nx=24, ny=24))
+    (step,) = vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0, Fx=force)))
+    shift = vc.solve(dataclasses.replace(scene, motion=vc.Shift(Fx=force)))
+    assert furthest(step, shift) < 1e-9
+    assert step.creepage == pytest.approx(shift.creepage, rel=1e-9)
+    exact = vc.reference.cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, force)
+    assert step.creepage[0] == pytest.approx(exact.shift, rel=0.02)
+
+
+def mindlin_loop(force, reversed_to):
+    """Shifts of a ball loaded to one force, and from there to another: Mindlin's loop by Masing's rule."""
+    bodies = vc.Bodies(G=1.0, nu=0.0)
+    scene = ball(bodies=bodies, grid=vc.Grid(nx=20, ny=20), motion=vc.Transient(steps=2, dq=0, Fx=[force, reversed_to]))
+    history = vc.solve(scene)
+    return history, history.creepage[:, 0].cumsum()
+
+
+def test_unloading_follows_mindlin():
+    """With the pressure constant the way back is the way there, twice as large: slip the other way creeps inwards."""
+    force, back, scene = -4e-3, 1e-3, ball(bodies=vc.Bodies(G=1.0, nu=0.0), grid=vc.Grid(nx=20, ny=20))
+    history, shifts = mindlin_loop(force, back)
+    half = vc.solve(dataclasses.replace(scene, motion=vc.Shift(Fx=(force - back) / 2)))
+    assert shifts[1] == pytest.approx(shifts[0] - 2 * half.creepage[0], rel=1e-7)
+    traction = history[0].traction - 2 * half.traction
+    assert history[1].traction == pytest.approx(traction, abs=1e-7 * np.abs(traction).max())
+
+    def exact(F):
+        return vc.reference.cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, F).shift
+
+    assert shifts[0] == pytest.approx(exact(force), rel=0.03)
+    assert shifts[1] == pytest.approx(exact(force) - 2 * exact((force - back) / 2), rel=0.05)
+
+
+@pytest.mark.parametrize("friction", [np.inf, 0.3])
+def test_two_half_shifts_are_one(friction):
+    """Exactly so without slip, and with it where the tractions grow in one direction only."""
+    scene = ball(bodies=vc.Bodies(G=1.0, nu=0.0), friction=friction)
+    halves = vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=2, dq=0, ux=2e-3)))
+    whole = vc.solve(dataclasses.replace(scene, motion=vc.Shift(ux=4e-3)))
+    assert furthest(halves[1], whole) < 1e-8
+    if np.isinf(friction):
+        assert furthest(halves[0], halves[1]) == pytest.approx(0.5)
+
+
+def test_the_order_in_time_is_one():
+    """The same way in ever shorter steps, parts of an element, on one grid: what a halving changes is about halved."""
+    grid = vc.solve(ball(motion=None)).grid
+    length = 3 * grid.sides[0]
+    counts = np.array([6, 12, 24, 48, 96])
+    tractions = [
+        vc.solve(ball(grid=grid, motion=vc.Transient(steps=n, dq=length / n, vx=3e-3, vy=1e-3)))[-1].traction
+        for n in counts
+    ]
+    changes = [np.abs(one - two).sum() for one, two in itertools.pairwise(tractions)]
+    order = -np.polyfit(np.log(counts[:-1]), np.log(changes), 1)[0]
+    assert 0.8 < order < 1.2
+
+
+def mirrored(sol):
+    """Tractions seen from the other side: x turned round."""
+    return np.array([-sol.traction[0, :, ::-1], sol.traction[1, :, ::-1]])
+
+
+@pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
+def test_rolling_backwards_is_the_mirror_image(bodies):
+    motion = vc.Transient(steps=4, dq=[0, 0.05, 0.1, 0.1], vx=3e-3, vy=1e-3, spin=4e-3, ux=[1e-4, 0, 0, 0])
+    other = dataclasses.replace(motion, direction=-1, vx=-3e-3, spin=-4e-3, ux=[-1e-4, 0, 0, 0])
+    forward, backward = (vc.solve(ball(bodies=bodies, motion=each)) for each in (motion, other))
+    for one, two in zip(forward, backward, strict=True):
+        assert mirrored(one) == pytest.approx(two.traction, abs=1e-9 * np.abs(two.traction).max())
+    assert forward.position[-1] == -backward.position[-1] == pytest.approx(0.25)
+    assert backward.rolled[-1] == pytest.approx(0.25)
+
+
+def test_units_are_the_users():
+    """Lengths and forces in other units change nothing."""
+    L, F = 1000.0, 9.81
+    scene = ball(motion=vc.Transient(steps=3, dq=[0, 0.05, 0.05], vx=3e-3, spin=5e-3, ux=[1e-4, 0, 0]))
+    other = ball(
+        bodies=vc.Bodies(G=F / L**2, nu=0.28),
+        surface=vc.Paraboloids(10.0 * L, 10.0 * L),
+        normal_force=0.02 * F,
+        motion=vc.Transient(steps=3, dq=[0, 0.05 * L, 0.05 * L], vx=3e-3, spin=5e-3 / L, ux=[1e-4 * L, 0, 0]),
+    )
+    one, two = vc.solve(scene), vc.solve(other)
+    assert two.force == pytest.approx(one.force * F, rel=1e-9, abs=1e-12 * F)
+    assert two.dissipation == pytest.approx(one.dissipation * F * L, rel=1e-8)
+
+
+NUMBERS = st.floats(-1, 1, allow_nan=False)
+STEPS = st.lists(
+    st.tuples(NUMBERS, NUMBERS, NUMBERS, st.floats(0, 1), st.sampled_from([-1, 1])), min_size=1, max_size=4
+)
+
+
+@hypothesis.given(STEPS, st.sampled_from([LIKE, UNLIKE]))
+@hypothesis.settings(max_examples=25)
+def test_friction_never_gives_work(given, bodies):
+    """Whatever happens, each step loses work or none."""
+    vx, vy, spin, load, direction = zip(*given, strict=True)
+    motion = vc.Transient(
+        steps=len(given),
+        dq=[0.1 * round(abs(v), 1) for v in vy],
+        direction=direction,
+        vx=[6e-3 * v for v in vx],
+        vy=[4e-3 * v for v in vy],
+        ux=[4e-4 * v for v in vx],
+        spin=[0.02 * v for v in spin],
+        normal_force=[0.0 if F < 0.1 else 0.02 * F for F in load],
+    )
+    hypothesis.assume(any(motion.normal_force))
+    history = vc.solve(ball(bodies=bodies, grid=vc.Grid(nx=6, ny=6), motion=motion), normal="clarabel")
+    assert np.all(history.dissipation >= -1e-12 * 0.3 * 0.02 * 1e-3)
+
+
+def test_a_contact_that_vanishes_and_returns():
+    """Lifted, the ball forgets: what comes after is what comes from nothing."""
+    loads = [0.02, 0.02, 0.0, 0.01, 0.01]
+    motion = vc.Transient(steps=5, vx=3e-3, vy=1e-3, normal_force=loads)
+    history = vc.solve(ball(motion=motion))
+    again = vc.solve(ball(grid=history.grid, motion=vc.Transient(steps=2, vx=3e-3, vy=1e-3, normal_force=0.01)))
+    assert not history[2].pressure.any()
+    assert not history[2].traction.any()
+    assert history[2].elements == {"contact": 0, "stick": 0, "slip": 0}
+    assert history[2].distance.min() == 0.0
+    for one, two in zip(history[3:], again, strict=True):
+        np.testing.assert_array_equal(one.traction, two.traction)
+    lifted = vc.solve(ball(motion=vc.Transient(steps=3, vx=3e-3, approach=[0.02, -0.01, 0.01], normal_force=None)))
+    assert lifted.normal_force[1] == 0
+    assert lifted[1].distance.min() == pytest.approx(0.01, rel=0.05)
+    assert lifted.approach == pytest.approx([0.02, -0.01, 0.01])
+
+
+def test_a_contact_that_moves_over_the_grid():
+    """A hill that goes an element further in each step, frictionless and in place: the pressure goes with it."""
+    grid = vc.Grid(nx=30, ny=12, dx=0.1, dy=0.1, x0=-1.5, y0=-0.6)
+
+    def hill(steps):
+        return vc.SampledDistance((grid.x - 0.1 * steps) ** 2 / 20 + grid.y[:, None] ** 2 / 20)
+
+    hills = [hill(k) for k in range(4)]
+    scene = ball(surface=hills[0], grid=grid, friction=0.0, motion=vc.Transient(steps=4, dq=0, surface=hills))
+    history = vc.solve(scene)
+    for k, sol in enumerate(history):
+        assert sol.pressure == pytest.approx(np.roll(history[0].pressure, k, axis=1), abs=1e-9 * sol.pressure.max())
+
+
+def test_switching_between_force_and_creepage():
+    """The creepage that a force needed, prescribed in the next history, needs that force."""
+    by_force = vc.solve(ball(motion=vc.Transient(steps=4, Fx=-2e-3, Fy=[1e-3, 1e-3, None, None])))
+    vx = [v if k < 2 else 0.0 for k, v in enumerate(by_force.creepage[:, 0])]
+    motion = vc.Transient(steps=4, vx=vx, Fx=[None, None, -2e-3, -2e-3], vy=[*by_force.creepage[:2, 1], 0.0, 0.0])
+    by_creepage = vc.solve(ball(motion=motion))
+    for one, two in zip(by_creepage, by_force, strict=True):
+        assert furthest(one, two) < 1e-7
+    assert by_creepage.force[:, 0] == pytest.approx(-2e-3, rel=1e-7)
+
+
+def test_creepage_of_a_line_contact_is_open_where_the_force_changes():
+    """Displacements count from a depth; with the force constant that cancels, with the depth given all is known."""
+    motion = vc.Transient(steps=4, dq=[0, 1.0, 1.0, 1.0], Fx=[-0.1, -0.1, -0.2, -0.2])
+    free = vc.solve(cylinder(motion=motion))
+    deep = vc.solve(cylinder(motion=motion, surface=vc.Cylinders(R=100.0, reference_depth=50.0)))
+    assert np.array_equal(np.isnan(free.creepage[:, 0]), [True, False, True, False])
+    assert np.all(np.isfinite(deep.creepage))
+    assert free.creepage[1::2, 0] == pytest.approx(deep.creepage[1::2, 0], rel=1e-8)
+    assert max(furthest(one, two) for one, two in zip(free, deep, strict=True)) < 1e-8
+
+
+def test_the_slopes_of_a_step_are_those_of_differences():
+    """Sensitivity of the last step, by central differences of the last creepage."""
+
+    def last_force(vx, spin):
+        return vc.solve(ball(motion=vc.Transient(steps=3, vx=[3e-3, 3e-3, vx], vy=1e-3, spin=[0, 0, spin])))[-1]
+
+    sol, h = last_force(3e-3, 0.01), 1e-8
+    by_vx = (last_force(3e-3 + h, 0.01).force - last_force(3e-3 - h, 0.01).force) / (2 * h)
+    by_spin = (last_force(3e-3, 0.01 + h).force - last_force(3e-3, 0.01 - h).force) / (2 * h)
+    slopes = sol.sensitivity()
+    assert slopes[:, 0] == pytest.approx(by_vx, rel=1e-4, abs=1e-5)
+    assert slopes[:, 2] == pytest.approx(by_spin, rel=1e-4, abs=1e-5)

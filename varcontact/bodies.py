@@ -1,0 +1,113 @@
+"""What the bodies are made of."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from varcontact import checks
+from varcontact.errors import SceneError
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).
+
+    Parameters
+    ----------
+    G : float or pair
+        Modulus of rigidity [force/area]; one value for both bodies, or (upper, lower). ``inf`` is rigid.
+    nu : float or pair
+        Poisson's ratio in (-1, 0.5].
+
+    Raises
+    ------
+    SceneError
+        For moduli that are not positive, ratios out of range, or two rigid bodies.
+
+    Examples
+    --------
+    >>> steel_on_aluminium = Bodies(G=(82e9, 26e9), nu=(0.28, 0.33))
+    >>> print(f"{steel_on_aluminium.combined_G:.4g} {steel_on_aluminium.K:.4f}")
+    3.948e+10 -0.0761
+    """
+
+    G: float | tuple[float, float]
+    nu: float | tuple[float, float]
+
+    def __post_init__(self) -> None:
+        G = _pair("bodies.G", self.G, _modulus)
+        nu = _pair("bodies.nu", self.nu, _poisson)
+        if math.isinf(G[0]) and math.isinf(G[1]):
+            raise SceneError("bodies.G", self.G, "finite for one body at least (both are rigid)")
+        object.__setattr__(self, "G", G[0] if G[0] == G[1] else G)
+        object.__setattr__(self, "nu", nu[0] if nu[0] == nu[1] else nu)
+
+    @classmethod
+    def from_young(cls, E: float | tuple[float, float], nu: float | tuple[float, float]) -> Bodies:
+        """From Young's modulus, (160): ``G = E / (2 (1 + nu))``.
+
+        Examples
+        --------
+        >>> Bodies.from_young(E=210e9, nu=0.25)
+        Bodies(G=84000000000.0, nu=0.25)
+        """
+        moduli = _pair("bodies.E", E, _modulus)
+        ratios = _pair("bodies.nu", nu, _poisson)
+        return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
+
+    @property
+    def pairs(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """((G1, G2), (nu1, nu2))."""
+        G = self.G if isinstance(self.G, tuple) else (self.G, self.G)
+        nu = self.nu if isinstance(self.nu, tuple) else (self.nu, self.nu)
+        return G, nu
+
+    @property
+    def combined_G(self) -> float:
+        """Combined modulus of rigidity, ``1/G = (1/G1 + 1/G2)/2`` (58)."""
+        (G1, G2), _ = self.pairs
+        return 2 / (1 / G1 + 1 / G2)
+
+    @property
+    def combined_nu(self) -> float:
+        """Combined Poisson's ratio, ``nu/G = (nu1/G1 + nu2/G2)/2`` (59)."""
+        (G1, G2), (nu1, nu2) = self.pairs
+        return nu1 if nu1 == nu2 else self.combined_G / 2 * (nu1 / G1 + nu2 / G2)
+
+    @property
+    def K(self) -> float:
+        """Difference parameter (60); zero: quasi-identical, normal and tangential problem uncoupled."""
+        (G1, G2), (nu1, nu2) = self.pairs
+        if (G1, nu1) == (G2, nu2):
+            return 0.0
+        weight = self.combined_G / 4
+        upper, lower = weight * (1 - 2 * nu1) / G1, weight * (1 - 2 * nu2) / G2
+        return upper - lower if abs(upper - lower) > 1e-15 else 0.0
+
+
+def _modulus(field: str, value: Any) -> float:
+    allowed = "a positive modulus (inf: rigid)"
+    modulus = checks.real(field, value, allowed)
+    if modulus <= 0:
+        raise SceneError(field, value, allowed)
+    return modulus
+
+
+def _poisson(field: str, value: Any) -> float:
+    allowed = "a Poisson's ratio in (-1, 0.5]"
+    ratio = checks.number(field, value, allowed)
+    if not -1 < ratio <= 0.5:
+        raise SceneError(field, value, allowed)
+    return ratio
+
+
+def _pair(field: str, value: Any, check: Any) -> tuple[float, float]:
+    """One value for both bodies, or a pair."""
+    if checks.is_array(value):
+        if len(value) != 2:
+            raise SceneError(field, value, "one value, or a pair (upper, lower)")
+        return check(f"{field}[0]", value[0]), check(f"{field}[1]", value[1])
+    single = check(field, value)
+    return single, single
