@@ -72,9 +72,7 @@ def compression_then_rolling(cells: int, presses: int = 20) -> vc.History:
     """Fig. 33: pressed in steps of equal growth of the contact, then rolled for 1.8 half-widths."""
     rolls = round(0.9 * cells)
     loads = [LOAD * ((k + 1) / presses) ** 2 for k in range(presses)] + [LOAD] * rolls
-    motion = vc.Transient(
-        steps=presses + rolls, dq=[0.0] * presses + [2 / cells] * rolls, Fx=0.0, normal_force=loads
-    )
+    motion = vc.Transient(steps=presses + rolls, dq=[0.0] * presses + [2 / cells] * rolls, Fx=0.0, normal_force=loads)
     return vc.solve(scene(UNLIKE, 0.15, motion, cells), **METHODS)
 
 

@@ -1,4 +1,4 @@
-"""Spence's frictional indentation in three dimensions: the stick radius over the contact radius does not depend on load.
+"""Spence's frictional indentation in three dimensions: the ratio of stick to contact radius does not depend on load.
 
 An elastic sphere (nu = 0.4) is pressed onto a rigid plane in steps of equal growth of the contact. In every step the
 particles already in contact carry their tractions along. Spence's ratio neglects what the tractions do to the pressure;
@@ -49,7 +49,8 @@ def main(picture: str = "spence_indentation.png", cells: int = 30, presses: int 
         found[friction] = ratio[presses // 2 :]
         (line,) = ax.plot(radius, ratio, "o-", markersize=4, label=f"f = {friction:g}")
         ax.axhline(spence, color=line.get_color(), linewidth=0.8, linestyle="--")
-        print(f"f = {friction:g}: c/a from {found[friction].min():.3f} to {found[friction].max():.3f}, Spence {spence:.3f}")
+        low, high = found[friction].min(), found[friction].max()
+        print(f"f = {friction:g}: c/a from {low:.3f} to {high:.3f}, Spence {spence:.3f}")
     ax.set_xlabel("contact radius, by that of the full load")
     ax.set_ylabel("stick radius, by the contact radius (dashed: Spence)")
     ax.set_ylim(0, 1.02)

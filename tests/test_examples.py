@@ -190,3 +190,51 @@ def test_convergence(tmp_path, capsys):
     for value, error, exact in found.values():
         assert abs(value - exact) < error < 0.011 * abs(exact)
     assert found["Hertz: approach"][1] < 4e-4 * found["Hertz: approach"][2]
+
+
+def test_fig30_to_33_rolling_cylinders(tmp_path, capsys):
+    """The paper's times of Fig. 30 to the steps; periodic, turned, steady where it says so."""
+    numbers = script("fig30_to_33_rolling_cylinders").main(str(tmp_path), cells=50)
+    assert all((tmp_path / f"fig3{k}.png").stat().st_size > 10_000 for k in range(4))
+    assert "Fig. 33" in capsys.readouterr().out
+    breaks, gone, first, carter, one, two, turned, steady = numbers.values()
+    assert (breaks, gone, first) == pytest.approx((0.44, 0.58, 0.95), abs=0.06)
+    assert carter < 0.01
+    assert two < one < 0.06
+    assert two < 0.01
+    assert turned < 0.15
+    assert steady < 0.06
+
+
+def test_fig34_spheres(tmp_path):
+    """Pure spin makes a lateral force, larger spin a lower one; vx alone makes tractions nearly along x."""
+    spin, both, lateral, along, large = script("fig34_spheres").main(str(tmp_path / "picture.png"), cells=13).values()
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert abs(spin.force[0]) < 1e-9
+    assert -0.3 < lateral.force[1] < spin.force[1] < large.force[1] < -0.05
+    assert both.force[0] < -0.1
+    assert both.force[1] < -0.1
+    assert np.abs(along.traction[1]).max() < 0.1 * np.abs(along.traction[0]).max()
+    assert large.elements["stick"] <= 4 < 40 < spin.elements["stick"]
+
+
+def test_fig36_37_rolling_spheres(tmp_path, capsys):
+    """The paper's force, radii and near-steady ends, on its own grid."""
+    numbers = script("fig36_37_rolling_spheres").main(str(tmp_path / "picture.png"), cells=1)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "Fig. 37" in capsys.readouterr().out
+    force, Fx, radius, stick, like, unlike, begun = numbers.values()
+    assert (force, Fx) == pytest.approx((0.4705, -0.1240), rel=5e-4)
+    assert radius == pytest.approx(3.5, rel=1e-5)
+    assert stick == pytest.approx(2.45, abs=0.2)
+    assert like < 0.03
+    assert unlike < 0.03 < 0.5 < begun
+
+
+def test_spence_indentation(tmp_path):
+    """The ratio of stick to contact stays while the contact grows, near Spence's."""
+    example = script("spence_indentation")
+    for friction, ratios in example.main(str(tmp_path / "picture.png"), cells=20, presses=12).items():
+        assert np.ptp(ratios[2:]) < 0.08
+        assert ratios[2:].mean() == pytest.approx(vc.reference.spence_ratio(example.BODIES, friction), abs=0.06)
+    assert (tmp_path / "picture.png").stat().st_size > 10_000
