@@ -41,7 +41,7 @@ class History(Sequence[Solution]):
     ...     motion=vc.Transient(steps=3, dq=[0, 0.01, 0.01], Fx=-2e-4), grid=vc.Grid(nx=20))
     >>> history = vc.solve(scene)
     >>> print(len(history), history.rolled, history[-1].elements)
-    3 [0.   0.01 0.02] {'contact': 20, 'stick': 13, 'slip': 7}
+    3 [0.   0.01 0.02] {'contact': 20, 'stick': 14, 'slip': 6}
     """
 
     scene: Scene

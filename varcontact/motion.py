@@ -61,10 +61,13 @@ class Steady:
         """1: towards positive x."""
         return 1
 
-    def shift(self, x: np.ndarray, y: np.ndarray, dq: float) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 in a step of length dq (75), at points; (2, ...)."""
-        x = x + self.spin_offset * dq
-        return np.array([self.vx - self.spin * y, self.vy + self.spin * x]) * dq
+    def shift(self, x: np.ndarray, y: np.ndarray, dq: float, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 in a step dq (75), at points, (2, ...) [length].
+
+        Points and dq are in units of `length`.
+        """
+        x, spin = x + self.spin_offset * dq, self.spin * length
+        return np.array([self.vx - spin * y, self.vy + spin * x]) * (dq * length)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,9 +103,10 @@ class Shift:
         """0: nothing rolls."""
         return 0
 
-    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 at points, (2, ...)."""
-        return np.array([self.ux - self.rotation * y, self.uy + self.rotation * x])
+    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 at points in units of `length`, (2, ...) [length]."""
+        turn = self.rotation * length
+        return np.array([self.ux - turn * y, self.uy + turn * x])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,11 +155,12 @@ class TimeStep:
         """1 towards positive x, -1 towards negative x, 0 in place."""
         return self.direction if self.dq > 0 else 0
 
-    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 in the step at points, (2, ...)."""
-        along = x + self.spin_offset * self.direction * self.dq
-        rolling = np.array([self.vx - self.spin * y, self.vy + self.spin * along]) * self.dq
-        return rolling + np.array([self.ux - self.rotation * y, self.uy + self.rotation * x])
+    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 in the step at points in units of `length`, (2, ...) [length]."""
+        spin, turn = self.spin * length, self.rotation * length
+        along = x + self.spin_offset * self.direction * self.dq / length
+        rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
+        return rolling + np.array([self.ux - turn * y, self.uy + turn * x])
 
 
 Motion = Steady | Shift | TimeStep

@@ -41,7 +41,7 @@ def plot_history(history: History) -> Figure:
         above.plot(along, bound, color="grey", linestyle="--", label="$\\pm$ friction's limit")
         above.plot(along, -bound, color="grey", linestyle="--")
     above.set(xlabel=axis, ylabel=label("tangential force", "force", last), title="Forces")
-    above.legend(frameon=False)
+    above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     row = history.grid.rows // 2
     areas = np.ma.masked_equal(np.array([sol.state[row] for sol in history]).T, 0)
     left, right, _, _ = history.grid.box
