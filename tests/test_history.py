@@ -166,7 +166,7 @@ def test_a_start_on_another_grid_is_interpolated_on_request():
 
 
 def test_memory_does_not_grow_with_the_steps(tmp_path):
-    """Stored, three times as many steps need no more memory at the end."""
+    """Stored, forty steps more leave less memory taken than the fields of ten."""
     kept = []
     for steps in (20, 60):
         tracemalloc.start()
@@ -178,7 +178,7 @@ def test_memory_does_not_grow_with_the_steps(tmp_path):
         assert len(history) == steps
         kept.append(after - before)
     step = sum(getattr(history[0], name).nbytes for name in ("pressure", "traction", "slip", "distance"))
-    assert kept[1] < kept[0] + 5 * step
+    assert kept[1] < kept[0] + 10 * step
 
 
 def test_a_file_of_something_else_is_left_alone(history, tmp_path):
