@@ -19,6 +19,8 @@ ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
+STALLED = 5
+"""Newton steps of the safeguarded version in which the residual does not fall, after which it begins elsewhere."""
 SPLITTING_ROUNDS = (50, 200, 800)
 
 
@@ -288,9 +290,9 @@ def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough
 
 def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:
     """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
-    best, trial, count = _better(problem, None, at), _trial(problem, at), 0
-    merit = _merit(problem, at, trial)
-    while count < max_steps and tangential_residual(problem, best.traction, best.rigid) > ENOUGH:
+    best, trial, count, idle = _better(problem, None, at), _trial(problem, at), 0, 0
+    lowest = merit = _merit(problem, at, trial)
+    while count < max_steps and idle < STALLED and tangential_residual(problem, best.traction, best.rigid) > ENOUGH:
         count += 1
         sticks = magnitude(trial) <= problem.bound
         begin = _on_bound(problem, sticks, at, trial)
@@ -298,14 +300,17 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
         step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))
         least = np.inf
         for part in (1.0, 0.5, 0.25, 0.1, 0.03):
-            there = _moved(problem, sticks, begin, step, part)
-            there_trial = _trial(problem, there)
-            there_merit = _merit(problem, there, there_trial)
+            with np.errstate(over="ignore", invalid="ignore"):  # where all slips, a step for the force has no end
+                there = _moved(problem, sticks, begin, step, part)
+                there_trial = _trial(problem, there)
+                there_merit = _merit(problem, there, there_trial)
             if there_merit < least:
                 least, at, trial = there_merit, there, there_trial
             if least < (1 - 0.1 * part) * merit:
                 break
         merit, best = least, _better(problem, best, at)
+        idle = 0 if merit < 0.99 * lowest else idle + 1
+        lowest = min(lowest, merit)
     solved = tangential_residual(problem, best.traction, best.rigid) <= SOLVED
     return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
 
