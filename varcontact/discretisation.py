@@ -283,9 +283,8 @@ def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
         else:
             x, y = left, bottom
     if not (left <= x <= right and bottom <= y <= top):
-        return SceneError(
-            "grid", grid.box, f"a potential contact that contains the contact, which is at ({x:.6g}, {y:.6g})"
-        )
+        box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
+        return SceneError("grid", box, f"a potential contact that contains the contact, which is at {where}")
     return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
 
 

@@ -237,7 +237,7 @@ BY_APPROACH = {"normal_force": None, "approach": 0.5}
         ({"friction": np.full((3, 20), 0.3), "grid": vc.Grid(nx=20, dx=0.2, x0=-2.0)}, "friction", "(nx,) = (20,)"),
         ({"grid": vc.Grid(nx=20, dx=0.01, x0=-0.1)}, "grid", "(left, right) that contains"),
         ({"grid": vc.Grid(nx=3, dx=3.0, x0=-4.5)}, "grid", "the contact is 1.88"),
-        ({"grid": vc.Grid(nx=20, dx=0.1, x0=10.0)}, "grid", "contains the contact"),
+        ({"grid": vc.Grid(nx=20, dx=0.1, x0=10.0)}, "grid", "contact, which is at x = 0"),
         ({"surface": FAR, "normal_force": None, "approach": 150.0}, "approach", "far below depth^2/R"),
         ({"surface": FAR, "normal_force": None, "approach": -1.0}, "approach", "no contact"),
         ({"surface": vc.SampledDistance(np.ones(19)), "grid": vc.Grid(nx=20, dx=0.1, x0=-1.0)}, "surface.h", "(20,)"),
