@@ -19,9 +19,10 @@ from varcontact.history import History
 from varcontact.io.netcdf import load
 from varcontact.io.scenefile import read_scene
 from varcontact.motion import Shift, Steady, TimeStep, Transient
-from varcontact.plan import Plan
+from varcontact.plan import Plan, plan
 from varcontact.plot import plot_comparison, plot_stress
 from varcontact.scene import Scene
+from varcontact.sizes import Matrix, Sizes
 from varcontact.solution import Solution
 from varcontact.solve import certify, solve
 from varcontact.stress import SubsurfaceStress, stress, stress_below
@@ -44,6 +45,7 @@ __all__ = [
     "Grid",
     "History",
     "Interrupted",
+    "Matrix",
     "NoContact",
     "NotConverged",
     "OutputError",
@@ -54,6 +56,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Shift",
+    "Sizes",
     "Solution",
     "SolverUnavailable",
     "Steady",
@@ -67,6 +70,7 @@ __all__ = [
     "compare",
     "converge",
     "load",
+    "plan",
     "plot_comparison",
     "plot_stress",
     "read_scene",

@@ -1,4 +1,4 @@
-"""The command line: ``varcontact solve SCENE.toml``, ``compare`` and ``converge``."""
+"""The command line: ``varcontact solve SCENE.toml``, ``plan``, ``compare`` and ``converge``."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ app = typer.Typer(
     "  varcontact solve scene.toml\n\n"
     "  varcontact solve scene.toml --json --out solution.nc\n\n"
     "  varcontact solve scene.toml --normal clarabel --plot picture.png\n\n"
+    "  varcontact plan scene.toml\n\n"
     "  varcontact compare scene.toml --methods clarabel,tang,fastsim\n\n"
     "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
     "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported).",
@@ -85,6 +86,26 @@ def solve(
             _deliver(kept, out, plot, as_json)
         raise
     _deliver(solution, out, plot, as_json)
+
+
+@app.command(epilog="Example: varcontact plan scene.toml --normal clarabel")
+def plan(
+    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    normal: Annotated[str | None, typer.Option(help="Normal problem, as for solve.")] = None,
+    tangential: Annotated[str | None, typer.Option(help="Tangential problem, as for solve.")] = None,
+    coupling: Annotated[str | None, typer.Option(help="For unlike bodies, as for solve.")] = None,
+    formulation: Annotated[str | None, typer.Option(help="The programs, as for solve.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
+) -> None:
+    """Tell what a scene requires, and why, without solving it: methods, elements, matrices, memory."""
+    from varcontact.io.scenefile import read_scene
+    from varcontact.plan import plan as plan_scene
+
+    described, options = read_scene(scene)
+    given = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
+    chosen = {name: options.get(name, "auto") if value is None else value for name, value in given.items()}
+    planned = plan_scene(described, **chosen)
+    _print(json.dumps(planned.summary(), indent=2, allow_nan=False) if as_json else str(planned))
 
 
 @app.command(epilog="Example: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png")

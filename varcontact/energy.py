@@ -75,7 +75,7 @@ def certify_problems(
     absolute, normal_relative = normal_gap(normal, pressure.ravel(), level)
     energy = disc.force * disc.displacement
     scales = disc.force * np.array([1.0, 1.0, disc.length])
-    tangential = disc.tangential_problem(pressure, acting=traction) if disc.scene.motion is not None else None
+    tangential = None if disc.scene.frictionless else disc.tangential_problem(pressure, acting=traction)
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error

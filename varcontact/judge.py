@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation
 from varcontact.energy import Certificate, certify_problems, normal_residual
 from varcontact.errors import NotConverged
+from varcontact.motion import TimeStep
 from varcontact.plan import Plan
 from varcontact.report import no_guarantee
+from varcontact.sizes import sizes_found
 from varcontact.solution import Solution, solution_of
 from varcontact.steps import Steps
 from varcontact.theories.methods import THEORIES
@@ -21,6 +25,8 @@ def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
     with steps.clock("certificate"):
         certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
     residual = _residual_as_posed(disc, plan, state, certificate)
+    if not isinstance(disc.scene.motion, TimeStep):  # the steps of a history share its plan
+        plan = replace(plan, sizes=sizes_found(disc, plan, state))
     solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
     if not solution.converged:
         raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)

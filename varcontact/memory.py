@@ -1,10 +1,39 @@
-"""Refuse before the work starts what would not fit into memory."""
+"""What solvers take of the memory, and a refusal before the work starts where that is not there."""
 
 from __future__ import annotations
 
 import os
 
 from varcontact.errors import TooLarge
+
+ONE_BLOCK, TWO_BLOCKS = "complementary", "gap"
+
+PEAK_MATRICES: dict[tuple[str, str], float] = {
+    ("clarabel", ONE_BLOCK): 11.0,
+    ("clarabel", TWO_BLOCKS): 31.0,
+    ("scs", ONE_BLOCK): 14.0,
+    ("scs", TWO_BLOCKS): 42.0,
+    ("osqp", ONE_BLOCK): 8.0,
+    ("norm", ""): 4.0,
+    ("norm-single", ""): 4.0,
+    ("tang", ""): 6.0,
+    ("tang-exact", ""): 6.0,
+    ("tang-safeguarded", ""): 6.0,
+    ("no-slip", ""): 6.0,
+}
+"""Peak memory of methods, in dense matrices of their unknowns (8 n^2 bytes), as measured: docs/methods.md.
+
+Programs by complementary energy have one dense block; those by the gap or by potential energy more.
+"""
+
+OTHERS = {ONE_BLOCK: 25.0, TWO_BLOCKS: 60.0}
+"""The same of solvers behind qpsolvers and CVXPY."""
+
+CVXPY_TWO_BLOCKS = 5e-3
+"""Bytes by n^4 that CVXPY takes to compile the gap program: more than any solver does."""
+
+CERTIFICATE_MATRICES = 4.0
+"""The same of the certificate, which factors the symmetric part."""
 
 
 def available() -> float:
@@ -20,6 +49,29 @@ def available() -> float:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return float("inf")
+
+
+def peak(method: str, formulation: str, unknowns: int) -> float:
+    """Bytes that a method takes at its peak, with all its matrices.
+
+    Parameters
+    ----------
+    method : str
+        Of the normal or of the tangential problem.
+    formulation : str
+        Of the program, where it states one.
+    unknowns : int
+        Pressures or traction components: the order of the dense matrix.
+
+    Examples
+    --------
+    >>> print(f"{peak('clarabel', 'gap', 2 * 812) / 2**20:.0f} MiB")
+    624 MiB
+    """
+    blocks = TWO_BLOCKS if formulation in ("gap", "potential") else ONE_BLOCK
+    known = PEAK_MATRICES.get((method, ""), PEAK_MATRICES.get((method, blocks), OTHERS[blocks]))
+    compiled = CVXPY_TWO_BLOCKS * float(unknowns) ** 4 if method.startswith("cvxpy:") and blocks == TWO_BLOCKS else 0.0
+    return max(known * 8.0 * unknowns**2, compiled)
 
 
 def need(what: str, size: float, fits: str) -> None:

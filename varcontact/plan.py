@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.methods import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
 from varcontact.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene import Scene
+from varcontact.sizes import Sizes
 from varcontact.surfaces import SampledDistance
 from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_johnson_coefficients
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
@@ -18,7 +22,7 @@ FORMULATIONS = ("complementary", "potential", "gap", "marching")
 
 @dataclass(frozen=True)
 class Plan:
-    """The methods chosen for a scene.
+    """What a scene requires: its kind, the methods chosen, and how large the problems are.
 
     Attributes
     ----------
@@ -31,7 +35,19 @@ class Plan:
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
-        For each of them, in one line, why.
+        For each of these and of the following, in one line, why.
+    dimension : str
+        "three-dimensional" or "line contact".
+    bodies : str
+        "quasi-identical" (K = 0) or "unlike".
+    surface : str
+        "Hertzian" or "sampled".
+    motion : str
+        "none", "shift", "steady" (one problem), "marching" (steps until nothing changes) or "transient".
+    special : tuple of str
+        What is simpler than the general case: "frictionless", "no slip", "full slip".
+    sizes : Sizes, optional
+        Grid, elements, matrices and memory: those expected of `varcontact.plan`, those found of a solution.
     """
 
     normal: str
@@ -39,12 +55,88 @@ class Plan:
     coupling: str
     formulation: str = "none"
     reasons: dict[str, str] = field(default_factory=dict)
+    dimension: str = ""
+    bodies: str = ""
+    surface: str = ""
+    motion: str = ""
+    special: tuple[str, ...] = ()
+    sizes: Sizes | None = None
+
+    def summary(self) -> dict[str, Any]:
+        """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
+        record = asdict(self)
+        record["special"] = list(self.special)
+        if self.sizes is not None:
+            record["sizes"] |= {"grid": list(self.sizes.grid), "matrices": list(record["sizes"]["matrices"])}
+            record["sizes"]["peak"] = self.sizes.peak
+        return record
+
+    @classmethod
+    def of_record(cls, record: dict[str, Any]) -> Plan:
+        """From what `summary` and JSON made of it."""
+        sizes = record.get("sizes")
+        special = tuple(record.get("special", ()))
+        return cls(**{**record, "special": special, "sizes": None if sizes is None else Sizes.of_record(sizes)})
+
+    def __str__(self) -> str:
+        """For people."""
+        from varcontact.report import plan_report
+
+        return plan_report(self)
+
+
+def plan(
+    scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", *, formulation: str = "auto"
+) -> Plan:
+    """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
+
+    It takes closed forms and no influence numbers but one. Where the contact is Hertz's, elements and matrices are
+    those that will be. Where it is found by solving (sampled distances, unlike bodies, a normal program that is asked
+    for), the sizes are upper bounds, and say so; those found stand in the `plan` of the solution.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal, tangential, coupling, formulation : str
+        As in `solve`.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    SceneError
+        For a scene that cannot be treated, or a method that does not exist or cannot treat it.
+    SolverUnavailable
+        If the package of a method is not installed.
+    TooLarge
+        If not even the grid fits into memory. Whether solving does, is for `sizes.peak` to tell.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> plan = vc.plan(scene)
+    >>> plan.normal, plan.bodies, plan.sizes.elements, plan.sizes.mirrored
+    ('hertz', 'quasi-identical', {'normal': 112, 'tangential': 112}, True)
+    >>> [matrix.name for matrix in plan.sizes.matrices if matrix.kind == "table"]
+    ['A_zz', 'A_tt - C_tt']
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    from varcontact.expectations import expected_sizes
+
+    chosen = make_plan(scene, normal, tangential, coupling, formulation)
+    return replace(chosen, sizes=expected_sizes(scene, chosen))
 
 
 def make_plan(
     scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", formulation: str = "auto"
 ) -> Plan:
-    """Choose the methods for a scene.
+    """Choose the methods for a scene: a plan without sizes.
 
     Parameters
     ----------
@@ -75,7 +167,83 @@ def make_plan(
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
-    return Plan(**chosen, reasons=reasons)
+    kinds, special = _kinds(scene, chosen), _special(scene)
+    reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
+    dimension, bodies, surface, motion = (kind for kind, _ in kinds.values())
+    return Plan(
+        chosen["normal"],
+        chosen["tangential"],
+        chosen["coupling"],
+        chosen["formulation"],
+        reasons,
+        dimension,
+        bodies,
+        surface,
+        motion,
+        tuple(special),
+    )
+
+
+def _kinds(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
+    """What kind of scene it is, in the order of the plan's entries, and what follows from it."""
+    K = scene.bodies.K
+    if scene.line:
+        dimension = "line contact", "nothing depends on y: one row of strips, forces per unit length"
+    else:
+        dimension = "three-dimensional", "the contact is bounded along x and y"
+    if K == 0:
+        bodies = "quasi-identical", "K = 0, tractions do not change the pressure: no blocks between them"
+    elif scene.frictionless:
+        bodies = "unlike", f"K = {K:.3g}, but there are no tractions to change the pressure"
+    else:
+        bodies = "unlike", f"K = {K:.3g}, pressure and tractions depend on each other"
+    if isinstance(scene.surface, SampledDistance):
+        surface = "sampled", "the contact is found by solving the normal problem"
+    else:
+        surface = "Hertzian", "contact and pressure without tractions in closed form"
+    if scene.motion is None:
+        motion = "none", "normal contact only"
+    elif isinstance(scene.motion, Transient):
+        motion = "transient", f"{scene.motion.steps} steps, each from what the one before left, symmetric"
+    elif isinstance(scene.motion, Shift):
+        motion = "shift", "one step from the unloaded state, symmetric"
+    elif chosen["formulation"] == "marching":
+        motion = "marching", "steady rolling by steps until nothing changes"
+    else:
+        motion = "steady", "nothing depends on time: one problem, no steps"
+    return {"dimension": dimension, "bodies": bodies, "surface": surface, "motion": motion}
+
+
+def _special(scene: Scene) -> dict[str, str]:
+    """What is simpler than the general case, and how that is known."""
+    if scene.motion is None:
+        return {}
+    if scene.frictionless:
+        return {"frictionless": "friction is 0: no tangential problem"}
+    if scene.no_slip:
+        return {"no slip": "friction is infinite: no bound and no cones, one linear system"}
+    if _slips_all_over(scene):
+        return {
+            "full slip": f"expected by {'Carter' if scene.line else 'Vermeulen and Johnson'}: nothing is left to stick"
+        }
+    return {}
+
+
+def _slips_all_over(scene: Scene) -> bool:
+    """Whether a closed form has full slip: steady rolling without spin of quasi-identical bodies, creepages given."""
+    motion, hertz, f = scene.motion, scene.hertz, scene.friction
+    if not isinstance(motion, Steady) or hertz is None or not isinstance(f, float) or scene.bodies.K != 0:
+        return False
+    if motion.spin != 0 or motion.Fx is not None or motion.Fy is not None:
+        return False
+    if scene.line:
+        return motion.vy == 0 and abs(motion.vx) >= f * hertz.a / hertz.Rx
+    nu, limit = scene.bodies.combined_nu, f * hertz.force
+    if not 0 <= nu <= 0.5:
+        return False
+    slope = vermeulen_johnson_coefficients(hertz.a, hertz.b, nu)
+    force = vermeulen_johnson(hertz.a, hertz.b, scene.bodies.combined_G, limit, motion.rigid, slope)
+    return bool(math.hypot(*force) >= limit * (1 - 1e-12))
 
 
 def _normal(scene: Scene, wanted: str) -> tuple[str, str]:

@@ -38,15 +38,9 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     pressure_on : callable
         Solves the frictionless normal problem of a discretisation.
     """
-    spec = _spec(scene)
-    margin = 0 if spec.explicit else 2 * spec.margin
-    size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
-    memory.need("a grid of this size", size, "a grid with fewer elements would fit")
+    spec = known_grid(scene)
     if spec.explicit:
         return spec
-    hertz = scene.hertz
-    if hertz is not None:
-        return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
     surface = scene.surface
     assert isinstance(surface, SampledDistance)
     box = surface.box
@@ -60,6 +54,22 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
             break
         box = _clipped(contact_box(look, state.pressure, around=1), surface)
     return within(spec.spread(contact), surface)
+
+
+def wanted_grid(scene: Scene) -> Grid:
+    """The grid that a scene asks for, in its own form; refused where not even fields on it fit into memory."""
+    spec = _spec(scene)
+    margin = 0 if spec.explicit else 2 * spec.margin
+    size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
+    memory.need("a grid of this size", size, "a grid with fewer elements would fit")
+    return spec
+
+
+def known_grid(scene: Scene) -> Grid:
+    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies."""
+    spec = wanted_grid(scene)
+    hertz = None if spec.explicit else scene.hertz
+    return spec if hertz is None else spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
 
 
 def on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:

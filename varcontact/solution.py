@@ -311,8 +311,8 @@ def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndar
     if disc.scene.motion is None:
         return shift, areas
     shift[:] = disc.known_shift() + state.rigid[:, None, None]
-    operator = disc.tangential_operator
-    shift += operator.apply(state.traction)
+    if not disc.scene.frictionless:
+        shift += disc.tangential_operator.apply(state.traction)
     if disc.scene.bodies.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
@@ -320,7 +320,12 @@ def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndar
         areas[contact & state.slips] = SLIP
     elif not disc.scene.no_slip:
         bound = np.asarray(disc.scene.friction) * state.pressure
-        trial = state.traction - shift / operator.on(np.arange(1)).diagonal
+        trial = state.traction - shift / _own_influence(disc)
         noise = 1e-12 * np.abs(trial).max()
         areas[contact & (np.hypot(*trial) > bound * (1 + 1e-8) + noise)] = SLIP
     return shift, areas
+
+
+def _own_influence(disc: Discretisation) -> float:
+    """Mean of an element's influence on itself along x and y; any, where there is no traction to compare with."""
+    return 1.0 if disc.scene.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal

@@ -25,6 +25,7 @@ from varcontact.grid import Grid
 from varcontact.methods import normal_solver, states_programs, tangential_solver
 from varcontact.plan import Plan
 from varcontact.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.symmetry import mirror_of
 from varcontact.theories.methods import THEORIES
 
 UNPOLISHED = 1e-2
@@ -73,7 +74,8 @@ class Steps:
             elements = problem.operator.elements
             if elements.size == 0:
                 raise out_of_reach(disc.scene, disc.grid)
-            memory.need("the normal QP", 120.0 * elements.size**2, "a grid with fewer elements would fit")
+            peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size)
+            memory.need("the normal problem", peak, "a grid with fewer elements would fit")
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
@@ -132,7 +134,8 @@ class Steps:
         tangential = disc.tangential_problem(nothing.pressure, state.bearing)
         _check_force(tangential, disc.force)
         size = normal.distance.size + tangential.rigid_shift.size
-        memory.need("the joint program", 120.0 * size**2, "a grid with fewer elements would fit")
+        peak = memory.peak(self.plan.tangential, "complementary", size)
+        memory.need("the joint program", peak, "a grid with fewer elements would fit")
         asked = 1e-6 if self.polish else UNPOLISHED * self.tol
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
@@ -165,14 +168,24 @@ class Steps:
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
             return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves")
-        size = problem.rigid_shift.size
-        memory.need("the tangential program", 34 * 8.0 * size**2, "a grid with fewer elements would fit")
-        if problem.no_slip:
-            return no_slip(problem)
         start = None
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
+        mirror = mirror_of(problem)
+        if mirror is None:
+            return self._solved(problem, start)
+        halved = None if start is None else mirror.fold_solution(start)
+        return mirror.unfold(self._solved(mirror.fold(problem), halved))
+
+    def _solved(self, problem: TangentialProblem, start: RawSolution | None) -> RawSolution:
+        memory.need(
+            "the tangential problem",
+            memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
+            "a grid with fewer elements would fit",
+        )
+        if problem.no_slip:
+            return no_slip(problem)
         solver = tangential_solver(self.plan.tangential)
         if self.plan.formulation == "marching":
             solver = partial(march, solver)

@@ -102,11 +102,7 @@ class GridOperator:
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
-        from scipy.fft import next_fast_len
-
-        ny, nx = self.shape
-        # The products wrap around below index n - 1, where they are not read.
-        return next_fast_len(2 * ny - 1, real=True), next_fast_len(2 * nx - 1, real=True)
+        return fft_shape(*self.shape)
 
     @cached_property
     def _kernel(self) -> np.ndarray:
@@ -155,6 +151,19 @@ class RestrictedOperator:
         field[:, self.elements] = tractions
         product = self.grid_operator.apply(field.reshape(-1, ny, nx))
         return product.reshape(-1, ny * nx)[:, self.elements]
+
+
+def fft_shape(ny: int, nx: int) -> tuple[int, int]:
+    """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
+    from scipy.fft import next_fast_len
+
+    return next_fast_len(2 * ny - 1, real=True), next_fast_len(2 * nx - 1, real=True)
+
+
+def table_bytes(ny: int, nx: int, blocks: int) -> int:
+    """Bytes of the table of so many blocks of influence numbers on a grid, and of its transform."""
+    rows, columns = fft_shape(ny, nx)
+    return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
 
 
 def influence_operator(

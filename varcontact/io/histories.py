@@ -10,7 +10,7 @@ import io
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -221,7 +221,7 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
     file = netcdf_file(buffer, "w", version=2)
     file.format, file.first_step = FORMAT, f"{begin or 0:012d}"
     file.scene, file.grid = json.dumps(scene_to(about.scene)), json.dumps(vars(sol.grid))
-    file.plan, file.settings = json.dumps(vars(about.plan)), json.dumps(about.settings)
+    file.plan, file.settings = json.dumps(asdict(about.plan)), json.dumps(about.settings)
     length = RECORD if about.plan.coupling in ("none", "johnson") else RECORD_OF_PASSES
     sizes = {
         "component": 2,
@@ -293,7 +293,7 @@ def _stored(path: Path) -> Stored:
         if getattr(file._file, "format", b"") != FORMAT.encode():
             raise OutputError("path", path, f"is not a {FORMAT!r} file")
         try:
-            scene, plan = scene_from(json.loads(file.scene)), Plan(**json.loads(file.plan))
+            scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
             settings = json.loads(file.settings)
             if "start" in file.variables:
                 start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,7 +66,7 @@ def dataset(sol: Solution) -> xr.Dataset:
         "component": ["x", "y"],
         "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
     }
-    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": {**vars(sol.plan)}, **record_of(sol)}
+    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
 
@@ -169,7 +170,7 @@ def solution_from(data: xr.Dataset) -> Solution:
     """A solution from its dataset."""
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
-    scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan(**record["plan"])
+    scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
     return assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
 
 
