@@ -58,6 +58,42 @@ def test_json(folder):
     assert set(result) >= {"moment", "approach", "iterations", "seconds"}
 
 
+def test_a_plan_is_printed(folder):
+    done = run("plan", "scene.toml", folder=folder)
+    assert done.returncode == 0, done.stderr
+    for words in ("quasi-identical: K = 0", "hertz: ", "clarabel: the gap", "52 elements, 52 unknowns", "peak memory"):
+        assert words in done.stdout
+    assert "at most" not in done.stdout
+
+
+def test_a_plan_in_json_is_that_of_the_solution(folder):
+    (folder / "scene.toml").write_text(SCENE + '[solve]\ntangential = "tang"\ntol = 1e-9\n')
+    done = run("plan", "scene.toml", "--json", "--normal", "norm", folder=folder)
+    assert done.returncode == 0, done.stderr
+    printed, scene = json.loads(done.stdout), vc.read_scene(folder / "scene.toml")[0]
+    assert vc.Plan.of_record(printed) == vc.plan(scene, normal="norm", tangential="tang")
+    assert printed["sizes"]["exact"] is False
+    assert (printed["normal"], printed["tangential"], printed["special"]) == ("norm", "tang", [])
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "words"),
+    [
+        (SCENE, ("--tangential", "fastism"), ["tangential", "fastism", "fastsim"]),
+        (SCENE, ("--coupling", "both"), ["coupling", "both", "johnson"]),
+        (SCENE.replace("nu = 0.28", "nu = 0.6"), (), ["bodies.nu", "0.6"]),
+        (SCENE.replace("nx = 8", "nx = 8000000"), (), ["a grid of this size", "GiB"]),
+    ],
+)
+def test_bad_input_of_a_plan(folder, scene, options, words):
+    (folder / "scene.toml").write_text(scene)
+    done = run("plan", "scene.toml", *options, folder=folder)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    assert all(word in done.stderr for word in words)
+
+
 def test_report_file_and_picture(folder):
     done = run("solve", "scene.toml", "--out", "result.nc", "--plot", "result.png", folder=folder)
     assert done.returncode == 0, done.stderr

@@ -205,7 +205,7 @@ def test_a_plan_is_json_and_comes_back(rolling, tmp_path):
         plan = vc.plan(rolling(**changes), **methods)
         record = json.loads(json.dumps(plan.summary(), allow_nan=False))
         assert set(record) == {field.name for field in dataclasses.fields(vc.Plan)}
-        assert record["sizes"].pop("peak") == plan.sizes.peak
+        assert record["sizes"]["peak"] == plan.sizes.peak
         assert vc.Plan.of_record(record) == plan
         sol = vc.solve(rolling(**changes), **methods)
         sol.save(tmp_path / "solution.nc")

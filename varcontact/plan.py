@@ -74,7 +74,9 @@ class Plan:
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Plan:
         """From what `summary` and JSON made of it."""
-        sizes = record.get("sizes")
+        sizes = dict(record["sizes"]) if record.get("sizes") else None
+        if sizes is not None:
+            sizes.pop("peak", None)  # follows from the stages
         special = tuple(record.get("special", ()))
         return cls(**{**record, "special": special, "sizes": None if sizes is None else Sizes.of_record(sizes)})
 
