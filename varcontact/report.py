@@ -193,7 +193,7 @@ def _sizes(sizes: Sizes) -> list[tuple[str, str]]:
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
     if not sizes.exact:
-        rows.append(("", "the contact is not known before the normal problem is solved"))
+        rows.append(("", "upper bounds: the contact is not known before it is solved for"))
     return rows
 
 

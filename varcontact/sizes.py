@@ -134,6 +134,7 @@ def _joint_program(plan: Plan) -> bool:
 def sizes_of(
     scene: Scene, plan: Plan, shape: tuple[int, int], sides: tuple[float, float] | None, counted: Counted
 ) -> Sizes:
+    """The sizes of a plan on a grid of that shape with so many elements, known or at most."""
     elements = {"normal": counted.normal}
     unknowns = {"normal": 0 if plan.normal == "hertz" else counted.normal}
     if plan.tangential != "none":
