@@ -253,6 +253,12 @@ def test_what_is_refused_for_memory_is_what_was_planned(rolling, monkeypatch):
     assert error.value.needed == pytest.approx(planned.memory["tangential"], rel=0.2)
 
 
+def test_a_history_whose_load_is_given_by_step_is_planned(rolling):
+    motion = vc.Transient(steps=2, vx=0.04, normal_force=[1.0, 0.8], friction=[0.3, 0.2])
+    plan = vc.plan(rolling(normal_force=None, friction=None, motion=motion))
+    assert (plan.motion, plan.sizes.grid) == ("transient", (14, 14))
+
+
 @pytest.mark.parametrize("changes", [{}, {"bodies": UNLIKE}, {"grid": AROUND}, {"surface": SAMPLES, "grid": EXPLICIT}])
 def test_a_history_is_planned_by_bounds_of_its_steps(rolling, assembled, changes):
     """Tables as listed, A_tt and not A_tt - C_tt; dense blocks no larger than said; every step has the same plan."""

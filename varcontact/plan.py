@@ -233,10 +233,11 @@ def _special(scene: Scene) -> dict[str, str]:
 
 def _slips_all_over(scene: Scene) -> bool:
     """Whether a closed form has full slip: steady rolling without spin of quasi-identical bodies, creepages given."""
-    motion, hertz, f = scene.motion, scene.hertz, scene.friction
-    if not isinstance(motion, Steady) or hertz is None or not isinstance(f, float) or scene.bodies.K != 0:
+    motion, f = scene.motion, scene.friction
+    if not isinstance(motion, Steady) or not isinstance(f, float) or scene.bodies.K != 0:
         return False
-    if motion.spin != 0 or motion.Fx is not None or motion.Fy is not None:
+    hertz = scene.hertz
+    if hertz is None or motion.spin != 0 or motion.Fx is not None or motion.Fy is not None:
         return False
     if scene.line:
         return motion.vy == 0 and abs(motion.vx) >= f * hertz.a / hertz.Rx
