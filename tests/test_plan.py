@@ -255,7 +255,7 @@ def test_what_is_refused_for_memory_is_what_was_planned(rolling, monkeypatch):
 
 def test_a_history_whose_load_is_given_by_step_is_planned(rolling):
     motion = vc.Transient(steps=2, vx=0.04, normal_force=[1.0, 0.8], friction=[0.3, 0.2])
-    plan = vc.plan(rolling(normal_force=None, friction=None, motion=motion))
+    plan = vc.plan(rolling(surface=vc.Paraboloids(1.0, 0.8), normal_force=None, friction=None, motion=motion))
     assert (plan.motion, plan.sizes.grid) == ("transient", (14, 14))
 
 
