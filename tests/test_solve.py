@@ -506,3 +506,43 @@ def test_no_friction_anywhere_in_the_contact(rolling):
     sol = vc.solve(rolling(friction=friction, grid=grid, motion=vc.Steady(vx=0.1)))
     assert sol.converged
     assert not sol.traction.any()
+
+
+def test_shift_by_nearly_all_that_friction_can_carry(rolling):
+    """A start beside the solution leads TANG astray, where almost nothing sticks: it then begins on its own.
+
+    The creepage against Cattaneo and Mindlin, whose shift is exact for nu = 0.
+    """
+    scene = rolling(
+        bodies=vc.Bodies(G=1.0, nu=0.0),
+        surface=vc.Ellipse(1.0, 1.0),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Shift(Fx=-0.3 * (1 - 1e-6)),
+        grid=vc.Grid(nx=10, ny=10),
+    )
+    sol = vc.solve(scene)
+    exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx)
+    assert sol.plan.tangential == "clarabel"
+    assert sol.certificate.residual < 1e-12
+    assert sol.creepage[0] == pytest.approx(exact.shift, rel=0.03)
+
+
+@pytest.mark.parametrize("normal", ["auto", "norm", "clarabel"])
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"normal_force": 1e-300}, "normal_force"),
+        ({"bodies": ((5e-324, 1.0), 0.3)}, "bodies.G[0]"),
+        ({"surface": (1e308, 1e308)}, "surface.Rx"),
+        ({"normal_force": None, "approach": 1e-300}, "approach"),
+        ({"normal_force": None, "approach": 1e-99, "bodies": (1e-99, 0.3), "surface": (1e-90, 1e-90)}, "scene"),
+    ],
+)
+def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal):
+    """Their products are 0 or inf: by name, before a division by zero or an answer of noughts."""
+    made = {"bodies": lambda pair: vc.Bodies(*pair), "surface": lambda pair: vc.Paraboloids(*pair)}
+    with pytest.raises(vc.SceneError) as refusal:
+        changes = {name: made.get(name, lambda value: value)(value) for name, value in change.items()}
+        vc.solve(rolling(motion=None, friction=None, **changes), normal=normal)
+    assert refusal.value.field == field

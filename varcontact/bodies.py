@@ -92,7 +92,7 @@ def _modulus(field: str, value: Any) -> float:
     modulus = checks.real(field, value, allowed)
     if modulus <= 0:
         raise SceneError(field, value, allowed)
-    return modulus
+    return modulus if math.isinf(modulus) else checks.computable(field, modulus)
 
 
 def _poisson(field: str, value: Any) -> float:

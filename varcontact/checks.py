@@ -12,6 +12,10 @@ import numpy as np
 from varcontact.errors import SceneError
 
 
+SMALL, LARGE = 1e-100, 1e100
+"""Between them the products that occur of lengths, moduli and forces stay within the range of floating point."""
+
+
 def number(field: str, value: Any, allowed: str = "a finite number") -> float:
     """A finite real number."""
     result = real(field, value, allowed)
@@ -34,11 +38,18 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
 
 
 def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
-    """A finite number above zero."""
+    """A finite number above zero, of a size that can be computed with."""
     result = number(field, value, allowed)
     if result <= 0:
         raise SceneError(field, value, allowed)
-    return result
+    return computable(field, result)
+
+
+def computable(field: str, value: float) -> float:
+    """A number whose products with others do not leave floating point."""
+    if not SMALL <= value <= LARGE:
+        raise SceneError(field, value, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with")
+    return value
 
 
 def whole(field: str, value: Any, least: int = 1) -> int:

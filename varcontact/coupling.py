@@ -145,8 +145,8 @@ def _fixed_point(
 ) -> ContactState:
     """Repeat a pass from one field to the next; the state of the least residual.
 
-    It ends at the tolerance, where PATIENCE passes brought nothing, where solvers give up twice in a row or
-    altogether, or after `max_passes`.
+    It ends at the tolerance, where PATIENCE passes brought nothing, where solvers give up twice in a row with nothing
+    gained or altogether, or after `max_passes`.
     """
     best = state = replace(state, passes=((1.0, residual(state)),))
     given: list[np.ndarray] = []
@@ -160,11 +160,9 @@ def _fixed_point(
         given, found = [*given[-MEMORY:], field_of(state)], [*found[-MEMORY:], field_of(after)]
         step = (_distance(found[-1], given[-1]), residual(after))
         after = replace(after, passes=(*state.passes, step))
-        failures = 0 if all(after.solved.values()) else failures + 1
-        if step[1] < best.passes[-1][1]:
-            best, lost = after, 0
-        else:
-            lost += 1
+        gained = step[1] < best.passes[-1][1]
+        best, lost = (after, 0) if gained else (best, lost + 1)
+        failures = 0 if gained or all(after.solved.values()) else failures + 1
         accelerated = accelerated or not step[1] < SLOW * state.passes[-1][1]
         state = with_field(after, _mixed(given, found)) if accelerated else after
     return replace(best, passes=state.passes)

@@ -41,6 +41,10 @@ From one length on all influence numbers are positive, and A_zz is positive defi
 """
 
 
+RANGE = 280
+"""Powers of ten that forces and their work may have: floating point ends at 308."""
+
+
 @dataclass(frozen=True, eq=False)
 class Carried:
     """What a step of a history finds, dimensionless.
@@ -324,4 +328,19 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
         if overlap <= 0:
             raise out_of_reach(scene, grid)
         pressure = scene.bodies.combined_G * overlap / length
+    _check_range(scene, length, pressure)
     return Discretisation(scene, grid, hertz, distance, length, pressure)
+
+
+def _check_range(scene: Scene, length: float, pressure: float) -> None:
+    """Refuse sizes at which forces, or their work, leave the range of floating point."""
+    with np.errstate(divide="ignore"):
+        L, p, G = np.log10([length, pressure, scene.bodies.combined_G])
+    force = p + (1 if scene.line else 2) * L
+    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    if not largest < RANGE:
+        raise SceneError(
+            "scene",
+            f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scene.bodies.combined_G:.3g}",
+            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
+        )

@@ -212,14 +212,15 @@ class Steps:
         self,
         problem: _Problem,
         solver: Callable[[_Problem, Settings, RawSolution | None], RawSolution],
-        polish: Callable[[_Problem, RawSolution], RawSolution],
+        polish: Callable[[_Problem, RawSolution | None], RawSolution],
         residual: Callable[[_Problem, np.ndarray, np.ndarray], float],
         start: RawSolution | None,
         near: RawSolution | None,
     ) -> RawSolution:
         """A solver's answer, polished: the solver is asked for no more than the polish needs to succeed.
 
-        Where the polish takes a start (the pass or the step before) to the tolerance, `near`, no solver is needed.
+        Where the polish takes a start (the pass or the step before) to the tolerance, `near`, no solver is needed. Near
+        saturation the polish can be lost beside the solution, where almost nothing sticks: then it begins on its own.
         """
         enough = min(self.tol, 1e-9)
         best = None if near is None else replace(near, iterations=0)
@@ -236,7 +237,13 @@ class Steps:
             ):
                 best = raw
         assert answer is not None
-        return answer if best is None else best
+        if best is None:
+            return answer
+        reached = residual(problem, best.traction, best.rigid)
+        if reached > self.tol:
+            alone = replace(polish(problem, None), iterations=answer.iterations)
+            best = alone if residual(problem, alone.traction, alone.rigid) < reached else best
+        return best
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
