@@ -155,7 +155,7 @@ def kkt(sol: vc.Solution, tol: float, *, closed_form: bool = False, previous: vc
         assert np.all((bound - size)[state == 2] <= 2 * tol * largest), "less than the bound in the slip area"
     for force, asked in zip(sol.force, (motion.Fx, motion.Fy), strict=True):
         if asked is not None:
-            assert abs(force - asked) <= tol * max(sol.normal_force * np.max(scene.friction), abs(asked))
+            assert abs(force - asked) <= tol * max(np.sum(bound) * grid.area, abs(asked))
     for found, given, asked in zip(sol.creepage, motion.rigid, (motion.Fx, motion.Fy, None), strict=True):
         assert asked is not None or found == given
 

@@ -238,3 +238,18 @@ def test_spence_indentation(tmp_path):
         assert np.ptp(ratios[2:]) < 0.08
         assert ratios[2:].mean() == pytest.approx(vc.reference.spence_ratio(example.BODIES, friction), abs=0.06)
     assert (tmp_path / "picture.png").stat().st_size > 10_000
+
+
+def test_falling_friction(tmp_path, capsys):
+    """Two solutions of one creepage, each certified; under a law that falls the creep force has a maximum."""
+    creepages, curves, shown = script("falling_friction").main(str(tmp_path / "picture.png"), cells=60, points=5)
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "from slip" in capsys.readouterr().out
+    stick, slip = (shown["static and kinetic", start] for start in ("stick", "slip"))
+    assert stick.elements["stick"] > slip.elements["stick"]
+    assert 1e-4 < -(stick.force[0] - slip.force[0]) / 1e6 < 5e-3
+    for sol in shown.values():
+        assert sol.certificate.tangential_residual < 1e-8
+    falling = curves["exponential, fast", "slip"]
+    assert 0 < np.argmax(falling) < len(creepages) - 1
+    assert 0.15 < falling[-1] < falling.max() < 0.3

@@ -19,6 +19,8 @@ AROUND = vc.Grid(nx=14, ny=14, dx=0.2, dy=0.15, x0=-1.4, y0=-1.05)
 LINE = {"surface": vc.Cylinders(R=1.0), "grid": vc.Grid(nx=40)}
 COUPLED = {"bodies": UNLIKE, "friction": 0.5}
 
+FALLING = vc.RationalFalling(0.3, 0.2, half_velocity=0.1)
+
 HERTZIAN = {
     "steady": ({}, {}),
     "pure vx": ({"motion": vc.Steady(vx=0.05)}, {}),
@@ -38,6 +40,9 @@ HERTZIAN = {
     "active sets": ({}, {"tangential": "tang-safeguarded"}),
     "marching": ({"motion": vc.Steady(vx=0.05)}, {"formulation": "marching"}),
     "fastsim": ({}, {"tangential": "fastsim"}),
+    "law": ({"friction": FALLING}, {}),
+    "law, pure vx": ({"friction": FALLING, "motion": vc.Steady(vx=0.05)}, {}),
+    "law, fastsim": ({"friction": FALLING}, {"tangential": "fastsim"}),
     "linear": ({}, {"tangential": "linear"}),
     "line": ({**LINE, "motion": vc.Steady(vx=0.05, vy=0.02)}, {}),
     "line, vx": ({**LINE, "motion": vc.Steady(vx=0.05)}, {}),
@@ -52,6 +57,7 @@ SOLVED_FOR = {
     "normal active sets": ({}, {"normal": "norm"}),
     "unlike": (COUPLED, {}),
     "unlike, pure vx": ({**COUPLED, "motion": vc.Steady(vx=0.05)}, {}),
+    "unlike, law": ({"bodies": UNLIKE, "friction": FALLING}, {}),
     "unlike, once": (COUPLED, {"coupling": "johnson"}),
     "unlike, shift, joint": ({**COUPLED, "motion": vc.Shift(ux=0.05, uy=0.03)}, {"coupling": "joint"}),
     "unlike, joint by halves": ({**COUPLED, "motion": vc.Shift(ux=0.05)}, {"coupling": "joint"}),
@@ -116,7 +122,8 @@ def _check_elements(sol):
     """Those with pressure and friction enter the tangential problem."""
     sizes, bearing = sol.plan.sizes, 0
     if sol.plan.tangential != "none":
-        friction = np.broadcast_to(np.asarray(sol.scene.friction), sol.grid.shape)
+        given = sol.scene.friction
+        friction = np.broadcast_to(getattr(given, "static", given), sol.grid.shape)
         bearing = int(np.sum((sol.pressure > 0) & (friction > 0)))
     assert sizes.exact
     assert sizes.elements.get("tangential", 0) == bearing
@@ -184,7 +191,8 @@ def test_what_a_scene_does_not_require_is_not_built(rolling):
 def test_kinds_of_scenes(rolling, changes, expected):
     plan = vc.plan(rolling(**changes))
     assert {name: getattr(plan, name) for name in expected} == expected
-    reasons = {"dimension", "bodies", "surface", "motion", "normal", "tangential", "coupling", "formulation"}
+    reasons = {"dimension", "bodies", "surface", "motion", "friction"}
+    reasons |= {"normal", "tangential", "coupling", "formulation"}
     assert set(plan.reasons) == reasons | set(plan.special)
     assert all(reason and "\n" not in reason for reason in plan.reasons.values())
 
@@ -274,3 +282,24 @@ def test_a_history_is_planned_by_bounds_of_its_steps(rolling, assembled, changes
     assert taken == pytest.approx(sum(matrix.bytes for matrix in listed), rel=0.2)
     largest = max(matrix.rows for matrix in plan.sizes.matrices if matrix.kind == "dense")
     assert max(shape[0] for _, shape in blocks) <= largest
+
+
+def test_plan_names_the_loop_of_a_law(rolling):
+    """And says why; a theory needs none."""
+    plan = vc.plan(rolling(friction=FALLING))
+    assert plan.friction == "rational"
+    assert "outer loop" in plan.reasons["friction"]
+    assert "rational: the coefficient depends on the slip" in str(plan)
+    assert "particle by particle" in vc.plan(rolling(friction=FALLING), tangential="fastsim").reasons["friction"]
+    assert vc.plan(rolling()).friction == "given"
+    assert vc.plan(rolling(motion=None)).friction == "none"
+    history = vc.Transient(steps=2, vx=0.05, friction=[0.3, vc.StaticKinetic(0.3, 0.2)])
+    assert vc.plan(rolling(motion=history)).friction == "several"
+
+
+def test_plan_of_a_law_is_that_of_its_first_pass(rolling):
+    """Where nothing is left of friction in slip, later passes have fewer elements."""
+    scene = rolling(friction=vc.StaticKinetic(0.3, 0.0), motion=vc.Shift(ux=0.05))
+    sol = vc.solve(scene)
+    assert np.sum(sol.traction_bound > 0) < sol.elements["contact"]
+    assert vc.plan(scene) == sol.plan

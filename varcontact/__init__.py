@@ -14,6 +14,7 @@ from varcontact.errors import (
     TooLarge,
     VarcontactError,
 )
+from varcontact.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from varcontact.grid import Grid
 from varcontact.history import History
 from varcontact.io.netcdf import load
@@ -42,15 +43,18 @@ __all__ = [
     "Convergence",
     "Cylinders",
     "Ellipse",
+    "ExponentialFalling",
     "Grid",
     "History",
     "Interrupted",
+    "LinearFalling",
     "Matrix",
     "NoContact",
     "NotConverged",
     "OutputError",
     "Paraboloids",
     "Plan",
+    "RationalFalling",
     "SampledDistance",
     "Saturated",
     "Scene",
@@ -59,6 +63,7 @@ __all__ = [
     "Sizes",
     "Solution",
     "SolverUnavailable",
+    "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
     "TimeStep",

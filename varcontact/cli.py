@@ -55,6 +55,9 @@ def solve(
         bool | None, typer.Option("--polish/--no-polish", help="Take a solver's answer to rounding.  [default: polish]")
     ] = None,
     tol: Annotated[float | None, typer.Option(help="Natural-map residual to reach.  [default: 1e-8]")] = None,
+    start: Annotated[
+        str | None, typer.Option(help="Under a law of friction, the solution sought: from stick or from slip.")
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Write the solution to this netCDF file (.nc); of a history step by step, going on from it."),
@@ -70,7 +73,7 @@ def solve(
     _check_outputs(out, plot)
     described, options = read_scene(scene)
     given: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "polish": polish, "tol": tol}
+    given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         options["store"], out = out, None

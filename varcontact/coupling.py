@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from varcontact.errors import VarcontactError
+from varcontact.errors import Saturated, VarcontactError
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,10 @@ class ContactState:
         The pressure that the traction bound counts with, where that is not `pressure`: within a joint pass.
     slips : bool ndarray, shape (ny, nx), optional
         The slip area where a theory tells it; otherwise the natural map does.
+    friction : ndarray, shape (ny, nx), optional
+        Under a law of friction: the coefficient of the next pass.
+    branch : str
+        Under a law of friction: where the search began.
     """
 
     pressure: np.ndarray
@@ -50,6 +54,8 @@ class ContactState:
     passes: tuple[tuple[float, float], ...] = ()
     bearing: np.ndarray | None = None
     slips: np.ndarray | None = None
+    friction: np.ndarray | None = None
+    branch: str = ""
 
 
 Step = Callable[[ContactState], ContactState]
@@ -90,7 +96,7 @@ def panagiotopoulos(
     def with_traction(state: ContactState, traction: np.ndarray) -> ContactState:
         return replace(state, traction=traction)
 
-    return _fixed_point(
+    return fixed_point(
         tangential(start), one_pass, lambda state: state.traction, with_traction, residual, tol, max_passes
     )
 
@@ -114,7 +120,7 @@ def joint(start: ContactState, together: Step, residual: Judge, tol: float, max_
     def with_pressure(state: ContactState, pressure: np.ndarray) -> ContactState:
         return replace(state, pressure=np.maximum(pressure, 0.0))
 
-    return _fixed_point(
+    return fixed_point(
         one_pass(start), one_pass, lambda state: state.pressure, with_pressure, residual, tol, max_passes
     )
 
@@ -134,7 +140,7 @@ def alternating(start: ContactState, normal: Step, tangential: Step, tol: float,
     return state
 
 
-def _fixed_point(
+def fixed_point(
     state: ContactState,
     one_pass: Step,
     field_of: Callable[[ContactState], np.ndarray],
@@ -142,20 +148,25 @@ def _fixed_point(
     residual: Judge,
     tol: float,
     max_passes: int,
+    patience: int = PATIENCE,
+    plain: int = 0,
 ) -> ContactState:
     """Repeat a pass from one field to the next; the state of the least residual.
 
-    It ends at the tolerance, where PATIENCE passes brought nothing, where solvers give up twice in a row with nothing
-    gained or altogether, or after `max_passes`.
+    It ends at the tolerance, where `patience` passes brought nothing, where solvers give up twice in a row with nothing
+    gained or altogether, or after `max_passes`. Nothing is accelerated in the first `plain` passes, and a force that
+    friction cannot carry in one of them is an error.
     """
     best = state = replace(state, passes=((1.0, residual(state)),))
     given: list[np.ndarray] = []
     found: list[np.ndarray] = []
     lost, failures, accelerated = 0, 0, False
-    while best.passes[-1][1] > tol and len(state.passes) < max_passes and lost < PATIENCE and failures < 2:
+    while best.passes[-1][1] > tol and len(state.passes) < max_passes and lost < patience and failures < 2:
         try:
             after = one_pass(state)
-        except VarcontactError:  # an iterate that is no contact any more
+        except VarcontactError as error:  # an iterate that is no contact any more
+            if isinstance(error, Saturated) and len(state.passes) <= plain:
+                raise
             break
         given, found = [*given[-MEMORY:], field_of(state)], [*found[-MEMORY:], field_of(after)]
         step = (_distance(found[-1], given[-1]), residual(after))
@@ -163,7 +174,7 @@ def _fixed_point(
         gained = step[1] < best.passes[-1][1]
         best, lost = (after, 0) if gained else (best, lost + 1)
         failures = 0 if gained or all(after.solved.values()) else failures + 1
-        accelerated = accelerated or not step[1] < SLOW * state.passes[-1][1]
+        accelerated = accelerated or (len(state.passes) > plain and not step[1] < SLOW * state.passes[-1][1])
         state = with_field(after, _mixed(given, found)) if accelerated else after
     return replace(best, passes=state.passes)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from varcontact.elasticity.operators import GridOperator, influence_operator, strip_operator
 from varcontact.errors import NoContact, SceneError
+from varcontact.friction import Law
 from varcontact.grid import Grid
 from varcontact.motion import Motion, Steady, Transient
 from varcontact.problem import NormalProblem, TangentialProblem
@@ -77,6 +78,8 @@ class Discretisation:
         The scales; `displacement` follows.
     carried : Carried, optional
         In a step of a history: what the step before left.
+    coefficient : ndarray, shape (ny, nx), optional
+        Coefficient of friction under a law, as it is taken at the moment.
     """
 
     scene: Scene
@@ -86,6 +89,7 @@ class Discretisation:
     length: float
     pressure: float
     carried: Carried | None = None
+    coefficient: np.ndarray | None = None
 
     @property
     def displacement(self) -> float:
@@ -197,6 +201,19 @@ class Discretisation:
         distance = self.distance if scene.surface is self.scene.surface else scene.surface.distance(self.grid)
         return self._sharing(replace(self, scene=scene, hertz=scene.hertz, distance=distance, carried=carried))
 
+    def rubbing(self, coefficient: np.ndarray) -> Discretisation:
+        """The same with a coefficient of friction (ny, nx) for each element, as a law has it: operators are shared."""
+        return self._sharing(replace(self, coefficient=coefficient))
+
+    @property
+    def friction(self) -> float | np.ndarray:
+        """Coefficient of friction: the scene's, or a law's; where nothing is known of slip yet, the static one."""
+        friction = self.scene.friction
+        assert friction is not None
+        if not isinstance(friction, Law):
+            return friction
+        return friction.static if self.coefficient is None else self.coefficient
+
     def _sharing(self, other: Discretisation) -> Discretisation:
         other.__dict__.update({name: value for name, value in self.__dict__.items() if name in _SHARED})
         return other
@@ -231,7 +248,7 @@ class Discretisation:
         pressed = (pressure if bearing is None else bearing).ravel()
         contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            bound = np.broadcast_to(np.asarray(scene.friction), pressure.shape).ravel() * pressed
+            bound = np.broadcast_to(np.asarray(self.friction), pressure.shape).ravel() * pressed
         elements = np.flatnonzero(contact & (bound > 0))
         shift = self.known_shift().reshape(2, -1)[:, elements]
         if scene.bodies.K != 0:

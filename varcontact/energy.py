@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.discretisation import Discretisation
+from varcontact.friction import Law
 from varcontact.matrix_free.symmetric import solve_symmetric
 from varcontact.problem import NormalProblem, TangentialProblem
 
@@ -38,7 +39,8 @@ class Certificate:
     force_bound : ndarray, shape (3,)
         Guaranteed bounds on the errors of Fx, Fy and Mz against the exact solution of the discrete tangential
         problem with the same pressure, ``sqrt(c'S^-1 c gap)``. Infinite where no such bound is known: for unlike
-        bodies, whose pressure depends on the tractions, and where S is not positive definite.
+        bodies, whose pressure depends on the tractions, under a law of friction, whose coefficient depends on the
+        slip, and where S is not positive definite.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
         tangential and the normal one. With Hertz's closed form as the pressure of a tangential problem the
@@ -95,7 +97,8 @@ def certify_problems(
     tractions, shifts = tangential.of_grid(traction, rigid)
     residual = _worst(residual, tangential_residual(tangential, tractions, shifts))
     absolute, relative = gap(tangential, project(tractions, tangential.bound), shifts)
-    bound = _unknown(_outputs(tangential)) if coupled else force_bound(tangential, tractions, shifts)
+    several = coupled or isinstance(disc.scene.friction, Law)
+    bound = _unknown(_outputs(tangential)) if several else force_bound(tangential, tractions, shifts)
     return Certificate(
         gap=absolute * energy,
         relative_gap=relative,

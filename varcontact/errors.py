@@ -73,11 +73,11 @@ class OutputError(VarcontactError, OSError):
 class Saturated(VarcontactError):
     """A prescribed tangential force beyond what friction can carry."""
 
-    def __init__(self, force: float, limit: float) -> None:
+    def __init__(self, force: float, limit: float, law: str = "") -> None:
         self.force, self.limit = force, limit
         super().__init__(
             f"motion: a tangential force of {force:.6g} cannot be carried, "
-            f"friction allows less than {limit:.6g} (the traction bound over the contact)"
+            f"friction{law} allows less than {limit:.6g} (the traction bound over the contact)"
         )
 
 

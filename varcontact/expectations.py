@@ -61,7 +61,7 @@ def _closed_form(disc: Discretisation, plan: Plan) -> Counted:
     if plan.tangential == "none":
         return Counted(contact, contact, 0)
     with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-        bound = (np.broadcast_to(np.asarray(scene.friction), grid.shape) * pressure).ravel()
+        bound = (np.broadcast_to(np.asarray(disc.friction), grid.shape) * pressure).ravel()
     elements = np.flatnonzero(bound > 0)
     shift = disc.rigid_shift().reshape(2, -1)[:, elements]
     assert isinstance(scene.motion, Steady | Shift)
@@ -75,8 +75,8 @@ def _closed_form(disc: Discretisation, plan: Plan) -> Counted:
 
 
 def _at_most(scene: Scene, plan: Plan, elements: int) -> Counted:
-    if scene.friction is not None and np.ndim(scene.friction) > 0:
-        return Counted(elements, elements, min(elements, int(np.sum(np.asarray(scene.friction) > 0))), exact=False)
+    if isinstance(scene.friction, np.ndarray):
+        return Counted(elements, elements, min(elements, int(np.sum(scene.friction > 0))), exact=False)
     return Counted(elements, elements, elements, exact=False)
 
 

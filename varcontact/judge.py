@@ -10,6 +10,8 @@ from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation
 from varcontact.energy import Certificate, certify_problems, normal_residual
 from varcontact.errors import NotConverged
+from varcontact.falling import coefficient
+from varcontact.friction import Law
 from varcontact.motion import TimeStep
 from varcontact.plan import Plan
 from varcontact.report import no_guarantee
@@ -22,11 +24,14 @@ from varcontact.theories.methods import THEORIES
 def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
     """The solution, with its certificate; held to the tolerance."""
     plan, tol = steps.plan, steps.tol
+    posed = disc
+    if isinstance(disc.scene.friction, Law) and plan.tangential != "none":
+        disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
         certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.scene.motion, TimeStep):  # the steps of a history share its plan
-        plan = replace(plan, sizes=sizes_found(disc, plan, state))
+        plan = replace(plan, sizes=sizes_found(posed, plan, state))
     solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
     if not solution.converged:
         raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)

@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.friction import Law
 from varcontact.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 if TYPE_CHECKING:
@@ -194,8 +195,8 @@ class Transient:
     normal_force, approach : float or sequence, optional
         The load in place of the scene's, at most one of the two in a step. A force of 0, or an approach at which the
         bodies are apart, is no contact: all tractions vanish.
-    friction : float or sequence, optional
-        Coefficient of friction in place of the scene's.
+    friction : float, law or sequence, optional
+        Coefficient of friction, or law of it, in place of the scene's.
     surface : sequence, optional
         Undeformed distance of each step in place of the scene's: a contact that moves over the grid.
     start : Solution, optional
@@ -234,7 +235,7 @@ spin_offset=0.16666666666666666)
     Fy: Choices = None
     normal_force: Choices = None
     approach: Choices = None
-    friction: Choices = None
+    friction: float | Law | Sequence[float | Law | None] | None = None
     surface: Sequence[Surface] | None = None
     start: Solution | None = None
     interpolate: bool = False
@@ -315,9 +316,11 @@ def _at_least_zero(field: str, value: Any) -> float:
     return number
 
 
-def coefficient(field: str, value: Any) -> float:
-    """A coefficient of friction."""
-    allowed = "zero or positive (inf: no slip)"
+def coefficient(field: str, value: Any) -> float | Law:
+    """A coefficient of friction, or a law of it."""
+    if isinstance(value, Law):
+        return value
+    allowed = "zero or positive (inf: no slip), or a law"
     number = checks.real(field, value, allowed)
     if number < 0:
         raise SceneError(field, value, allowed)

@@ -8,6 +8,7 @@ from typing import Any
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
+from varcontact.friction import Law, kind_of
 from varcontact.methods import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
 from varcontact.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene import Scene
@@ -44,6 +45,9 @@ class Plan:
         "Hertzian" or "sampled".
     motion : str
         "none", "shift", "steady" (one problem), "marching" (steps until nothing changes) or "transient".
+    friction : str
+        "given" (numbers, known beforehand), "none", or the law that the coefficient follows, by its kind in a scene
+        file: then an outer loop finds it; "several" where a history has more than one of these.
     special : tuple of str
         What is simpler than the general case: "frictionless", "no slip", "full slip".
     sizes : Sizes, optional
@@ -59,6 +63,7 @@ class Plan:
     bodies: str = ""
     surface: str = ""
     motion: str = ""
+    friction: str = ""
     special: tuple[str, ...] = ()
     sizes: Sizes | None = None
 
@@ -171,7 +176,7 @@ def make_plan(
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = _kinds(scene, chosen), _special(scene)
     reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
-    dimension, bodies, surface, motion = (kind for kind, _ in kinds.values())
+    dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
     return Plan(
         chosen["normal"],
         chosen["tangential"],
@@ -182,6 +187,7 @@ def make_plan(
         bodies,
         surface,
         motion,
+        friction,
         tuple(special),
     )
 
@@ -213,7 +219,23 @@ def _kinds(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
         motion = "marching", "steady rolling by steps until nothing changes"
     else:
         motion = "steady", "nothing depends on time: one problem, no steps"
-    return {"dimension": dimension, "bodies": bodies, "surface": surface, "motion": motion}
+    friction = _friction(scene, chosen["tangential"])
+    return {"dimension": dimension, "bodies": bodies, "surface": surface, "motion": motion, "friction": friction}
+
+
+def _friction(scene: Scene, tangential: str) -> tuple[str, str]:
+    """How the coefficient of friction is known."""
+    if tangential == "none":
+        return "none", "no tangential traction"
+    kinds = {kind_of(friction) for friction in scene.frictions if isinstance(friction, Law)}
+    if not kinds:
+        return "given", "the traction bound follows from the pressure"
+    if tangential in THEORIES:
+        reason = "the coefficient depends on the slip, found particle by particle"
+    else:
+        reason = "the coefficient depends on the slip: an outer loop, in each pass the problem with known coefficients"
+    one = len(kinds) == 1 and all(isinstance(friction, Law) for friction in scene.frictions)
+    return (kinds.pop() if one else "several"), reason
 
 
 def _special(scene: Scene) -> dict[str, str]:

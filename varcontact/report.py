@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.friction import BRANCHES, Law, kind_of
 from varcontact.motion import Shift, Steady, TimeStep, Transient
 
 if TYPE_CHECKING:
@@ -104,6 +105,8 @@ def no_guarantee(sol: Solution) -> str:
         return "the numbers went beyond the range of floating point"
     if sol.scene.bodies.K != 0:
         return "the bodies are unlike, and the traction bound depends on the solution"
+    if isinstance(sol.scene.friction, Law):
+        return "the coefficient of friction depends on the slip, and there may be several solutions"
     dx, dy = sol.grid.sides
     step = sol.scene.motion.dq if isinstance(sol.scene.motion, Steady) else None
     return (
@@ -117,12 +120,24 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
     for name in ("normal", "tangential", "coupling"):
         steps = sol.iterations.get(name)
         iterations = f", {steps} iterations" if steps else ""
-        if name == "coupling" and sol.passes:
+        if name == "coupling" and sol.passes and sol.friction is None:
             iterations = f", {len(sol.passes)} passes"
         rows.append((name, f"{getattr(sol.plan, name)}: {sol.plan.reasons.get(name, '')}{iterations}"))
+    if sol.branch:
+        rows.append(("friction law", _law(sol)))
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
     rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))
     return rows
+
+
+def _law(sol: Solution) -> str:
+    """The law, the branch that was found, and the coefficients on it."""
+    count = len(sol.passes)
+    passes = f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
+    found = sol.summary()["coefficient"]
+    values = "" if found is None else ": coefficient {:.4g} to {:.4g} where it slips".format(*found)
+    assert isinstance(sol.scene.friction, Law)
+    return f"{kind_of(sol.scene.friction)}, the solution found from {BRANCHES[sol.branch]}{values}{passes}"
 
 
 def _unit(sol: Solution) -> Callable[[str], str]:
@@ -158,7 +173,8 @@ def report_history(history: History) -> str:
 def plan_report(plan: Plan) -> str:
     """The printed form of a plan: what, and why."""
     rows = [
-        (name, f"{getattr(plan, name)}: {plan.reasons[name]}") for name in ("dimension", "bodies", "surface", "motion")
+        (name, f"{getattr(plan, name)}: {plan.reasons[name]}")
+        for name in ("dimension", "bodies", "surface", "motion", "friction")
     ]
     rows += [("special", f"{name}: {plan.reasons[name]}") for name in plan.special]
     methods = ("normal", "tangential", "coupling", "formulation")

@@ -12,6 +12,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.bodies import Bodies
 from varcontact.errors import NoContact, SceneError
+from varcontact.friction import Law
 from varcontact.grid import Grid
 from varcontact.motion import Motion, Shift, Steady, TimeStep, Transient, coefficient
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
@@ -33,8 +34,9 @@ class Scene:
     normal_force, approach : float
         Exactly one of the two (in a history at most): compressive force [force; in line contact per unit length], or
         approach of the bodies [length].
-    friction : float or array_like, shape (ny, nx), or (nx,) in line contact
-        Coefficient of friction; a number (``inf``: no slip at all), or one number per element of an explicit
+    friction : float, law or array_like, shape (ny, nx), or (nx,) in line contact
+        Coefficient of friction; a number (``inf``: no slip at all), a law (`StaticKinetic`, `LinearFalling`,
+        `RationalFalling`, `ExponentialFalling`), or one number per element of an explicit
         grid. Needed where there is a motion.
     motion : Steady, Shift or Transient, optional
         None: normal contact only. A history (`Transient`) may give load, friction and surface of its steps itself.
@@ -64,7 +66,7 @@ class Scene:
     surface: Surface
     normal_force: float | None = None
     approach: float | None = None
-    friction: float | np.ndarray | None = None
+    friction: float | np.ndarray | Law | None = None
     motion: Motion | Transient | None = None
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
@@ -85,15 +87,18 @@ class Scene:
             if self.motion is not None and not (
                 isinstance(self.motion, Transient) and None not in self.motion.every("friction")
             ):
-                raise SceneError("friction", None, "given where there is a motion (a number, inf, or an array)")
+                raise SceneError("friction", None, "given where there is a motion (a number, inf, a law, or an array)")
         elif not checks.is_array(self.friction):
             set_(self, "friction", coefficient("friction", self.friction))
         else:
-            row = self.line and np.ndim(self.friction) == 1
-            set_(self, "friction", checks.array("friction", np.atleast_2d(self.friction) if row else self.friction, 2))
-            self._check_on_grid("friction", self.friction)
-            if np.any(self.friction < 0):
-                raise SceneError("friction", float(np.min(self.friction)), "zero or positive everywhere")
+            given: Any = self.friction
+            row = self.line and np.ndim(given) == 1
+            values = checks.array("friction", np.atleast_2d(given) if row else given, 2)
+            set_(self, "friction", values)
+            self._check_on_grid("friction", values)
+            if np.any(values < 0):
+                raise SceneError("friction", float(np.min(values)), "zero or positive everywhere")
+        self._check_slip_velocity()
         if isinstance(self.surface, Ellipse) and (self.normal_force, self.approach) == (None, None):
             raise SceneError("surface", self.surface, "Paraboloids, where the scene has no load of its own")
         for surface in self.surfaces:
@@ -101,6 +106,17 @@ class Scene:
                 raise SceneError("motion.surface", surface, "line contact as the scene's surface, from the same depth")
             if isinstance(surface, SampledDistance) and surface.x is None:
                 self._check_on_grid("surface.h", surface.samples)
+
+    def _check_slip_velocity(self) -> None:
+        """Steps of a history that do not roll take no known time."""
+        motion = self.motion
+        if not isinstance(motion, Transient):
+            return
+        for k, law in enumerate(self.frictions):
+            if isinstance(law, Law) and law.continuous and motion.of("dq", k) == 0:
+                name = "friction" if motion.of("friction", k) is None else "motion.friction"
+                allowed = f"without slip velocity, as StaticKinetic: step {k} does not roll (motion.dq = 0)"
+                raise SceneError(name, law, allowed)
 
     def _check_dimension(self) -> None:
         """Line contact has no rows, no spin, and a reference depth where displacements are prescribed."""
@@ -227,11 +243,16 @@ class Scene:
         return None
 
     @property
-    def frictions(self) -> list[float | np.ndarray | None]:
+    def frictions(self) -> list[float | np.ndarray | Law | None]:
         """The coefficient of friction, of each step where it is a history."""
         if not isinstance(self.motion, Transient):
             return [self.friction]
         return [self.friction if f is None else f for f in self.motion.every("friction")]
+
+    @property
+    def under_law(self) -> bool:
+        """Whether the coefficient of friction follows a law, in some step where it is a history."""
+        return any(isinstance(f, Law) for f in self.frictions)
 
     @property
     def surfaces(self) -> list[Surface]:

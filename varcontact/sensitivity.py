@@ -9,8 +9,10 @@ import numpy as np
 
 from varcontact.discretisation import Discretisation, discretise
 from varcontact.errors import SceneError
+from varcontact.friction import Law
 from varcontact.motion import Steady
-from varcontact.solution import SLIP, STICK, Solution
+from varcontact.slip import SLIP, STICK
+from varcontact.solution import Solution
 from varcontact.theories.methods import THEORIES
 
 
@@ -22,6 +24,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if plan.tangential in THEORIES or plan.coupling == "johnson":
         approximate = plan.tangential if plan.tangential in THEORIES else plan.coupling
         raise SceneError("solution", approximate, "by an exact method, at whose solution the problem is linearised")
+    if isinstance(scene.friction, Law) and scene.friction.continuous:
+        raise SceneError("friction", scene.friction, "a coefficient that does not fall with slip velocity")
     if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)

@@ -197,7 +197,7 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
         yield block("A_tt", "dense", half, half, "a step of the march")
     if joint:
         yield block("A_zt", "dense", size, m, "the joint program")
-    guaranteed = scene.bodies.K == 0 and counted.tangential <= DENSE_LIMIT
+    guaranteed = scene.bodies.K == 0 and not scene.under_law and counted.tangential <= DENSE_LIMIT
     if (joint or guaranteed) and (counted.mirrored or not whole):
         yield block(name, "dense", m, m, "the joint program" if joint else "the certificate's bound on forces")
 

@@ -12,16 +12,16 @@ import numpy as np
 from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation
 from varcontact.energy import Certificate
+from varcontact.friction import Law
 from varcontact.grid import Grid
 from varcontact.motion import Motion, Shift, Steady, Transient
 from varcontact.plan import Plan
 from varcontact.scene import Scene
+from varcontact.slip import SLIP, STICK, shift_and_areas, unit_slip
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-EXTERIOR, STICK, SLIP = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,11 @@ class Solution:
         Seconds by stage, and in total.
     passes : tuple of (float, float)
         Of each pass of a coupling loop: how much it changed (of the tractions, or of the pressure in a joint pass),
-        and the residual of the whole after it.
+        and the residual of the whole after it. Under a law of friction, of each pass of that: how much it changed of
+        the coefficients.
+    branch : str
+        Under a law of friction, which has several solutions at times: where the search began, "stick" or "slip" all
+        over, a "solution", or what the particles did before in a "history"; empty without a law.
     """
 
     scene: Scene
@@ -81,6 +85,7 @@ class Solution:
     status: dict[str, str]
     timing: dict[str, float]
     passes: tuple[tuple[float, float], ...] = ()
+    branch: str = ""
 
     @property
     def normal_force(self) -> float:
@@ -99,13 +104,20 @@ class Solution:
         return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
 
     @property
+    def friction(self) -> np.ndarray | None:
+        """Coefficient that the scene's law of friction has at this slip, (ny, nx); None without a law."""
+        law = self.scene.friction
+        if not isinstance(law, Law):
+            return None
+        return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
+
+    @property
     def traction_bound(self) -> np.ndarray:
         """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
-        if self.scene.friction is None:
-            return np.zeros(self.grid.shape)
-        bound = np.zeros(self.grid.shape)
-        contact = self.pressure > 0
-        bound[contact] = np.broadcast_to(np.asarray(self.scene.friction), bound.shape)[contact] * self.pressure[contact]
+        bound, contact = np.zeros(self.grid.shape), self.pressure > 0
+        friction = self.scene.friction if self.friction is None else self.friction
+        if friction is not None:
+            bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
         return bound
 
     @property
@@ -174,8 +186,18 @@ class Solution:
             "iterations": self.iterations,
             "status": self.status,
             "passes": len(self.passes),
+            "convergence": [[known(change), known(residual)] for change, residual in self.passes],
+            "branch": self.branch,
+            "coefficient": self._coefficients(),
             "seconds": self.timing["total"],
         }
+
+    def _coefficients(self) -> list[float] | None:
+        """Least and largest coefficient of friction that a law has where it slips."""
+        if self.friction is None or not np.any(self.state == SLIP):
+            return None
+        found = self.friction[self.state == SLIP]
+        return [float(found.min()), float(found.max())]
 
     def to_xarray(self) -> xr.Dataset:
         """All fields with coordinates and units, and the forces, as a dataset."""
@@ -257,12 +279,12 @@ def solution_of(
     timing: dict[str, float],
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
-    scene, contact = disc.scene, state.pressure > 0
+    scene = disc.scene
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
     if scene.bodies.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
-    shift, areas = _shift_and_areas(disc, state, contact)
-    rolled = disc.step * disc.length / disc.displacement if disc.step is not None else 1 / disc.displacement
+    shift, areas = shift_and_areas(disc, state)
+    rolled = unit_slip(disc)
     unknown = disc.afloat and scene.approach is None
     return Solution(
         scene=scene,
@@ -281,6 +303,7 @@ def solution_of(
         status=state.status,
         timing=timing,
         passes=state.passes,
+        branch=state.branch,
     )
 
 
@@ -298,34 +321,3 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
         unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force))
     found = np.where(prescribed & unknown, math.nan, found)
     return along_x + float(found[0]), along_y + float(found[1]), about_z
-
-
-def _shift_and_areas(disc: Discretisation, state: ContactState, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Local shift E in the contact (dimensionless), and 0, 1, 2 for exterior, stick, slip.
-
-    An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where traction is at the
-    bound and slip opposes it.
-    """
-    areas = contact.astype(np.int8)
-    shift = np.zeros((2, *contact.shape))
-    if disc.scene.motion is None:
-        return shift, areas
-    shift[:] = disc.known_shift() + state.rigid[:, None, None]
-    if not disc.scene.frictionless:
-        shift += disc.tangential_operator.apply(state.traction)
-    if disc.scene.bodies.K != 0:
-        shift += disc.pressure_to_shift.apply(state.pressure[None])
-    shift *= contact
-    if state.slips is not None:
-        areas[contact & state.slips] = SLIP
-    elif not disc.scene.no_slip:
-        bound = np.asarray(disc.scene.friction) * state.pressure
-        trial = state.traction - shift / _own_influence(disc)
-        noise = 1e-12 * np.abs(trial).max()
-        areas[contact & (np.hypot(*trial) > bound * (1 + 1e-8) + noise)] = SLIP
-    return shift, areas
-
-
-def _own_influence(disc: Discretisation) -> float:
-    """Mean of an element's influence on itself along x and y; any, where there is no traction to compare with."""
-    return 1.0 if disc.scene.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal

@@ -15,6 +15,8 @@ from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation, discretise
 from varcontact.energy import Certificate, certify_problems
 from varcontact.errors import Saturated, SceneError
+from varcontact.falling import check_start, coefficient
+from varcontact.friction import Law
 from varcontact.grid import Grid
 from varcontact.history import History
 from varcontact.judge import judged
@@ -24,6 +26,7 @@ from varcontact.potential_contact import first_grid, on_a_grid_that_holds_it
 from varcontact.scene import Scene
 from varcontact.solution import Solution
 from varcontact.steps import Steps, contact, hertz_pressure, unloaded
+from varcontact.theories.methods import THEORIES
 from varcontact.transient import solve_transient
 
 
@@ -36,6 +39,7 @@ def solve(
     formulation: str = "auto",
     tol: float = 1e-8,
     polish: bool = True,
+    start: str | Solution | None = None,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
 ) -> Solution | History:
@@ -65,6 +69,11 @@ def solve(
         Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it.
         Without it an interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol`
         is not reached. Active-set methods and theories are never polished.
+    start : {"stick", "slip"} or Solution, optional
+        Under a law of friction, which of the solutions is sought: that with much friction, from the static
+        coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
+        over; or that near a solution with as many elements either way, from the coefficients found there. In a
+        history each particle goes on as it did in the step before.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -107,13 +116,18 @@ def solve(
         raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    check_start(scene, start, plan.tangential in THEORIES)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
     _check_saturation(scene)
-    repeats = plan.coupling in ("panagiotopoulos", "joint") or plan.formulation == "marching"
-    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None)
+    repeats = (
+        isinstance(scene.friction, Law)
+        or plan.coupling in ("panagiotopoulos", "joint")
+        or plan.formulation == "marching"
+    )
+    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
     disc, state = on_a_grid_that_holds_it(scene, steps)
     return judged(disc, state, steps)
 
@@ -137,7 +151,7 @@ def solve_many(
         steps = Steps(plan, tol, polish, Clock(progress), setups)
         if disc is not None and state is not None and motion is not None and plan.coupling == "none":
             disc = disc.moved(motion)
-            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}))
+            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
         else:
             disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
         yield judged(disc, state, steps)
@@ -190,6 +204,8 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
         state = _given_pressure(disc, pressures / disc.pressure)
     tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
+    if isinstance(scene.friction, Law):
+        disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
     return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
 
 
@@ -200,8 +216,9 @@ def _check_saturation(scene: Scene) -> None:
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
     limit = 0.0 if scene.frictionless else np.inf
-    if isinstance(scene.friction, float) and scene.normal_force is not None:
-        limit = scene.friction * scene.normal_force
+    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
+    if isinstance(friction, float) and scene.normal_force is not None:
+        limit = friction * scene.normal_force
     if size > 0 and size >= limit:
         raise Saturated(size, limit)
 

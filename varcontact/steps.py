@@ -21,10 +21,13 @@ from varcontact.discretisation import Discretisation, out_of_reach
 from varcontact.energy import magnitude, normal_residual, project, residuals, tangential_residual
 from varcontact.errors import NotConverged, Saturated, SceneError
 from varcontact.evolution import march
+from varcontact.falling import branch_of, under_law
+from varcontact.friction import Law
 from varcontact.grid import Grid
 from varcontact.methods import normal_solver, states_programs, tangential_solver
 from varcontact.plan import Plan
 from varcontact.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.solution import Solution
 from varcontact.symmetry import mirror_of
 from varcontact.theories.methods import THEORIES
 
@@ -56,6 +59,8 @@ class Steps:
     clock : Clock
     setups : Setups, optional
         Where solvers keep their set-ups.
+    start : str or Solution, optional
+        Where the passes under a law of friction begin.
     """
 
     plan: Plan
@@ -63,6 +68,7 @@ class Steps:
     polish: bool
     clock: Clock
     setups: Setups | None = None
+    start: str | Solution | None = None
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions."""
@@ -247,20 +253,39 @@ class Steps:
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
-    """Pressure and traction by the plan's coupling, from the pressure without traction."""
-    normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
+    """Pressure and traction, from the pressure without traction."""
     if steps.plan.tangential == "none":
         return start
+    if not isinstance(disc.scene.friction, Law):
+        return _coupled(disc, steps, start, steps.tol / 10)
+    if steps.plan.tangential in THEORIES:
+        return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
+
+    def solve(disc: Discretisation, state: ContactState, tol: float) -> ContactState:
+        return _coupled(disc, steps, state, tol)
+
+    judge = _tangential if steps.plan.coupling in ("none", "johnson") else _whole
+    return under_law(disc, solve, judge, start, steps.start, tol=steps.tol / 10)
+
+
+def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
+    """Pressure and traction by the plan's coupling, with known coefficients of friction."""
+    normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
     if steps.plan.coupling == "panagiotopoulos":
-        return panagiotopoulos(start, normal, tangential, whole, tol=steps.tol / 10)
+        return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     if steps.plan.coupling == "joint":
-        return joint(start, partial(steps.together, disc), whole, tol=steps.tol / 10)
+        return joint(start, partial(steps.together, disc), whole, tol=tol)
     return tangential(start)
 
 
 def _whole(disc: Discretisation, state: ContactState) -> float:
     """The residual of the whole problem in a state, by FFT."""
     return max(residuals(disc, state.pressure, state.approach, state.traction, state.rigid))
+
+
+def _tangential(disc: Discretisation, state: ContactState) -> float:
+    """That of the tangential problem alone, where the pressure is what it is."""
+    return residuals(disc, state.pressure, state.approach, state.traction, state.rigid)[1]
 
 
 def _from_start(problem: TangentialProblem, start: RawSolution) -> RawSolution:

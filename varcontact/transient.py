@@ -18,6 +18,7 @@ from varcontact.discretisation import Carried, Discretisation, discretise
 from varcontact.elasticity.operators import GridOperator
 from varcontact.energy import Certificate
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
+from varcontact.falling import remembered
 from varcontact.grid import Grid
 from varcontact.history import History
 from varcontact.judge import judged
@@ -90,7 +91,8 @@ class _March:
             raise SceneError("motion.start", f"Solution on {_words(start.grid)}", allowed)
         fields = np.concatenate([start.traction, start.pressure[None]])
         fields = _interpolated(start.grid, fields, grid)
-        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2])
+        state = _sampled(start.grid, start.state, grid)
+        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state)
 
     def step(self, k: int, before: Solution | None) -> Solution:
         """Solve step k."""
@@ -200,7 +202,9 @@ def _state(disc: Discretisation, before: Solution | None) -> ContactState:
         prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
         rigid = np.where(prescribed, creepage, 0.0)
     approach = (before.approach - disc.base) / disc.displacement if np.isfinite(before.approach) else 0.0
-    return ContactState(before.pressure / disc.pressure, approach, before.traction / disc.pressure, rigid)
+    state = ContactState(before.pressure / disc.pressure, approach, before.traction / disc.pressure, rigid)
+    known = remembered(disc, before)
+    return state if known is None else replace(state, friction=known, branch="history")
 
 
 def _apart(disc: Discretisation, closed_form: bool) -> bool:
@@ -236,6 +240,16 @@ def _same(one: Grid, other: Grid) -> bool:
     """Whether two lattices are the same but for rounding."""
     size = max(abs(side) for side in other.box)
     return one.shape == other.shape and bool(np.allclose(one.box, other.box, rtol=0, atol=1e-9 * size))
+
+
+def _sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
+    """A field (ny, nx) of one grid in the elements where the centres of another lie; zero outside."""
+    x0, _, y0, _ = grid.box
+    dx, dy = grid.sides
+    ix = np.floor((other.x - x0) / dx).astype(int)
+    iy = np.zeros(1, dtype=int) if grid.line else np.floor((other.y - y0) / dy).astype(int)
+    inside = ((iy >= 0) & (iy < grid.rows))[:, None] & ((ix >= 0) & (ix < grid.nx))
+    return np.where(inside, field[np.ix_(np.clip(iy, 0, grid.rows - 1), np.clip(ix, 0, grid.nx - 1))], 0)
 
 
 def _interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:

@@ -43,8 +43,9 @@ FORMAT = "varcontact history 1"
 MAGIC = b"CDF\x02"
 COUNT_AT = 4
 """Where a classic netCDF file has the number of its records: four bytes, the highest first."""
-RECORD, RECORD_OF_PASSES, LONGEST_WORD = 2048, 8192, 200
-"""Characters for what a step says of how it was found, without and with a coupling loop; and for a solver's word."""
+RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
+"""Characters for what a step says of how it was found, without and with passes, of which the last are kept; and for a
+solver's word."""
 
 _SERIES = {**FIELDS, "friction_work": ((), "1", "work lost by friction: by distance rolled, in a shift as it is")}
 
@@ -222,7 +223,8 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
     file.format, file.first_step = FORMAT, f"{begin or 0:012d}"
     file.scene, file.grid = json.dumps(scene_to(about.scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(about.plan)), json.dumps(about.settings)
-    length = RECORD if about.plan.coupling in ("none", "johnson") else RECORD_OF_PASSES
+    loops = about.plan.coupling not in ("none", "johnson") or about.scene.under_law
+    length = RECORD_OF_PASSES if loops else RECORD
     sizes = {
         "component": 2,
         "y": sol.grid.rows,
@@ -251,6 +253,7 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
         variable[0], variable.units, variable.long_name = values, units.of(quantity, about.scene.line), words
     record = record_of(sol)
     record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
+    record["passes"] = sol.passes[-LAST_PASSES:]
     text = json.dumps(record).ljust(length)
     variable = file.createVariable("record", "c", ("step", "characters"))
     variable[0] = np.frombuffer(text.encode(), dtype="S1")

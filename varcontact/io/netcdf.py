@@ -85,6 +85,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "status": sol.status,
         "timing": sol.timing,
         "passes": sol.passes,
+        "branch": sol.branch,
     }
 
 
@@ -216,6 +217,7 @@ def assembled(
         status=record["status"],
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
+        branch=str(record.get("branch", "")),
     )
 
 

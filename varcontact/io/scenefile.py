@@ -12,6 +12,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.bodies import Bodies
 from varcontact.errors import SceneError
+from varcontact.friction import LAWS
 from varcontact.grid import Grid
 from varcontact.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene import Scene
@@ -28,7 +29,7 @@ SURFACES = {
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """What stands in TOML, which has no null, for a step in which an entry of a history is not given."""
-SOLVE_KEYS = ("normal", "tangential", "coupling", "formulation", "tol", "polish")
+SOLVE_KEYS = ("normal", "tangential", "coupling", "formulation", "tol", "polish", "start")
 
 
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
@@ -108,9 +109,11 @@ def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
     if "units" in entries:
         entries["units"] = _made("units", Units, _table("units", entries["units"]))
     if isinstance(entries.get("friction"), Mapping):
-        entries["friction"] = _from_file(
-            "friction", entries["friction"], folder, 1 if is_line(entries["surface"]) else 2
-        )
+        table = entries["friction"]
+        if "file" in table:
+            entries["friction"] = _from_file("friction", table, folder, 1 if is_line(entries["surface"]) else 2)
+        else:
+            entries["friction"] = _kind("friction", table, LAWS, folder)
     return Scene(**entries)
 
 
@@ -135,7 +138,7 @@ def _plain(value: Any) -> Any:
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
     entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
-    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS}.items() if isinstance(value, cls)]
+    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS, **LAWS}.items() if isinstance(value, cls)]
     table = kinds[0] if kinds else {}
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
@@ -172,11 +175,20 @@ def _history(entries: Mapping[str, Any], folder: Path) -> dict[str, Any]:
             made[field] = _start(value, folder)
         elif field == "surface" and isinstance(value, list):
             made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
+        elif field == "friction" and isinstance(value, Mapping) and "file" not in value:
+            made[field] = _kind("motion.friction", value, LAWS, folder)
         elif isinstance(value, Mapping):
             made[field] = _from_file(f"motion.{field}", value, folder, 1)
         elif isinstance(value, list):
             made[field] = [None if each == NO_NUMBER else each for each in value]
+            if field == "friction":
+                made[field] = [_law(k, each, folder) for k, each in enumerate(made[field])]
     return made
+
+
+def _law(k: int, value: Any, folder: Path) -> Any:
+    """A coefficient, or a law, of friction in step k."""
+    return _kind(f"motion.friction[{k}]", value, LAWS, folder) if isinstance(value, Mapping) else value
 
 
 def _start(value: Any, folder: Path) -> Any:

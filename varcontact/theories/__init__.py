@@ -6,6 +6,7 @@ from varcontact.theories.fastsim import (
     fastsim_field,
     fastsim_on_grid,
 )
+from varcontact.theories.fastsim_law import fastsim_under_law
 from varcontact.theories.inputs import Resultants
 from varcontact.theories.linear import linear_creepage, linear_forces
 from varcontact.theories.prescribed import creepage_for_force
@@ -31,6 +32,7 @@ __all__ = [
     "fastsim",
     "fastsim_field",
     "fastsim_on_grid",
+    "fastsim_under_law",
     "flexibility",
     "linear_creepage",
     "linear_forces",

@@ -11,11 +11,13 @@ from varcontact.active_set.tang import no_slip
 from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation
 from varcontact.errors import Saturated
+from varcontact.friction import Law
 from varcontact.motion import Steady
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
 from varcontact.scene import Scene
 from varcontact.surfaces import SampledDistance
 from varcontact.theories.fastsim import fastsim_on_grid
+from varcontact.theories.fastsim_law import on_grid as fastsim_on_grid_under_law
 from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.prescribed import creepages_meeting
 from varcontact.theories.simplified import flexibility
@@ -36,7 +38,12 @@ def why_not(name: str, scene: Scene) -> str:
         return "it is for elliptic contacts"
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
-    if name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
+    if isinstance(scene.friction, Law):
+        if name == "vermeulen-johnson":
+            return "it is for one finite coefficient of friction, and no law"
+        if name != "linear" and (scene.motion.Fx is not None or scene.motion.Fy is not None):
+            return "under a law of friction the force may fall with creepage: creepages are needed, not forces"
+    elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
         return "it is for one finite coefficient of friction"
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
         return f"it is for no spin, spin is {scene.motion.spin:.3g}"
@@ -58,13 +65,12 @@ def fastsim(disc: Discretisation, state: ContactState) -> ContactState:
     height = np.maximum(1 - (disc.grid.x[None, :] / a) ** 2 - (disc.grid.y[:, None] / b) ** 2, 0.0) * (
         state.pressure > 0
     )
-    limit = _friction(disc.scene) * state.pressure.sum() * disc.pressure
-    return _fastsim(disc, state, limit * height / height.sum())
+    return _fastsim(disc, state, state.pressure.sum() * disc.pressure * height / height.sum())
 
 
 def fastsim_elliptic(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with FASTSIM's tractions under friction times Hertz's pressure, (166)."""
-    return _fastsim(disc, state, _friction(disc.scene) * state.pressure * disc.pressure)
+    return _fastsim(disc, state, state.pressure * disc.pressure)
 
 
 def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
@@ -118,12 +124,18 @@ def _friction(scene: Scene) -> float:
     return scene.friction
 
 
-def _fastsim(disc: Discretisation, state: ContactState, bound: np.ndarray) -> ContactState:
+def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray) -> ContactState:
     """FASTSIM on the grid, where prescribed forces are met, up to the last of what its elements can carry."""
     hertz, motion, G = disc.hertz, disc.scene.motion, disc.scene.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
     table, creepage = coefficients(disc.scene), np.array(motion.rigid)
+    if isinstance(disc.scene.friction, Law):
+        L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
+        law, start = disc.scene.friction, state.branch
+        traction, slip = fastsim_on_grid_under_law(disc.grid, hertz.a, hertz.b, L, pressure, creepage, law, start)
+        return _state(disc, state, traction / disc.pressure, np.zeros(2), slip.any(axis=0) & (state.pressure > 0))
+    bound = _friction(disc.scene) * pressure
 
     def tractions(creepage: np.ndarray) -> np.ndarray:
         L = float(flexibility(hertz.a, hertz.b, G, creepage, table))

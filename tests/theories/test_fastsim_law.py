@@ -1,0 +1,97 @@
+"""FASTSIM under laws of friction: closed form, limits, and what the paper says of it."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import varcontact as vc
+from varcontact.theories import fastsim_field, fastsim_under_law, flexibility
+
+TABLE = vc.reference.creepage_coefficients(1.0, 1.0, 0.25)
+A = B = G = 1.0
+FZ = 10.0
+
+
+def field(law, creepage=(1.0, 0.0, 0.0), **options):
+    return fastsim_under_law(A, B, G, FZ, law, creepage, TABLE, **options)
+
+
+def closed_form(v, static, kinetic):
+    """Force of the simplified theory: stick from the leading edge to the static bound, the kinetic bound behind."""
+    L = float(flexibility(A, B, G, (v, 0.0, 0.0), TABLE))
+    peak = 2 * FZ / (np.pi * A * B)
+
+    def strip(y):
+        c = A * np.sqrt(1 - (y / B) ** 2)
+        front = min(v * A**2 / (L * static * peak) - c, c)
+        behind = kinetic * peak / A**2 * (c**2 * front - front**3 / 3 + 2 * c**3 / 3)
+        return v * (c - front) ** 2 / (2 * L) + behind
+
+    return quad(strip, -B, B, limit=200)[0]
+
+
+@pytest.mark.parametrize("v", [0.3, 0.8, 2.0])
+def test_closed_form(v):
+    """The error goes down with the number of points, to the first order or better."""
+    law = vc.StaticKinetic(0.36, 0.3)
+    errors = [abs(-field(law, (v, 0.0, 0.0), m=m, n=m).force[0] / closed_form(v, 0.36, 0.3) - 1) for m in (20, 80, 320)]
+    assert errors[2] < 2e-3
+    assert np.log(errors[0] / errors[2]) / np.log(16) > 0.9
+
+
+@pytest.mark.parametrize("creepage", [(0.7, 0.2, 0.0), (0.2, -0.5, 0.8)])
+@pytest.mark.parametrize("bound", ["parabolic", "elliptic"])
+def test_limits(creepage, bound):
+    """One coefficient is FASTSIM as printed; so is the kinetic one, from slip."""
+    plain = fastsim_field(A, B, G, 0.3 * FZ, creepage, TABLE, m=20, n=15, bound=bound)
+    for law, start in (
+        (vc.StaticKinetic(0.3, 0.3), "stick"),
+        (vc.ExponentialFalling(0.3, 0.3, 1.0), "stick"),
+        (vc.StaticKinetic(0.4, 0.3), "slip"),
+        (vc.LinearFalling(0.3, 0.1, 1e12), "stick"),
+    ):
+        found = field(law, creepage, m=20, n=15, bound=bound, start=start)
+        np.testing.assert_allclose(found.traction, plain.traction, atol=1e-9)
+        np.testing.assert_array_equal(found.state, plain.state)
+        np.testing.assert_allclose(found.slip, plain.slip, atol=1e-9)
+
+
+@pytest.mark.parametrize("v", [0.2, 0.5, 1.0, 3.0])
+def test_effect_on_the_force_is_small(v):
+    """Section 7, item 8: static 20 % above kinetic changes the force by less than 3 % of what friction carries."""
+    force = -field(vc.StaticKinetic(0.36, 0.3), (v, 0.0, 0.0), m=100, n=50).force[0]
+    kinetic = -field(vc.StaticKinetic(0.3, 0.3), (v, 0.0, 0.0), m=100, n=50).force[0]
+    assert 0 <= force - kinetic < 0.03 * 0.3 * FZ
+
+
+@pytest.mark.parametrize("law", [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling])
+@pytest.mark.parametrize("start", ["stick", "slip"])
+def test_law_holds_at_every_point(law, start):
+    friction = law(0.4, 0.2, half_velocity=0.5)
+    found = field(friction, (0.6, 0.3, 0.5), m=30, n=10, start=start)
+    size, slip = np.hypot(*found.traction), np.hypot(*found.slip)
+    x = found.x / A
+    pressure = 2 * FZ / (np.pi * A * B) * (1 - x**2 - (found.y[:, None] / B) ** 2)
+    slips = found.state == 2
+    assert slips.any()
+    assert not slips.all()
+    np.testing.assert_allclose(size[slips], (friction(slip) * pressure)[slips], rtol=1e-9)
+    assert np.all(size[~slips] <= 0.4 * pressure[~slips] * (1 + 1e-12))
+    np.testing.assert_allclose(np.sum(found.traction * found.slip, axis=0), -size * slip, atol=1e-9)
+
+
+def test_as_a_method():
+    """On the grid of a scene: from slip it is FASTSIM for the kinetic coefficient."""
+    base = {
+        "bodies": vc.Bodies(G=1.0, nu=0.25),
+        "surface": vc.Ellipse(a=1.0, b=1.0),
+        "normal_force": 1.0,
+        "motion": vc.Steady(vx=0.1, spin=0.05),
+        "grid": vc.Grid(nx=16, ny=16),
+    }
+    plain = vc.solve(vc.Scene(friction=0.3, **base), tangential="fastsim")
+    scene = vc.Scene(friction=vc.StaticKinetic(0.36, 0.3), **base)
+    slip, stick = (vc.solve(scene, tangential="fastsim", start=start) for start in ("slip", "stick"))
+    np.testing.assert_allclose(slip.traction, plain.traction, atol=1e-13)
+    assert -stick.force[0] >= -slip.force[0]
+    assert stick.branch == "stick"
