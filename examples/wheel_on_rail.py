@@ -80,7 +80,7 @@ def scene(nx: int = 32, ny: int = 24) -> vc.Scene:
 
 def main(picture: str = "wheel_on_rail.png") -> vc.Solution:
     """Solve, print the report with its certificate, and draw."""
-    solution = vc.solve(scene())
+    solution = vc.solve(scene(), normal="clarabel", tangential="clarabel")  # as convex programs
     print(solution)
     solution.plot().savefig(picture, dpi=150)
     print(f"\npicture: {Path(picture).resolve()}")

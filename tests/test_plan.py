@@ -39,6 +39,8 @@ HERTZIAN = {
     "friction by element": ({"friction": ROUGH, "grid": AROUND}, {}),
     "active sets": ({}, {"tangential": "tang-safeguarded"}),
     "marching": ({"motion": vc.Steady(vx=0.05)}, {"formulation": "marching"}),
+    "marching by programs": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "clarabel", "formulation": "marching"}),
+    "programs": ({}, {"tangential": "clarabel"}),
     "fastsim": ({}, {"tangential": "fastsim"}),
     "law": ({"friction": FALLING}, {}),
     "law, pure vx": ({"friction": FALLING, "motion": vc.Steady(vx=0.05)}, {}),

@@ -91,7 +91,7 @@ def test_a_steady_state_stays(scene):
     steady = vc.solve(scene)
     given = {name: value for name, value in vars(scene.motion).items() if value is not None}
     motion = vc.Transient(steps=2, start=steady, **given)
-    history = vc.solve(dataclasses.replace(scene, motion=motion, grid=steady.grid))
+    history = vc.solve(dataclasses.replace(scene, motion=motion))
     assert furthest(history[-1], steady) < 1e-8
     assert history[-1].creepage == pytest.approx(steady.creepage, rel=1e-7)
     assert history[-1].slip == pytest.approx(steady.slip, abs=1e-8 * np.abs(steady.slip).max())
@@ -103,8 +103,9 @@ def test_a_long_history_tends_to_the_steady_state(name):
     scene, dx = STEADY[name], vc.solve(STEADY[name]).grid.sides[0]
     given = {key: value for key, value in vars(scene.motion).items() if value is not None}
     steps, dq = 110, (4.0 if name == "line" else 1.0) * dx
-    steady = vc.solve(dataclasses.replace(scene, motion=dataclasses.replace(scene.motion, dq=dq)))
     history = vc.solve(dataclasses.replace(scene, motion=vc.Transient(**given, steps=steps, dq=dq)))
+    rolling = dataclasses.replace(scene.motion, dq=dq)
+    steady = vc.solve(dataclasses.replace(scene, motion=rolling, grid=history[-1].grid))
     distances = [furthest(sol, steady) for sol in history]
     assert distances[-1] < 1e-6
     assert distances[33] < 0.02 * distances[0]
@@ -281,6 +282,21 @@ def test_a_contact_that_moves_over_the_grid():
     history = vc.solve(scene)
     for k, sol in enumerate(history):
         assert sol.pressure == pytest.approx(np.roll(history[0].pressure, k, axis=1), abs=1e-9 * sol.pressure.max())
+
+
+@pytest.mark.parametrize("cells", [50, 200])
+def test_contact_that_tractions_move(cells):
+    """Unlike cylinders in tractive rolling: it moves by some per cent of its width, and the grid has room for that."""
+    motion = vc.Transient(steps=4, Fx=-0.48)
+    bodies = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3))
+    history = vc.solve(cylinder(bodies=bodies, friction=0.6, motion=motion, grid=vc.Grid(nx=cells)))
+    still = vc.solve(cylinder(bodies=bodies, motion=None, friction=None, grid=vc.Grid(nx=cells)))
+    for sol in history:
+        assert sol.grid.sides == pytest.approx(still.grid.sides)
+        touching = sol.grid.x[sol.pressure[0] > 0]
+        resting = still.grid.x[still.pressure[0] > 0]
+        assert 0.02 < (touching[-1] - resting[-1]) / np.ptp(resting) < 0.1
+        assert sol.certificate.residual < 1e-8
 
 
 def test_switching_between_force_and_creepage():

@@ -165,13 +165,15 @@ def make_plan(
     ...                  friction=0.3, motion=vc.Steady(vx=1e-3))
     >>> plan = make_plan(scene)
     >>> plan.normal, plan.tangential, plan.coupling
-    ('hertz', 'clarabel', 'none')
+    ('hertz', 'tang-safeguarded', 'none')
     """
     if isinstance(scene.motion, TimeStep):
         raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
     chosen, reasons = {}, {}
-    chosen["normal"], reasons["normal"] = _normal(scene, normal)
-    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential)
+    steps = formulation == "marching" and isinstance(scene.motion, Steady)
+    programs = coupling == "joint" or not (formulation == "auto" or steps)  # what is asked for, only programs have
+    chosen["normal"], reasons["normal"] = _normal(scene, normal, programs)
+    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, programs)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = _kinds(scene, chosen), _special(scene)
@@ -271,7 +273,7 @@ def _slips_all_over(scene: Scene) -> bool:
     return bool(math.hypot(*force) >= limit * (1 - 1e-12))
 
 
-def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
+def _normal(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
     if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
         raise SceneError("normal", wanted, "another method: it is for the tangential problem")
     available("normal", wanted, ("auto", *normal_methods()))
@@ -294,7 +296,7 @@ def _normal(scene: Scene, wanted: str) -> tuple[str, str]:
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
-    return "clarabel", f"{reason}: a QP"
+    return ("clarabel", f"{reason}: a QP") if programs else ("norm", f"{reason}: active sets, exact and the fastest")
 
 
 def _one_direction(scene: Scene) -> bool:
@@ -310,7 +312,7 @@ def _one_direction(scene: Scene) -> bool:
     return not (along_x and along_y)
 
 
-def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
+def _tangential(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
     methods = tangential_methods()
     if _one_direction(scene):
         methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
@@ -333,8 +335,10 @@ def _tangential(scene: Scene, wanted: str) -> tuple[str, str]:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "asked for"
-    programs = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
-    return "clarabel", programs.get(type(scene.motion), "the SOCP of a shift")
+    if programs:
+        of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
+        return "clarabel", of_motion.get(type(scene.motion), "the SOCP of a shift")
+    return "tang-safeguarded", "active sets, exact and the fastest; where they fail, a splitting that converges"
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

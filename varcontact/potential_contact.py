@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -16,12 +17,17 @@ from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.errors import SceneError
 from varcontact.grid import Grid
+from varcontact.motion import Transient
 from varcontact.scene import Scene
 from varcontact.steps import Steps, contact, unloaded
-from varcontact.surfaces import SampledDistance
+from varcontact.surfaces import SampledDistance, Surface
 
 AUTO, AUTO_LINE = Grid(nx=24, ny=24), Grid(nx=100)
 """What grid="auto" stands for, in three dimensions and in line contact."""
+
+
+MOVED = 0.1
+"""Room on each side, by the contact's width, for what tractions of unlike bodies move it during a history."""
 
 Box = tuple[float, float, float, float]
 
@@ -79,7 +85,7 @@ def on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation,
     """
     closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
     with steps.clock("grid"):
-        looks = Steps(replace(steps.plan, normal="clarabel"), 1e-6, True, Clock())
+        looks = Steps(replace(steps.plan, normal="norm"), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
     moved = 0
     for attempt in range(20):
@@ -106,20 +112,23 @@ def on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation,
 
 
 def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
-    """One grid for several contacts, each of which has its own: the scene's number of elements across all of them."""
-    if len(grids) == 1:
+    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them."""
+    spec, margin = _spec(scene), _given(scene).margin
+    if len(grids) == 1 and spec.margin == margin:
         return grids[0]
-    boxes = np.array([_inner_box(grid, _spec(scene).margin) for grid in grids])
+    boxes = np.array([_inner_box(grid, margin) for grid in grids])
     left, bottom = boxes[:, [0, 2]].min(axis=0)
     right, top = boxes[:, [1, 3]].max(axis=0)
-    return _spec(scene).spread((float(left), float(right), float(bottom), float(top)))
+    grid = spec.spread((float(left), float(right), float(bottom), float(top)))
+    for surface in scene.surfaces:
+        grid = within(grid, surface)
+    return grid
 
 
 def _inner_box(grid: Grid, margin: int) -> Box:
     """A grid's box without its margin."""
-    (dx, dy), (left, right, bottom, top) = grid.sides, grid.box
     rows = 0 if grid.line else margin
-    return left + margin * dx, right - margin * dx, bottom + rows * dy, top - rows * dy
+    return grid.window(margin, grid.nx - margin, rows, grid.rows - rows).box
 
 
 def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
@@ -134,10 +143,18 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
     if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
         return None
     closer = spec.spread(contact_box(grid, pressure))
-    return within(closer, surface) if isinstance(surface, SampledDistance) else closer
+    return within(closer, surface)
 
 
 def _spec(scene: Scene) -> Grid:
+    """The grid in the scene's own form, with the margin that the contact needs to move in."""
+    spec = _given(scene)
+    if spec.explicit or not isinstance(scene.motion, Transient) or scene.bodies.K == 0 or scene.frictionless:
+        return spec
+    return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
+
+
+def _given(scene: Scene) -> Grid:
     if isinstance(scene.grid, Grid):
         return scene.grid
     return AUTO_LINE if scene.line else AUTO
@@ -353,8 +370,10 @@ def _clipped(box: Box, surface: SampledDistance) -> Box:
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 
 
-def within(grid: Grid, surface: SampledDistance) -> Grid:
-    """The grid without the elements whose centres lie beyond the samples."""
+def within(grid: Grid, surface: Surface) -> Grid:
+    """The grid without the elements whose centres lie beyond the samples, where a surface has such."""
+    if not isinstance(surface, SampledDistance):
+        return grid
     left, right, bottom, top = surface.box
     columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
     rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))

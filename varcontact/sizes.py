@@ -187,8 +187,9 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     if plan.tangential == "none" or m == 0:
         return
     joint = _joint_program(plan)
-    whole = solves(plan) or plan.tangential == "linear"
-    if counted.mirrored:
+    steps_only = plan.formulation == "marching" and not states_programs(plan.tangential)  # programs are polished whole
+    whole = (solves(plan) and not steps_only) or plan.tangential == "linear"
+    if counted.mirrored and whole:
         yield block(name, "dense", m // 2, m // 2, "the tangential problem, on one side of its line of symmetry")
     elif whole:
         yield block(name, "dense", m, m, "the tangential problem")

@@ -174,7 +174,10 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
         return motion.start.grid
     plan = replace(steps.plan, tangential="none", coupling="none")
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
-    return common_grid(scene, [disc.grid for disc in discs])
+    grid = common_grid(scene, [disc.grid for disc in discs])
+    if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
+        return motion.start.grid  # the same elements, with more or less room around them
+    return grid
 
 
 def _discretisation(scene: Scene, grid: Grid) -> Discretisation:

@@ -59,7 +59,7 @@ def tang(
         sticks = magnitude(trial) <= problem.bound
         at = _on_bound(problem, sticks, at, trial)
     seen: set[bytes] = set()
-    best, count, status = start, 0, "MaxIterations"
+    best, count, status = start or _better(problem, None, at), 0, "MaxIterations"
     for _ in range(MAX_EXCHANGES):
         if sticks.tobytes() in seen:
             status = "Cycled"
@@ -80,7 +80,6 @@ def tang(
             status = "Solved"
             break
         sticks = sticks & ~beyond if beyond.any() else sticks | forward
-    assert best is not None
     return replace(best, iterations=count, status=status, solved=status == "Solved")
 
 
@@ -113,6 +112,8 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         return _descend(problem, _Point(project(start.traction, problem.bound), start.rigid), max_steps)
     sticking = no_slip(problem)
     at = _Point(project(sticking.traction, problem.bound), sticking.rigid)
+    if not (np.isfinite(at.traction).all() and np.isfinite(at.rigid).all()):  # numbers overflow
+        at = _unloaded(problem)
     best = _descend(problem, at, max_steps)
     if best.solved:
         return best
