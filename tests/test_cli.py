@@ -289,7 +289,8 @@ def test_methods_and_formulation_from_the_command_line(folder):
 
 def test_a_solver_without_polish_that_is_not_exact_enough(folder):
     """Exit status 3, the solver's word, and its iterate all the same."""
-    done = run("solve", "scene.toml", *"--tangential clarabel --no-polish --tol 1e-15 --json".split(), folder=folder)
+    options = ("--tangential", "clarabel", "--no-polish", "--tol", "1e-15", "--json")
+    done = run("solve", "scene.toml", *options, folder=folder)
     assert done.returncode == 3
     assert "clarabel says" in done.stderr
     assert json.loads(done.stdout)["converged"] is False

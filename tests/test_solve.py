@@ -543,7 +543,11 @@ def test_shift_by_nearly_all_that_friction_can_carry(rolling):
 def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal):
     """Their products are 0 or inf: by name, before a division by zero or an answer of noughts."""
     made = {"bodies": lambda pair: vc.Bodies(*pair), "surface": lambda pair: vc.Paraboloids(*pair)}
-    with pytest.raises(vc.SceneError) as refusal:
+
+    def described():
         changes = {name: made.get(name, lambda value: value)(value) for name, value in change.items()}
-        vc.solve(rolling(motion=None, friction=None, **changes), normal=normal)
+        return rolling(motion=None, friction=None, **changes)
+
+    with pytest.raises(vc.SceneError) as refusal:
+        vc.solve(described(), normal=normal)
     assert refusal.value.field == field

@@ -11,7 +11,6 @@ import numpy as np
 
 from varcontact.errors import SceneError
 
-
 SMALL, LARGE = 1e-100, 1e100
 """Between them the products that occur of lengths, moduli and forces stay within the range of floating point."""
 
