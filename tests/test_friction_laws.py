@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact import falling
 from varcontact.friction import LAWS
 from varcontact.io.scenefile import scene_from, scene_to
 
@@ -354,3 +355,13 @@ def test_where_two_solutions_have_just_vanished():
     np.testing.assert_allclose(stick.traction, slip.traction, atol=1e-7 * slip.traction_bound.max())
     residuals = [residual for _, residual in stick.passes]
     assert max(residuals[8:20]) > 2 * min(residuals[:8])
+
+
+def test_acceleration_near_a_solution(monkeypatch):
+    """Fewer passes, and the same solution."""
+    law = vc.LinearFalling(0.3, 0.15, half_velocity=6e-3)
+    quick = vc.solve(ball(law))
+    monkeypatch.setattr(falling, "NEAR", 0.0)
+    plain = vc.solve(ball(law))
+    np.testing.assert_allclose(quick.traction, plain.traction, atol=1e-8 * plain.traction_bound.max())
+    assert len(quick.passes) < 0.8 * len(plain.passes)

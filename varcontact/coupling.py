@@ -150,12 +150,13 @@ def fixed_point(
     max_passes: int,
     patience: int = PATIENCE,
     plain: int = 0,
+    near: float = 0.0,
 ) -> ContactState:
     """Repeat a pass from one field to the next; the state of the least residual.
 
     It ends at the tolerance, where `patience` passes brought nothing, where solvers give up twice in a row with nothing
-    gained or altogether, or after `max_passes`. Nothing is accelerated in the first `plain` passes, and a force that
-    friction cannot carry in one of them is an error.
+    gained or altogether, or after `max_passes`. In the first `plain` passes nothing is accelerated before the residual
+    is below `near`, and until then a force that friction cannot carry is an error.
     """
     best = state = replace(state, passes=((1.0, residual(state)),))
     given: list[np.ndarray] = []
@@ -165,7 +166,7 @@ def fixed_point(
         try:
             after = one_pass(state)
         except VarcontactError as error:  # an iterate that is no contact any more
-            if isinstance(error, Saturated) and len(state.passes) <= plain:
+            if isinstance(error, Saturated) and len(state.passes) <= plain and not accelerated:
                 raise
             break
         given, found = [*given[-MEMORY:], field_of(state)], [*found[-MEMORY:], field_of(after)]
@@ -174,7 +175,8 @@ def fixed_point(
         gained = step[1] < best.passes[-1][1]
         best, lost = (after, 0) if gained else (best, lost + 1)
         failures = 0 if gained or all(after.solved.values()) else failures + 1
-        accelerated = accelerated or (len(state.passes) > plain and not step[1] < SLOW * state.passes[-1][1])
+        ready = len(state.passes) > plain or step[1] < near
+        accelerated = accelerated or (ready and not step[1] < SLOW * state.passes[-1][1])
         state = with_field(after, _mixed(given, found)) if accelerated else after
     return replace(best, passes=state.passes)
 

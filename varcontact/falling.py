@@ -31,8 +31,8 @@ from varcontact.solution import Solution
 Contact = Callable[[Discretisation, ContactState, float], ContactState]
 Judge = Callable[[Discretisation, ContactState], float]
 
-PLAIN, MAX_PASSES = 100, 300
-"""Passes without acceleration, and all passes, under a law that is continuous.
+PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 300
+"""Passes without acceleration before the residual is so small, and all passes, under a law that is continuous.
 
 Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
 """
@@ -98,6 +98,7 @@ def under_law(
             max_passes=passes,
             patience=passes,
             plain=PLAIN if law.continuous else passes,
+            near=NEAR if law.continuous else 0.0,
         )
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[state.branch]})") from None
