@@ -9,8 +9,9 @@ import numpy as np
 from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation, discretise, out_of_reach
 from varcontact.motion import Shift, Steady, Transient
+from varcontact.overlap import outside
 from varcontact.plan import Plan
-from varcontact.potential_contact import enlarged, known_grid, outside, wanted_grid
+from varcontact.potential_contact import enlarged, known_grid, wanted_grid
 from varcontact.scene import Scene
 from varcontact.sizes import Counted, Sizes, sizes_of, solves
 from varcontact.symmetry import mirror

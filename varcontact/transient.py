@@ -23,8 +23,9 @@ from varcontact.grid import Grid
 from varcontact.history import History
 from varcontact.judge import judged
 from varcontact.motion import TimeStep, Transient
+from varcontact.overlap import outside
 from varcontact.plan import Plan
-from varcontact.potential_contact import common_grid, enlarged, on_a_grid_that_holds_it, outside
+from varcontact.potential_contact import common_grid, enlarged, on_a_grid_that_holds_it
 from varcontact.scene import Scene
 from varcontact.solution import Solution, solution_of
 from varcontact.steps import Steps, contact, unloaded

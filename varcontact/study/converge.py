@@ -15,7 +15,8 @@ from varcontact import checks
 from varcontact.errors import Interrupted, SceneError
 from varcontact.grid import Grid
 from varcontact.motion import TimeStep, Transient
-from varcontact.potential_contact import Box, contact_box, within
+from varcontact.overlap import Box, contact_box
+from varcontact.potential_contact import within
 from varcontact.scene import Scene
 from varcontact.solution import Solution
 from varcontact.solve import solve
