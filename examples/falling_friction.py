@@ -2,7 +2,7 @@
 
 A cylinder rolls over another under three laws of friction. From stick all over the search comes down to the solution
 with much friction, from slip all over it rises to that with little. Where the two are one, the law falls so slowly that
-less friction does not make itself up in slip; with a static and a kinetic coefficient they are always two.
+less friction does not make itself up in slip; with a static and a kinetic coefficient they are two until all slips.
 """
 
 import sys
@@ -42,7 +42,7 @@ def force(solution):
 
 def main(picture="falling_friction.png", cells=100, points=12):
     """Both branches of every law over the creepage; and at one creepage, printed and drawn."""
-    creepages = np.linspace(5e-5, 1.5e-3, points)
+    creepages = 5e-5 + 1.45e-3 * np.linspace(0, 1, points) ** 1.5  # more of them where solutions may be two
     curves = {
         (name, start): np.array([force(vc.solve(scene(law, vx, cells), start=start)) for vx in creepages])
         for name, law in LAWS.items()
@@ -76,14 +76,15 @@ def draw(creepages, curves, shown, cells, picture):
         left.plot(1e3 * creepages, stick, f"C{i}-", label=f"{name}, from stick")
         left.plot(1e3 * creepages, slip, f"C{i}o", ms=4, mfc="none", label=f"{name}, from slip")
         apart = np.where(stick - slip > 1e-6, stick - slip, np.nan)  # below it is the tolerance
-        middle.semilogy(1e3 * creepages, apart, f"C{i}.-", label=name)
+        label = name if np.isfinite(apart).any() else f"{name}: one solution"
+        middle.semilogy(1e3 * creepages, apart, f"C{i}o-", ms=4, label=label)
     left.set(xlabel="creepage $10^3 v_x$", ylabel="$-F_x/F_z$", title="Creep force")
     middle.set(
         xlabel="creepage $10^3 v_x$",
         ylabel="from stick less from slip",
         title="Two solutions: $-F_x/F_z$ apart",
         ylim=(1e-6, 1e-2),
-        xlim=left.get_xlim(),
+        xlim=(0.0, 0.7),
     )
     for i, start in enumerate(("stick", "slip")):
         sol = shown["static and kinetic", start]

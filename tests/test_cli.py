@@ -36,6 +36,24 @@ def run(*arguments, folder):
     )  # fmt: skip
 
 
+def test_law_of_friction(folder):
+    """Which solution was sought, how the passes went, and what coefficients they found."""
+    law = '[friction]\nkind = "static-kinetic"\nstatic = 0.3\nkinetic = 0.2\n'
+    (folder / "law.toml").write_text(SCENE.replace("friction = 0.3\n", "") + law)
+    done = run("solve", "law.toml", "--json", "--start", "slip", folder=folder)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["branch"] == "slip"
+    assert result["coefficient"] == [0.2, 0.2]
+    assert result["passes"] == len(result["convergence"]) == 1
+    assert result["convergence"][0][1] < 1e-9
+    refused = run("solve", "law.toml", "--start", "rest", folder=folder)
+    assert refused.returncode == 2
+    assert "start = 'rest'" in refused.stderr
+    told = run("plan", "law.toml", folder=folder)
+    assert "static-kinetic: the coefficient depends on the slip" in told.stdout
+
+
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)

@@ -83,6 +83,7 @@ def test_the_laws_themselves(law):
         (lambda: vc.ExponentialFalling(0.3, 0.2, 1.0, velocity=np.nan), "friction.velocity"),
         (lambda: vc.solve(line(0.3), start="stick"), "start"),
         (lambda: vc.solve(line(EVERY[0]), start="rest"), "start"),
+        (lambda: vc.solve(line(EVERY[0]), start=np.zeros((1, 26))), "start"),
         (lambda: vc.solve(line(EVERY[0]), start=vc.solve(line(0.3, cells=30))), "start"),
         (lambda: line([EVERY[0]]), "friction"),
         (lambda: line(vc.StaticKinetic), "friction"),

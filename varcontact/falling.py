@@ -131,7 +131,7 @@ def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> Non
         raise SceneError("start", start, "left out: in a history each particle goes on as it did in the step before")
     if isinstance(start, Solution) and not theory:
         return
-    if start not in ("stick", "slip"):
+    if not (isinstance(start, str) and start in ("stick", "slip")):
         raise SceneError("start", start, '"stick" or "slip"' + ("" if theory else ", or a Solution"))
 
 

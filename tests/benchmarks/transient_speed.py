@@ -3,6 +3,7 @@
 Processor seconds of the median and of the slowest step after the first.
 """
 
+import dataclasses
 import time
 
 import numpy as np
@@ -36,7 +37,11 @@ def main() -> None:
         grid=vc.Grid(nx=100),
     )
     cases = [("circle, 316 elements", circle, ("clarabel", "tang", "tang-safeguarded"))]
-    cases.append(("line, 100 elements", line, ("clarabel", "tang")))
+    law = dataclasses.replace(circle, friction=vc.ExponentialFalling(0.3, 0.2, half_velocity=0.1))
+    cases.append(("circle under a law", law, ("tang-safeguarded",)))
+    unlike = dataclasses.replace(circle, bodies=vc.Bodies(G=(1.0, 0.5), nu=(0.28, 0.2)))
+    cases.append(("circle, unlike bodies", unlike, ("tang-safeguarded",)))
+    cases.append(("line, 100 elements", line, ("clarabel", "tang", "tang-safeguarded")))
     for name, scene, methods in cases:
         for method in methods:
             steps = seconds(scene, method)
