@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from varcontact.checks import number, positive, whole
+from varcontact.checks import choice, number, positive, whole
 from varcontact.errors import SceneError
+
+EDGES = ("centres", "touched")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +36,20 @@ class Grid:
         Lower left corner of the potential contact [length].
     margin : int, optional
         Elements added on every side in the first form.
+    edge : {"centres", "touched"}
+        Which elements that the contact's edge cuts belong to it: those with their centre inside, as in CONTACT, with
+        the pressure at the centre; or every one that the contact touches, with Hertz's pressure averaged over the
+        whole element. The second is for pressures in closed form only.
 
     Raises
     ------
     SceneError
         For lengths that are not positive and finite, or a form that is neither of the two.
+
+    Notes
+    -----
+    With "centres" errors jump from grid to grid, with "touched" they are larger and fall steadily with the size of the
+    elements: to be extrapolated. Measured in docs/sampling.md.
 
     Examples
     --------
@@ -57,6 +69,7 @@ class Grid:
     x0: float | None = None
     y0: float | None = None
     margin: int = 1
+    edge: Literal["centres", "touched"] = "centres"
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -64,6 +77,7 @@ class Grid:
         if self.ny is not None:
             set_(self, "ny", whole("grid.ny", self.ny))
         set_(self, "margin", whole("grid.margin", self.margin, least=0))
+        set_(self, "edge", choice("grid.edge", self.edge, EDGES))
         names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
         for name in {"dy", "y0"} - set(names):
             if getattr(self, name) is not None:
@@ -133,6 +147,12 @@ class Grid:
         return y0 + (np.arange(self.rows) + 0.5) * dy
 
     @property
+    def lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """x, shape (nx + 1,), and y, shape (ny + 1,), of the lines that part the elements."""
+        dx, dy, x0, y0 = self._lattice()
+        return x0 + np.arange(self.nx + 1) * dx, y0 + np.arange(self.rows + 1) * dy
+
+    @property
     def box(self) -> tuple[float, float, float, float]:
         """(left, right, bottom, top) of the potential contact."""
         dx, dy, x0, y0 = self._lattice()
@@ -146,8 +166,8 @@ class Grid:
         dx, dy, x0, y0 = self._lattice()
         nx, x0 = right - left, x0 + left * dx
         if self.line:
-            return Grid(nx=nx, dx=dx, x0=x0)
-        return Grid(nx=nx, ny=top - bottom, dx=dx, dy=dy, x0=x0, y0=y0 + bottom * dy)
+            return Grid(nx=nx, dx=dx, x0=x0, edge=self.edge)
+        return Grid(nx=nx, ny=top - bottom, dx=dx, dy=dy, x0=x0, y0=y0 + bottom * dy, edge=self.edge)
 
     def extended(self) -> Grid:
         """The same lattice with one more element on every side."""
@@ -157,13 +177,14 @@ class Grid:
         """The lattice with lengths in units of `length`."""
         dx, dy, x0, y0 = self._lattice()
         if self.line:
-            return Grid(nx=self.nx, dx=dx / length, x0=x0 / length)
-        return Grid(nx=self.nx, ny=self.ny, dx=dx / length, dy=dy / length, x0=x0 / length, y0=y0 / length)
+            return replace(self, dx=dx / length, x0=x0 / length)
+        return replace(self, dx=dx / length, dy=dy / length, x0=x0 / length, y0=y0 / length)
 
     def spread(self, box: tuple[float, float, float, float]) -> Grid:
         """The lattice with `nx` by `ny` elements across a box (left, right, bottom, top), and the margin."""
         left, right, bottom, top = box
         dx, dy, m = (right - left) / self.nx, (top - bottom) / self.rows, self.margin
         if self.ny is None:
-            return Grid(nx=self.nx + 2 * m, dx=dx, x0=left - m * dx)
-        return Grid(nx=self.nx + 2 * m, ny=self.ny + 2 * m, dx=dx, dy=dy, x0=left - m * dx, y0=bottom - m * dy)
+            return Grid(nx=self.nx + 2 * m, dx=dx, x0=left - m * dx, edge=self.edge)
+        nx, ny, x0, y0 = self.nx + 2 * m, self.ny + 2 * m, left - m * dx, bottom - m * dy
+        return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)

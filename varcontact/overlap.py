@@ -37,7 +37,7 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     if (contact & _rim(disc.grid)).any():
         if closed_form:
             assert disc.hertz is not None
-            overlap = disc.hertz.pressure(grid.x[None, :], grid.y[:, None]) > 0
+            overlap = disc.hertz.on_elements(grid) > 0
         else:
             overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)

@@ -173,6 +173,7 @@ def make_plan(
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     programs = coupling == "joint" or not (formulation == "auto" or steps)  # what is asked for, only programs have
     chosen["normal"], reasons["normal"] = _normal(scene, normal, programs)
+    _check_edge(scene, chosen["normal"], reasons["normal"])
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, programs)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
@@ -271,6 +272,12 @@ def _slips_all_over(scene: Scene) -> bool:
     slope = vermeulen_johnson_coefficients(hertz.a, hertz.b, nu)
     force = vermeulen_johnson(hertz.a, hertz.b, scene.bodies.combined_G, limit, motion.rigid, slope)
     return bool(math.hypot(*force) >= limit * (1 - 1e-12))
+
+
+def _check_edge(scene: Scene, normal: str, reason: str) -> None:
+    """What part of a touched element bears pressure is known of Hertz's ellipse, not where pressures are computed."""
+    if scene.touched and normal != "hertz":
+        raise SceneError("grid.edge", "touched", f'"centres", as the pressure is not in closed form: {normal}, {reason}')
 
 
 def _normal(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:

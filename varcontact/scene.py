@@ -130,7 +130,7 @@ class Scene:
                 raise SceneError("grid.ny", grid.ny, "left out in line contact")
             if grid.dy is not None:
                 raise SceneError("grid.dy", grid.dy, "left out in line contact, where forces are per unit length")
-            object.__setattr__(self, "grid", Grid(nx=grid.nx, margin=grid.margin))
+            object.__setattr__(self, "grid", Grid(nx=grid.nx, margin=grid.margin, edge=grid.edge))
         for name in ("spin", "rotation"):
             turns = np.atleast_1d(getattr(motion, name, 0.0))
             if np.any(turns != 0):
@@ -224,6 +224,11 @@ class Scene:
     def reference_depth(self) -> float | None:
         """The depth from which displacements count in line contact, where it is given."""
         return self.surface.reference_depth if isinstance(self.surface, (Cylinders, SampledDistance)) else None
+
+    @property
+    def touched(self) -> bool:
+        """Whether every element that the contact touches belongs to it, see `Grid`."""
+        return isinstance(self.grid, Grid) and self.grid.edge == "touched"
 
     @property
     def hertz(self) -> HertzContact | None:

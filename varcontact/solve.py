@@ -51,7 +51,8 @@ def solve(
     normal : str
         Method of the normal problem: "auto"; "hertz", closed form; "clarabel", "osqp", "scs", "qpsolvers:<name>"
         or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets. Hertz's pressure is sampled at the element
-        centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force.
+        centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force; or
+        averaged over them, see `Grid`.
     tangential : str
         Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
         "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active

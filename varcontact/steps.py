@@ -305,9 +305,9 @@ def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values at the element centres, scaled to carry exactly his force."""
+    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
     assert disc.hertz is not None
-    pressure = disc.hertz.pressure(disc.grid.x[None, :], disc.grid.y[:, None])
+    pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
         raise out_of_reach(disc.scene, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)

@@ -172,7 +172,8 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
     if motion.start is not None and scene.grid == "auto" and not motion.interpolate:
-        return motion.start.grid
+        closed_form = steps.plan.normal == "hertz"
+        return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
     plan = replace(steps.plan, tangential="none", coupling="none")
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
     grid = common_grid(scene, [disc.grid for disc in discs])
@@ -221,7 +222,7 @@ def _apart(disc: Discretisation, closed_form: bool) -> bool:
     if not closed_form:
         return False
     assert disc.hertz is not None
-    return not disc.hertz.pressure(disc.grid.x[None, :], disc.grid.y[:, None]).any()
+    return not disc.hertz.on_elements(disc.grid).any()
 
 
 def _without_contact(disc: Discretisation, steps: Steps) -> Solution:

@@ -13,6 +13,10 @@ from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
     from varcontact.bodies import Bodies
+    from varcontact.grid import Grid
+
+LEAST_SHARE = 1e-14
+"""Least part of the force that an element must bear to count as touched: less may be rounding."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,48 @@ class HertzContact:
         """Semi-ellipsoidal pressure (88) at points, zero outside the ellipse."""
         inside = 1 - (np.asarray(x) / self.a) ** 2 - (np.asarray(y) / self.b) ** 2
         return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))
+
+    def mean_pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Mean of the pressure over each rectangle between lines x (nx + 1,) and lines y (ny + 1,), shape (ny, nx).
+
+        Zero where less than 1e-14 of the force falls on a rectangle. Together they carry the force to rounding.
+
+        Notes
+        -----
+        With X = x/a, Y = y/b in the unit circle, R^2 = 1 - X^2 - Y^2 (0 outside it), the volume under the pressure between
+        the axes and a corner is ``2XYR + X(3 - X^2) atan(Y/R) + Y(3 - Y^2) atan(X/R) - 2 atan(XY/R)`` times p_max a b/6.
+        Outside the circle R = 0 gives what is left of a quarter without the two caps. In line contact the area is
+        ``X R + asin X`` times p_max a/2.
+
+        Examples
+        --------
+        >>> from varcontact import Bodies
+        >>> contact = hertz(1.0, 1.0, Bodies(G=1.0, nu=0.3), force=1e-3)
+        >>> lines = np.linspace(-0.2, 0.2, 5)
+        >>> print(f"{contact.mean_pressure(lines, lines).sum() * 0.1**2:.15f}")
+        0.001000000000000
+        """
+        X, Y = np.clip(np.asarray(x) / self.a, -1.0, 1.0), np.clip(np.asarray(y) / self.b, -1.0, 1.0)
+        if math.isinf(self.b):
+            share = np.diff(X * np.sqrt(1 - X**2) + np.arcsin(X))[None, :] / math.pi
+            total = self.force / np.diff(np.asarray(x))[None, :]
+        else:
+            share = np.diff(np.diff(_volume(X[None, :], Y[:, None]), axis=0), axis=1)
+            total = self.force / (np.diff(np.asarray(x))[None, :] * np.diff(np.asarray(y))[:, None])
+        return np.where(share > LEAST_SHARE, share * total, 0.0)
+
+    def on_elements(self, grid: Grid) -> np.ndarray:
+        """Pressure on the elements of an explicit grid, (ny, nx): at their centres, or, as `Grid.edge` says, its means."""
+        if grid.edge == "touched":
+            return self.mean_pressure(*grid.lines)
+        return self.pressure(grid.x[None, :], grid.y[:, None])
+
+
+def _volume(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+    """Part of the volume under a semi-ellipsoid between the axes and corners (X, Y), see `mean_pressure`."""
+    R = np.sqrt(np.maximum(1 - X**2 - Y**2, 0.0))
+    caps = X * (3 - X**2) * np.arctan2(Y, R) + Y * (3 - Y**2) * np.arctan2(X, R)
+    return np.asarray(2 * X * Y * R + caps - 2 * np.arctan2(X * Y, R)) / (4 * math.pi)
 
 
 def hertz(

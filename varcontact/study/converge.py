@@ -43,7 +43,7 @@ def converge(
     Parameters
     ----------
     scene : Scene
-        Its grid is replaced, all but the margin. Friction must be a number, and a sampled distance have coordinates.
+        Its grid is replaced, all but margin and edge. Friction must be a number, and a sampled distance have coordinates.
     cells : iterable of int
         Elements across the contact either way, each grid finer than the one before; three grids at least for an order.
     method : str or iterable of str
@@ -101,7 +101,7 @@ def converge(
     if not (store is None or isinstance(store, (str, Path))):
         raise SceneError("store", store, "the name of a file")
     _check_free_of_one_grid(scene)
-    key = identity(replace(scene, grid=Grid(nx=1, ny=None if scene.line else 1, margin=_margin(scene))), tol)
+    key = identity(replace(scene, grid=_spec(scene, 1)), tol)
     rows = read_rows(store, COLUMNS, WORDS, "a table of an earlier study of convergence")
     if any(row["identity"] != key for row in rows):
         raise SceneError("store", str(store), "a table of the same scene and tol, or a new file")
@@ -147,8 +147,18 @@ def _check_free_of_one_grid(scene: Scene) -> None:
         raise SceneError("surface.x", None, "given: samples at the elements are for one grid only")
 
 
+def _spec(scene: Scene, elements: int) -> Grid:
+    """So many elements across, margin and edge as the scene has them."""
+    ny = None if scene.line else elements
+    return Grid(nx=elements, ny=ny, margin=_margin(scene), edge=_asked(scene).edge)
+
+
+def _asked(scene: Scene) -> Grid:
+    return scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
+
+
 def _margin(scene: Scene) -> int:
-    margin = scene.grid.margin if isinstance(scene.grid, Grid) else 1
+    margin = _asked(scene).margin
     return margin if scene.hertz is not None and scene.bodies.K == 0 else margin + 1
 
 
@@ -178,8 +188,7 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy
     elements = cells + more
-    spec = Grid(nx=elements, ny=None if scene.line else elements, margin=_margin(scene))
-    spread = spec.spread((left, left + elements * dx, bottom, bottom + elements * dy))
+    spread = _spec(scene, elements).spread((left, left + elements * dx, bottom, bottom + elements * dy))
     return within(spread, scene.surface) if isinstance(scene.surface, SampledDistance) else spread
 
 
@@ -210,11 +219,12 @@ def _staircase(scene: Scene) -> dict[str, float]:
     """What the elements miss of Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
 
     Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is proportional to them.
+    Nothing, where every element that the ellipse touches is in contact.
     """
     hertz, grid = scene.hertz, scene.grid
-    if hertz is None:
-        return {}
     assert isinstance(grid, Grid)
+    if hertz is None or grid.edge == "touched":
+        return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)
     inside, dx = x**2 + y**2 < 1, grid.sides[0] / hertz.a
     if scene.line:

@@ -45,6 +45,8 @@ def why_not(name: str, scene: Scene) -> str:
             return "under a law of friction the force may fall with creepage: creepages are needed, not forces"
     elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
         return "it is for one finite coefficient of friction"
+    if name != "linear" and scene.touched:
+        return 'its tractions are those at the centres of elements, grid.edge is "touched"'
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
         return f"it is for no spin, spin is {scene.motion.spin:.3g}"
     return ""

@@ -60,7 +60,7 @@ def no_slip_coefficients(a: float, b: float, nu: float, *, cells: int = 32) -> C
 def _on_cells(ratio: float, nu: float, cells: int) -> np.ndarray:
     """C11, C22, C23, C33 on so many cells, from the forces by unit creepages."""
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)  # a b = 1
-    grid = Grid(nx=cells, ny=cells).spread((-a, a, -b, b))
+    grid = Grid(nx=cells, ny=cells, edge="touched").spread((-a, a, -b, b))
     scene = Scene(
         bodies=Bodies(G=1.0, nu=nu),
         surface=Ellipse(a=a, b=b),
@@ -70,7 +70,8 @@ def _on_cells(ratio: float, nu: float, cells: int) -> np.ndarray:
         grid=grid,
     )
     disc = discretise(scene, grid)
-    touched = _touched(grid, a, b)
+    assert disc.hertz is not None
+    touched = disc.hertz.on_elements(grid) > 0  # with those held by their centres errors jump from grid to grid
     problem = disc.tangential_problem(touched.astype(float))
     shifts = [
         disc.moved(motion).rigid_shift().reshape(2, -1)[:, problem.operator.elements].ravel()
@@ -82,13 +83,3 @@ def _on_cells(ratio: float, nu: float, cells: int) -> np.ndarray:
     Mz = (x @ tractions[1] - y @ tractions[0]) * problem.area * disc.force * disc.length
     product = touched.sum() * grid.area / np.pi  # a b of the ellipse with the elements' area
     return -np.array([Fx[0], Fy[1], Fy[2], Mz[2]]) / product ** np.array([1.0, 1.0, 1.5, 2.0])
-
-
-def _touched(grid: Grid, a: float, b: float) -> np.ndarray:
-    """Elements that the ellipse touches, (ny, nx).
-
-    With those whose centre it holds the error jumps from grid to grid, and cannot be extrapolated.
-    """
-    dx, dy = grid.sides
-    x, y = np.maximum(np.abs(grid.x) - dx / 2, 0.0), np.maximum(np.abs(grid.y) - dy / 2, 0.0)
-    return np.asarray((x[None, :] / a) ** 2 + (y[:, None] / b) ** 2 < 1 - 1e-9)
