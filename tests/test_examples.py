@@ -253,3 +253,15 @@ def test_falling_friction(tmp_path, capsys):
     falling = curves["exponential, fast", "slip"]
     assert 0 < np.argmax(falling) < len(creepages) - 1
     assert 0.15 < falling[-1] < falling.max() < 0.3
+
+
+def test_sampling(tmp_path, capsys):
+    """Spin at x is too little, at the middle of the step too much; extrapolated touched elements beat finer ones."""
+    spin, left, _ = script("sampling").main(
+        str(tmp_path / "picture.png"), ratios=(1.0,), cells=(12,), with_slip={1.0: (4, 6, 8)}, stepped=(4,), margined=0
+    )
+    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    assert "by sampling point" in capsys.readouterr().out
+    first, usual, _, _, last = spin[1.0, 12][:, 2]
+    assert (first, usual, last) == pytest.approx((-8.3, -1.3, 12.7), abs=0.1)
+    assert left["touched", (4, 8)] < 0.5 * left["touched", (8,)]

@@ -277,7 +277,9 @@ def _slips_all_over(scene: Scene) -> bool:
 def _check_edge(scene: Scene, normal: str, reason: str) -> None:
     """What part of a touched element bears pressure is known of Hertz's ellipse, not where pressures are computed."""
     if scene.touched and normal != "hertz":
-        raise SceneError("grid.edge", "touched", f'"centres", as the pressure is not in closed form: {normal}, {reason}')
+        raise SceneError(
+            "grid.edge", "touched", f'"centres", as the pressure is not in closed form: {normal}, {reason}'
+        )
 
 
 def _normal(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:

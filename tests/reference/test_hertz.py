@@ -137,3 +137,61 @@ def test_bad_input(arguments, field):
     with pytest.raises(vc.SceneError) as failure:
         hertz(bodies=STEEL, **arguments)
     assert failure.value.field == field
+
+
+@given(
+    ratio=st.floats(0.01, 100.0),
+    cells=st.tuples(st.integers(1, 40), st.integers(1, 40)),
+    place=st.tuples(st.floats(0.0, 0.99), st.floats(0.0, 0.99)),
+    force=st.floats(1e-9, 1e9),
+)
+def test_means_carry_the_force(ratio, cells, place, force):
+    """Whatever the lattice, to 1e-12; and the mean of an element is that of its quarters."""
+    contact = hertz_ellipse(ratio, 1.0, STEEL, force=force)
+    x, y = (
+        side * (-1 + 2 * (np.arange(n + 2) - part) / n)
+        for side, n, part in zip((ratio, 1.0), cells, place, strict=True)
+    )
+    means, area = contact.mean_pressure(x, y), (x[1] - x[0]) * (y[1] - y[0])
+    assert means.sum() * area == pytest.approx(force, rel=1e-12)
+    assert np.all(means >= 0)
+    finer = contact.mean_pressure(*(np.sort([*z, *((z[1:] + z[:-1]) / 2)]) for z in (x, y)))
+    quarters = finer.reshape(means.shape[0], 2, means.shape[1], 2).mean(axis=(1, 3))
+    assert quarters == pytest.approx(means, abs=1e-12 * contact.peak_pressure * max(1.0, ratio / area))
+
+
+def test_means_by_quadrature():
+    """Against the root itself: along y in closed form, along x numerically, split where the ellipse crosses."""
+    contact = hertz_ellipse(2.0, 1.0, STEEL, force=1.0)
+    x, y = np.linspace(-2.3, 2.2, 6), np.linspace(-1.1, 1.2, 5)
+
+    def strip(at, low, high):
+        half = np.sqrt(max(1 - (at / 2) ** 2, 0.0))
+
+        def primitive(end):
+            part = np.clip(end / half, -1, 1)
+            return half**2 * (part * np.sqrt(1 - part**2) + np.arcsin(part)) / 2
+
+        return primitive(high) - primitive(low) if half > 0 else 0.0
+
+    means = contact.mean_pressure(x, y) / contact.peak_pressure
+    for iy, (low, high) in enumerate(pairwise(y)):
+        for ix, (left, right) in enumerate(pairwise(x)):
+            crossings = [s * 2 * np.sqrt(max(1 - end**2, 0.0)) for s in (-1, 1) for end in (low, high, 0.0)]
+            inside = [at for at in crossings if left < at < right] or None
+            volume = quad(strip, left, right, (low, high), points=inside, epsabs=1e-13, limit=200)[0]
+            assert means[iy, ix] == pytest.approx(volume / ((right - left) * (high - low)), abs=1e-11)
+
+
+def test_means_in_line_contact():
+    """The semi-ellipse over strips: the force exactly, and the mean at the middle of thin strips."""
+    scene = vc.Scene(bodies=STEEL, surface=vc.Cylinders(R=1.0), normal_force=1e6)
+    a = scene.hertz.a
+    x = np.linspace(-1.3 * a, 1.1 * a, 38)
+    means = scene.hertz.mean_pressure(x, np.array([-0.5, 0.5]))
+    assert means.shape == (1, 37)
+    assert means.sum() * (x[1] - x[0]) == pytest.approx(1e6, rel=1e-12)
+    thin = np.array([0.3, 0.3001]) * a
+    assert scene.hertz.mean_pressure(thin, np.array([-0.5, 0.5]))[0, 0] == pytest.approx(
+        scene.hertz.peak_pressure * np.sqrt(1 - 0.30005**2), rel=1e-8
+    )

@@ -90,10 +90,10 @@ class HertzContact:
 
         Notes
         -----
-        With X = x/a, Y = y/b in the unit circle, R^2 = 1 - X^2 - Y^2 (0 outside it), the volume under the pressure between
-        the axes and a corner is ``2XYR + X(3 - X^2) atan(Y/R) + Y(3 - Y^2) atan(X/R) - 2 atan(XY/R)`` times p_max a b/6.
-        Outside the circle R = 0 gives what is left of a quarter without the two caps. In line contact the area is
-        ``X R + asin X`` times p_max a/2.
+        With X = x/a, Y = y/b and R^2 = 1 - X^2 - Y^2 (0 outside the circle), the volume under the pressure between the
+        axes and a corner is ``2XYR + X(3 - X^2) atan(Y/R) + Y(3 - Y^2) atan(X/R) - 2 atan(XY/R)`` times p_max a b/6.
+        Outside the circle this is what two caps leave of a quarter. In line contact the area is ``X R + asin X`` times
+        p_max a/2.
 
         Examples
         --------
@@ -113,7 +113,7 @@ class HertzContact:
         return np.where(share > LEAST_SHARE, share * total, 0.0)
 
     def on_elements(self, grid: Grid) -> np.ndarray:
-        """Pressure on the elements of an explicit grid, (ny, nx): at their centres, or, as `Grid.edge` says, its means."""
+        """Pressure on the elements of an explicit grid, (ny, nx): at their centres, or means, as `Grid.edge` says."""
         if grid.edge == "touched":
             return self.mean_pressure(*grid.lines)
         return self.pressure(grid.x[None, :], grid.y[:, None])

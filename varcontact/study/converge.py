@@ -43,7 +43,7 @@ def converge(
     Parameters
     ----------
     scene : Scene
-        Its grid is replaced, all but margin and edge. Friction must be a number, and a sampled distance have coordinates.
+        Its grid is replaced, but for margin and edge. Friction must be a number, a sampled distance have coordinates.
     cells : iterable of int
         Elements across the contact either way, each grid finer than the one before; three grids at least for an order.
     method : str or iterable of str

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from varcontact import checks
@@ -60,6 +62,7 @@ def no_slip_coefficients(a: float, b: float, nu: float, *, cells: int = 32) -> C
 def _on_cells(ratio: float, nu: float, cells: int) -> np.ndarray:
     """C11, C22, C23, C33 on so many cells, from the forces by unit creepages."""
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)  # a b = 1
+    # with the elements whose centres the ellipse holds the coefficients jump from grid to grid
     grid = Grid(nx=cells, ny=cells, edge="touched").spread((-a, a, -b, b))
     scene = Scene(
         bodies=Bodies(G=1.0, nu=nu),
@@ -69,17 +72,35 @@ def _on_cells(ratio: float, nu: float, cells: int) -> np.ndarray:
         motion=Steady(),
         grid=grid,
     )
-    disc = discretise(scene, grid)
+    forces, elements = no_slip_forces(scene)
+    product = elements * grid.area / np.pi  # a b of the ellipse with the elements' area
+    diagonal = np.array([forces[0, 0], forces[1, 1], forces[1, 2], forces[2, 2]])
+    return -diagonal / product ** np.array([1.0, 1.0, 1.5, 2.0])
+
+
+def no_slip_forces(scene: Scene) -> tuple[np.ndarray, int]:
+    """What unit creepages do where nothing slips, from one factor of the matrix.
+
+    Parameters
+    ----------
+    scene : Scene
+        Hertzian, of quasi-identical bodies, in steady rolling, on an explicit grid.
+
+    Returns
+    -------
+    forces : ndarray, shape (3, 3)
+        Rows Fx, Fy, Mz; columns by vx, vy and spin of one: -G ab C11 at [0, 0], and so on (118)-(119).
+    elements : int
+        Number of elements in contact.
+    """
+    assert isinstance(scene.grid, Grid)
+    assert isinstance(scene.motion, Steady)
+    disc = discretise(replace(scene, friction=float("inf")), scene.grid)
     assert disc.hertz is not None
-    touched = disc.hertz.on_elements(grid) > 0  # with those held by their centres errors jump from grid to grid
-    problem = disc.tangential_problem(touched.astype(float))
-    shifts = [
-        disc.moved(motion).rigid_shift().reshape(2, -1)[:, problem.operator.elements].ravel()
-        for motion in (Steady(vx=1.0), Steady(vy=1.0), Steady(spin=1.0))
-    ]
+    problem = disc.tangential_problem(disc.hertz.on_elements(scene.grid))
+    units = [replace(scene.motion, **{"vx": 0.0, "vy": 0.0, "spin": 0.0, name: 1.0}) for name in ("vx", "vy", "spin")]
+    shifts = [disc.moved(unit).rigid_shift().reshape(2, -1)[:, problem.operator.elements].ravel() for unit in units]
     tractions = np.linalg.solve(problem.operator.matrix, -np.transpose(shifts)).reshape(2, -1, 3)
     x, y = problem.points
-    Fx, Fy = tractions.sum(axis=1) * problem.area * disc.force
-    Mz = (x @ tractions[1] - y @ tractions[0]) * problem.area * disc.force * disc.length
-    product = touched.sum() * grid.area / np.pi  # a b of the ellipse with the elements' area
-    return -np.array([Fx[0], Fy[1], Fy[2], Mz[2]]) / product ** np.array([1.0, 1.0, 1.5, 2.0])
+    moment = (x @ tractions[1] - y @ tractions[0]) * disc.length
+    return np.array([*tractions.sum(axis=1), moment]) * problem.area * disc.force, problem.size

@@ -1,0 +1,176 @@
+"""Which elements that the contact's edge cuts are in contact: by their centres, or all that it touches."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference import carter, line_contact
+
+TOUCHED = vc.Grid(nx=12, ny=12, edge="touched")
+
+
+def fx(scene, cells, edge):
+    """Longitudinal force by elements of one kind."""
+    grid = vc.Grid(nx=cells, ny=None if scene.line else cells, edge=edge)
+    return vc.solve(dataclasses.replace(scene, grid=grid), tangential="tang-safeguarded").force[0]
+
+
+def test_touched_elements_are_those_with_a_point_inside(rolling):
+    sol = vc.solve(rolling(grid=TOUCHED))
+    (dx, dy), (x, y) = sol.grid.sides, np.meshgrid(np.abs(sol.grid.x), np.abs(sol.grid.y))
+    nearest = np.maximum(x - dx / 2, 0) / 1.2, np.maximum(y - dy / 2, 0) / 0.9
+    np.testing.assert_array_equal(sol.pressure > 0, np.hypot(*nearest) < 1 - 1e-9)
+    assert sol.normal_force == pytest.approx(1.0, rel=1e-14)
+    assert sol.certificate.relative_gap < 1e-12
+    assert np.all(np.hypot(*sol.traction) <= 0.3 * sol.pressure * (1 + 1e-12))
+    by_centres = vc.solve(rolling())
+    assert np.all((sol.pressure > 0) >= (by_centres.pressure > 0))
+    assert sol.grid.edge == "touched"
+
+
+def test_error_is_regular(rolling):
+    """Forces follow a straight line in the element size, twice as closely as by centres.
+
+    So 8 and 16 cells across tell the limit to half a per cent, while that of 16 is off by 2 % and more.
+    """
+    scene, cells = rolling(), np.arange(8, 23, 2)
+    left = {}
+    for edge in ("centres", "touched"):
+        forces = np.array([fx(scene, n, edge) for n in cells])
+        line = np.polyfit(1 / cells, forces, 1)
+        left[edge] = np.abs(forces - np.polyval(line, 1 / cells)).max() / abs(line[1])
+        if edge == "touched":
+            assert 2 * forces[4] - forces[0] == pytest.approx(line[1], rel=0.006)
+            assert abs(forces[4] / line[1] - 1) > 0.02
+    assert left["touched"] < left["centres"] / 2
+    assert left["touched"] < 0.004
+
+
+def test_line_contact():
+    """All elements are inside; the averaged pressure, too, leads to Carter's force, with the order one."""
+    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
+    exact = carter(contact, 0.3, force=-0.6 * 0.3 * contact.force)
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=contact.force,
+        friction=0.3,
+        motion=vc.Steady(vx=exact.creepage),
+    )
+    cells = np.array([20, 40, 80, 160])
+    errors = [fx(scene, n, "touched") / exact.force - 1 for n in cells]
+    order = -np.polyfit(np.log(cells), np.log(np.abs(errors)), 1)[0]
+    assert 0.9 < order < 1.2
+    assert abs(errors[-1]) < 3e-3
+
+
+@pytest.mark.parametrize("edge", ["centres", "touched"])
+def test_margin_changes_nothing(rolling, edge):
+    """A Hertzian contact of like bodies is known before it is solved: to rounding, whatever lies around it."""
+    sols = [vc.solve(rolling(grid=vc.Grid(nx=9, ny=7, margin=m, edge=edge))) for m in (0, 1, 4)]
+    assert [sol.grid.nx for sol in sols] == [9, 11, 17]
+    for sol, m in zip(sols, (0, 1, 4), strict=True):
+        inner = slice(m, m + 7), slice(m, m + 9)
+        np.testing.assert_allclose(sol.pressure[inner], sols[0].pressure, rtol=1e-12)
+        np.testing.assert_allclose(sol.traction[:, *inner], sols[0].traction, rtol=0, atol=1e-12 * sol.pressure.max())
+
+
+def test_moved_lattice_has_the_same_force(rolling):
+    """An explicit lattice anywhere; one that does not hold all touched elements is refused."""
+    sides = {"dx": 0.2, "dy": 0.15, "edge": "touched"}
+    sol = vc.solve(rolling(grid=vc.Grid(nx=13, ny=13, x0=-1.27, y0=-0.98, **sides)))
+    assert sol.normal_force == pytest.approx(1.0, rel=1e-14)
+    with pytest.raises(vc.SceneError, match="contains the contact"):
+        vc.solve(rolling(grid=vc.Grid(nx=12, ny=13, x0=-1.17, y0=-0.98, **sides)))
+    shorter = vc.Grid(nx=12, ny=13, x0=-1.17, y0=-0.98, dx=0.2, dy=0.15)
+    assert vc.solve(rolling(grid=shorter)).elements["contact"] > 100  # by centres it holds them
+
+
+def test_a_steady_state_stays(rolling):
+    """Steps of a history on touched elements: the steady solution is the one after it."""
+    steady = vc.solve(rolling(grid=TOUCHED))
+    motion = vc.Transient(steps=2, start=steady, vx=0.04, vy=-0.02, spin=0.05)
+    for grid in (steady.grid, "auto"):
+        history = vc.solve(rolling(motion=motion, grid=grid))
+        distance = np.abs(history[-1].traction - steady.traction).max()
+        assert distance < 1e-8 * steady.pressure.max()
+        assert history[-1].grid.edge == "touched"
+
+
+def test_converge_keeps_the_edge(rolling, tmp_path):
+    """No staircase is fitted; both kinds of elements tend to the same force, within their error bars."""
+    touched, centres = (
+        vc.converge(rolling(grid=vc.Grid(nx=1, ny=1, edge=edge)), [8, 12, 16, 20], offsets=n, store=tmp_path / edge)
+        for edge, n in (("touched", 1), ("centres", 2))
+    )
+    assert touched.runs["staircase"].isna().all() and centres.runs["staircase"].notna().all()
+    one, other = touched.limit("Fx"), centres.limit("Fx")
+    assert abs(one["value"] - other["value"]) < one["error"] + other["error"]
+    assert one["error"] < 0.03 * abs(one["value"])
+    assert (touched.runs["contact_area"] > np.pi * 1.2 * 0.9).all()
+    with pytest.raises(vc.SceneError, match="same scene"):
+        vc.converge(rolling(grid=TOUCHED), [8, 12], offsets=1, store=tmp_path / "centres")
+
+
+def test_frictionless_unlike_bodies_have_a_closed_form(rolling):
+    unlike = vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))
+    sol = vc.solve(rolling(bodies=unlike, grid=TOUCHED, motion=None, friction=None))
+    assert sol.normal_force == pytest.approx(1.0, rel=1e-14)
+
+
+SAMPLED = vc.SampledDistance(
+    np.add.outer(np.linspace(-1, 1, 9) ** 2, np.linspace(-1, 1, 9) ** 2), *[np.linspace(-1, 1, 9)] * 2
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "methods", "why"),
+    [
+        ({"surface": SAMPLED}, {}, "not Hertzian"),
+        ({"bodies": vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))}, {}, "K != 0"),
+        ({}, {"normal": "norm"}, "norm, asked for"),
+        ({}, {"normal": "clarabel"}, "clarabel, asked for"),
+    ],
+)
+def test_refused_where_the_pressure_is_computed(rolling, changes, methods, why):
+    with pytest.raises(vc.SceneError, match=r'"centres", as the pressure is not in closed form') as refused:
+        vc.solve(rolling(grid=TOUCHED, **changes), **methods)
+    assert refused.value.field == "grid.edge"
+    assert refused.value.value == "touched"
+    assert why in str(refused.value)
+
+
+@pytest.mark.parametrize("theory", ["fastsim", "fastsim-elliptic", "vermeulen-johnson"])
+def test_theories_know_centres_only(rolling, theory):
+    with pytest.raises(vc.SceneError, match=r'grid\.edge is "touched"'):
+        vc.solve(rolling(grid=TOUCHED, motion=vc.Steady(vx=0.01)), tangential=theory)
+
+
+def test_pressures_to_be_judged_are_taken_by_centres(rolling):
+    sol = vc.solve(rolling(grid=TOUCHED))
+    explicit = rolling(grid=sol.grid)
+    assert vc.certify(explicit, sol.traction).relative_gap < 1e-12
+    with pytest.raises(vc.SceneError, match=r"grid\.edge"):
+        vc.certify(explicit, sol.traction, sol.pressure)
+
+
+def test_words(rolling, tmp_path):
+    """In Python, TOML and files; what is no edge is refused, with the nearest that is."""
+    with pytest.raises(vc.SceneError, match=r"grid\.edge.*did you mean touched"):
+        vc.Grid(nx=4, ny=4, edge="touch")
+    with pytest.raises(vc.SceneError, match=r"grid\.edge"):
+        vc.Grid(nx=4, ny=4, edge=1)
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'normal_force = 1.0\nbodies = {G = 1.0, nu = 0.3}\nsurface = {kind = "ellipse", a = 1.2, b = 0.9}\n'
+        'grid = {nx = 12, ny = 12, edge = "touched"}\n'
+    )
+    scene, _ = vc.read_scene(path)
+    assert scene.grid == TOUCHED
+    sol = vc.solve(scene)
+    sol.save(tmp_path / "sol.nc")
+    assert vc.load(tmp_path / "sol.nc").grid == sol.grid
+    for grid in (sol.grid.extended(), sol.grid.scaled(2.0), vc.Grid(nx=4, edge="touched").spread((-1, 1, 0, 0))):
+        assert grid.edge == "touched"
