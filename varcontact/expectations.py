@@ -51,7 +51,7 @@ def _closed_form(disc: Discretisation, plan: Plan) -> Counted:
     """Under Hertz's pressure everything but the tractions is known."""
     scene, grid = disc.scene, disc.grid
     assert disc.hertz is not None
-    pressure = disc.hertz.pressure(grid.x[None, :], grid.y[:, None])
+    pressure = disc.hertz.on_elements(grid)
     if not pressure.any():
         raise out_of_reach(scene, grid)
     untouched = ContactState(pressure, 0.0, np.zeros((2, *grid.shape)), np.zeros(2))

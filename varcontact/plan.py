@@ -211,7 +211,8 @@ def _kinds(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
     if isinstance(scene.surface, SampledDistance):
         surface = "sampled", "the contact is found by solving the normal problem"
     else:
-        surface = "Hertzian", "contact and pressure without tractions in closed form"
+        averaged = ", averaged over every element that it touches" if scene.touched else ""
+        surface = "Hertzian", f"contact and pressure without tractions in closed form{averaged}"
     if scene.motion is None:
         motion = "none", "normal contact only"
     elif isinstance(scene.motion, Transient):

@@ -103,14 +103,16 @@ class HertzContact:
         >>> print(f"{contact.mean_pressure(lines, lines).sum() * 0.1**2:.15f}")
         0.001000000000000
         """
-        X, Y = np.clip(np.asarray(x) / self.a, -1.0, 1.0), np.clip(np.asarray(y) / self.b, -1.0, 1.0)
+        # elements are differences of corners: digits that the platform has beyond double are welcome
+        x, y = np.asarray(x, dtype=np.longdouble), np.asarray(y, dtype=np.longdouble)
+        X, Y = np.clip(x / self.a, -1.0, 1.0), np.clip(y / self.b, -1.0, 1.0)
         if math.isinf(self.b):
             share = np.diff(X * np.sqrt(1 - X**2) + np.arcsin(X))[None, :] / math.pi
-            total = self.force / np.diff(np.asarray(x))[None, :]
+            total = self.force / np.diff(x)[None, :]
         else:
             share = np.diff(np.diff(_volume(X[None, :], Y[:, None]), axis=0), axis=1)
-            total = self.force / (np.diff(np.asarray(x))[None, :] * np.diff(np.asarray(y))[:, None])
-        return np.where(share > LEAST_SHARE, share * total, 0.0)
+            total = self.force / (np.diff(x)[None, :] * np.diff(y)[:, None])
+        return np.where(share > LEAST_SHARE, share * total, 0.0).astype(float)
 
     def on_elements(self, grid: Grid) -> np.ndarray:
         """Pressure on the elements of an explicit grid, (ny, nx): at their centres, or means, as `Grid.edge` says."""
