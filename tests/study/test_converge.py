@@ -263,6 +263,7 @@ def test_the_command_is_stopped_and_resumed(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     code = (
         "import signal, varcontact.cli as cli\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs begin deaf to it
         "from varcontact.study import converge\n"
         "solve, left = converge._solved, [4]\n"
         "def counted(*arguments):\n"
