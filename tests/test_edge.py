@@ -112,6 +112,8 @@ def test_a_steady_state_stays(rolling):
         distance = np.abs(history[-1].traction - steady.traction).max()
         assert distance < 1e-8 * steady.pressure.max()
         assert history[-1].grid.edge == "touched"
+    by_centres = vc.solve(rolling(motion=motion, grid=vc.Grid(nx=12, ny=12)))[-1]
+    assert by_centres.grid.edge == "centres" and by_centres.elements["contact"] < steady.elements["contact"]
 
 
 def test_converge_keeps_the_edge(rolling, tmp_path):

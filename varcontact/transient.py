@@ -178,7 +178,7 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
     grid = common_grid(scene, [disc.grid for disc in discs])
     if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
-        return motion.start.grid  # the same elements, with more or less room around them
+        return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around
     return grid
 
 
