@@ -550,3 +550,17 @@ def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal)
     with pytest.raises(vc.SceneError) as refusal:
         vc.solve(described(), normal=normal)
     assert refusal.value.field == field
+
+
+@pytest.mark.parametrize("load", [{"approach": 1 + 1e-15}, {"normal_force": 1e-20}])
+def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rolling, load):
+    """Samples that count from far away are a staircase there; counted from the contact they are none."""
+    x = np.linspace(-1.0, 1.0, 81)
+    near = x**2 / 2 + x[:, None] ** 2 / 2
+    changes = {"normal_force": None, "motion": None, "friction": None, "grid": vc.Grid(nx=8, ny=8)}
+    with pytest.raises(vc.SceneError, match="counted from a level near the contact") as refusal:
+        vc.solve(rolling(surface=vc.SampledDistance(1 + near, x, x), **{**changes, **load}))
+    assert refusal.value.field == "surface.h"
+    sphere = rolling(surface=vc.Paraboloids(1.0, 1.0), **{**changes, "approach": 1e-9})
+    sol = vc.solve(rolling(surface=vc.SampledDistance(near, x, x), **{**changes, "approach": 1e-9}))
+    assert sol.normal_force == pytest.approx(sphere.hertz.force, rel=0.05)

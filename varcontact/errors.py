@@ -76,8 +76,8 @@ class Saturated(VarcontactError):
     def __init__(self, force: float, limit: float, law: str = "") -> None:
         self.force, self.limit = force, limit
         super().__init__(
-            f"motion: a tangential force of {force:.6g} cannot be carried, "
-            f"friction{law} allows less than {limit:.6g} (the traction bound over the contact)"
+            f"motion: a tangential force of {force:.10g} cannot be carried, "
+            f"friction{law} allows less than {limit:.10g} (the traction bound over the contact)"
         )
 
 

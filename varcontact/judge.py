@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.coupling import ContactState
 from varcontact.discretisation import Discretisation
 from varcontact.energy import Certificate, certify_problems, normal_residual
-from varcontact.errors import NotConverged
+from varcontact.errors import NotConverged, SceneError
 from varcontact.falling import coefficient
 from varcontact.friction import Law
 from varcontact.motion import TimeStep
@@ -20,10 +20,14 @@ from varcontact.solution import Solution, solution_of
 from varcontact.steps import Steps
 from varcontact.theories.methods import THEORIES
 
+ROUNDED = 1e-3
+"""The part of the approach that the rounding of distances may be."""
+
 
 def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
     """The solution, with its certificate; held to the tolerance."""
     plan, tol = steps.plan, steps.tol
+    _check_rounding(disc, state)
     posed = disc
     if isinstance(disc.scene.friction, Law) and plan.tangential != "none":
         disc = disc.rubbing(coefficient(disc, state))
@@ -36,6 +40,18 @@ def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
     if not solution.converged:
         raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution
+
+
+def _check_rounding(disc: Discretisation, state: ContactState) -> None:
+    """Refuse distances that count from so far away that their rounding is seen in the contact."""
+    approach = state.approach * disc.displacement
+    if np.finfo(float).eps * abs(disc.base) > ROUNDED * approach:
+        raise SceneError(
+            "surface.h",
+            disc.base,
+            f"counted from a level near the contact: such distances are rounded to {np.spacing(abs(disc.base)):.1g}, "
+            f"and the bodies approach by {approach:.3g} only",
+        )
 
 
 def _why(solution: Solution, state: ContactState) -> str:
