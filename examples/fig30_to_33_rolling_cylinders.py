@@ -6,7 +6,8 @@ that enters first is lost at t = 1, all is as good as steady at t = 2.
 Fig. 31, varying normal force: a(t) = 1 + 0.4/pi sin(2 pi t), Fx = 0.255 pi, f = 1; periodic from t = 1 on. Begun in a
 steady state it nearly is, though at t = 1 half of the particles of the start are still in contact.
 Fig. 32, harmonic velocity pi cos(pi t) and force -0.355 pi sin(pi t); from t = 1 on half a period later everything is
-turned by 180 degrees about the origin.
+turned by 180 degrees about the origin. Begun from nothing at t = 0 it is so but for a tenth of the tractions at t = 1,
+whose start the particles in the middle still remember, and but for 0.6 % from t = 2 on: the picture begins there.
 Fig. 33, frictional compression of unlike cylinders (G = 1 on rigid, nu = 0.286, f = 0.15), then free rolling; the
 paper does not say what holds the force: here it is Fx = 0. Nearly steady at t = 1.8.
 
@@ -55,13 +56,13 @@ def varying_load(cells: int) -> vc.History:
 
 
 def harmonic(cells: int) -> vc.History:
-    """Fig. 32: one period from nothing, the velocity that of the middle of a step, an element a step at most."""
-    steps = 4 * cells
-    middle, end = (np.arange(steps) + 0.5) * 2 / steps, (np.arange(steps) + 1) * 2 / steps
+    """Fig. 32: three half periods from nothing, with the velocity at the middle of a step, an element a step at most."""
+    steps = 6 * cells
+    middle, end = (np.arange(steps) + 0.5) * 3 / steps, (np.arange(steps) + 1) * 3 / steps
     velocity = math.pi * np.cos(math.pi * middle)
     motion = vc.Transient(
         steps=steps,
-        dq=(np.abs(velocity) * 2 / steps).tolist(),
+        dq=(np.abs(velocity) * 3 / steps).tolist(),
         direction=np.sign(velocity).astype(int).tolist(),
         Fx=(-0.355 * math.pi * np.sin(math.pi * end)).tolist(),
     )
@@ -114,7 +115,8 @@ def main(folder: str = ".", cells: int = 100) -> dict[str, float]:
     t, parts = first.rolled, [stick_parts(sol) for sol in first]
     broken = [k for k in range(len(first)) if len(parts[k]) == 2]
     inside = np.array([1 - t[k] > parts[k][-1][0] for k in range(len(first))])
-    half = len(swing) // 2
+    half = len(swing) // 3
+    turned = [swing[k * half - 1].traction * (-1) ** k for k in (1, 2, 3)]
     carter = vc.solve(replace(first.scene, motion=vc.Steady(Fx=-0.75 * LOAD)), **METHODS)
     steady = vc.solve(replace(press.scene, motion=vc.Steady(Fx=0.0)), **METHODS)
     numbers = {
@@ -124,7 +126,8 @@ def main(folder: str = ".", cells: int = 100) -> dict[str, float]:
         "Fig. 30, t = 2 off the steady state (0)": apart(carter.traction, first[-1].traction),
         "Fig. 31, t = 2 off t = 1 (0)": apart(load[cells - 1].traction, load[cells // 2 - 1].traction),
         "Fig. 31, t = 3 off t = 2 (0)": apart(load[-1].traction, load[cells - 1].traction),
-        "Fig. 32, t = 2 off t = 1 turned (0)": apart(swing[half - 1].traction, -swing[-1].traction[:, :, ::-1]),
+        "Fig. 32, t = 2 off t = 1 turned (0)": apart(turned[0], turned[1][:, :, ::-1]),
+        "Fig. 32, t = 3 off t = 2 turned (0)": apart(turned[1], turned[2][:, :, ::-1]),
         "Fig. 33, t = 1.8 off the steady state (0)": apart(steady.traction, press[-1].traction),
     }
     for name, value in numbers.items():
@@ -133,7 +136,7 @@ def main(folder: str = ".", cells: int = 100) -> dict[str, float]:
     draw(Path(folder) / "fig30.png", {f"t = {t[k]:.2g}": first[k] for k in at})
     at = [round(time * cells / 2) - 1 for time in (1.0, 2.0, 2.2, 2.4, 2.6, 2.8, 3.0)]
     draw(Path(folder) / "fig31.png", {f"t = {load.rolled[k]:.2g}": load[k] for k in at})
-    at = [round(time * half) - 1 for time in (1.0, 1.2, 1.4, 1.5, 1.6, 1.8, 2.0)]
+    at = [round(time * half) - 1 for time in (2.0, 2.2, 2.4, 2.5, 2.6, 2.8, 3.0)]
     draw(Path(folder) / "fig32.png", {f"t = {(k + 1) / half:.2g}": swing[k] for k in at})
     at = [19, *(19 + round(time * cells / 2) for time in (0.2, 0.6, 1.0, 1.8))]
     draw(Path(folder) / "fig33.png", {f"t = {press.rolled[k]:.2g}": press[k] for k in at})
