@@ -239,6 +239,7 @@ def test_shapes_follow_the_points(unlike):
         ([0, 0, np.nan], 1, "points = nan"),
         ([0, 0, np.inf], 1, "points = inf"),
         ([[0, 0], [1], [2]], 1, "points"),
+        ([[0, 0, 1.0], [0, 0, 2.0]], 1, r"points = 'array of shape \(2, 3\)' .* \(did you mean its transpose\?\)"),
         ("here", 1, "points"),
         ([0, 0, 1j], 1, "points"),
         ([0, 0, 1.0], 3, 'body = 3 is not allowed: must be one of 1 or "upper"'),
@@ -250,6 +251,23 @@ def test_shapes_follow_the_points(unlike):
 def test_what_is_refused(unlike, points, body, message):
     with pytest.raises(vc.SceneError, match=message):
         vc.stress(unlike, points, body)
+
+
+@pytest.mark.parametrize(
+    "call", [lambda given: vc.stress(given, [0, 0, 0]), lambda given: vc.stress_below(given, 0.1), vc.plot_stress]
+)
+def test_a_history_is_refused_and_its_steps_are_not(rolling, call):
+    """Also where a step has no contact: then nothing is stressed, and there is no picture."""
+    history = vc.solve(rolling(motion=vc.Transient(steps=2, vx=1e-3, normal_force=[2.0, 0.0])))
+    for given in (history, None, "solution.nc"):
+        with pytest.raises(vc.SceneError, match=r"solution = .* must be a Solution; of a History, one of its steps"):
+            call(given)
+    call(history[0])
+    if call is vc.plot_stress:
+        with pytest.raises(vc.SceneError, match="with contact: nothing is stressed"):
+            call(history[1])
+    else:
+        assert not call(history[1]).stress.any()
 
 
 @pytest.mark.parametrize(

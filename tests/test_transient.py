@@ -270,6 +270,16 @@ def test_a_contact_that_vanishes_and_returns():
     assert lifted.approach == pytest.approx([0.02, -0.01, 0.01])
 
 
+@pytest.mark.parametrize("scene", [ball, cylinder])
+def test_a_step_without_contact_has_a_picture(scene, tmp_path):
+    """Of the whole grid, with nothing on it."""
+    lifted = vc.solve(scene(motion=vc.Transient(steps=2, Fx=[-1e-3, 0.0], normal_force=[0.02, 0.0])))[1]
+    figure = lifted.plot()
+    figure.savefig(tmp_path / "lifted.png")
+    left, right = figure.axes[0].get_xlim()
+    assert left <= lifted.grid.x[0] < lifted.grid.x[-1] <= right
+
+
 def test_a_contact_that_moves_over_the_grid():
     """A hill that goes an element further in each step, frictionless and in place: the pressure goes with it."""
     grid = vc.Grid(nx=30, ny=12, dx=0.1, dy=0.1, x0=-1.5, y0=-0.6)

@@ -358,7 +358,7 @@ def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str
     if states_programs(tangential):
         allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
         default = "the only convex program of steady rolling" if steady else "the fewest unknowns"
-        refusal = "steady rolling is no minimum of an energy" if steady else "a shift has no steps"
+        refusal = "steady rolling is no minimum of an energy" if steady else "only steady rolling is marched to"
     elif tangential in ("none", "no-slip") and states_programs(chosen["normal"]):
         allowed, default = ("complementary", "potential"), "the fewest unknowns"
         refusal = "there is a normal program only"

@@ -100,7 +100,7 @@ def draw_section(ax: Axes, sol: Solution) -> None:
     """The row of elements with the largest pressure: tractions between the traction bounds, or the pressure."""
     row = int(np.argmax(sol.pressure.max(axis=1)))
     contact = sol.pressure[row] > 0
-    ends = np.flatnonzero(contact)
+    ends = np.flatnonzero(contact) if contact.any() else np.array([0, contact.size])
     shown = slice(max(ends[0] - 1, 0), ends[-1] + 2)
     x = sol.grid.x[shown]
     bound = sol.traction_bound[row, shown]
@@ -148,8 +148,10 @@ def _frame(ax: Axes, sol: Solution) -> None:
 
 
 def _contact_box(sol: Solution) -> tuple[float, float, float, float]:
-    """The contact with a margin of two elements."""
+    """The contact with a margin of two elements; of a step without contact, the grid."""
     contact, (dx, dy) = sol.state > 0, sol.grid.sides
+    if not contact.any():
+        return sol.grid.box
     x, y = sol.grid.x[contact.any(axis=0)], sol.grid.y[contact.any(axis=1)]
     return x[0] - 2.5 * dx, x[-1] + 2.5 * dx, y[0] - 2.5 * dy, y[-1] + 2.5 * dy
 
@@ -237,13 +239,15 @@ def plot_stress(
     Raises
     ------
     SceneError
-        For a quantity that does not exist, or a depth that is not positive.
+        For what is no Solution with contact, a quantity that does not exist, or a depth that is not positive.
     """
     from matplotlib import pyplot as plt
     from matplotlib.ticker import MaxNLocator
 
-    from varcontact.stress import stress
+    from varcontact.stress import one_solution, stress
 
+    if not one_solution(sol).pressure.any():
+        raise SceneError("solution", sol, "with contact: nothing is stressed")
     choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     row = int(np.argmax(sol.pressure.max(axis=1)))
     y = float(sol.grid.y[row]) if y is None else number("y", y)

@@ -80,7 +80,7 @@ def _draw_components(ax: Axes, sol: Solution, values: np.ndarray) -> None:
 
 def _frame(ax: Axes, sol: Solution, name: str) -> None:
     """Labels, and the contact with a margin."""
-    contact = sol.grid.x[sol.state[0] > 0]
+    contact = sol.grid.x[sol.state[0] > 0] if sol.state.any() else sol.grid.x
     margin = 0.05 * (contact[-1] - contact[0]) + 1.5 * sol.grid.sides[0]
     ax.set_xlim(contact[0] - margin, contact[-1] + margin)
     ax.axhline(0, color="k", linewidth=0.5)

@@ -92,7 +92,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     Raises
     ------
     SceneError
-        For points that are not finite or outside the body.
+        For what is no Solution, and points that are not finite or outside the body.
 
     Notes
     -----
@@ -115,10 +115,11 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     >>> print(f"{below.tresca.max() / 2 / scene.hertz.peak_pressure:.2f} at {depths[below.tresca.argmax()]:.2f}")
     0.31 at 0.48
     """
-    side = _body(body)
+    side, solution = _body(body), one_solution(solution)
     given = checks.numbers("points", points)
     if given.ndim == 0 or given.shape[0] != 3:
-        raise SceneError("points", f"array of shape {given.shape}", "of shape (3, ...): x, y and z")
+        turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
+        raise SceneError("points", f"array of shape {given.shape}", f"of shape (3, ...): x, y and z{turned}")
     depth = given[2] if side == 1 else -given[2]
     outside = np.flatnonzero(depth < 0)
     if outside.size:
@@ -152,7 +153,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     Raises
     ------
     SceneError
-        For depths that are negative or not finite.
+        For what is no Solution, and depths that are negative or not finite.
 
     Examples
     --------
@@ -167,7 +168,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     >>> bool(np.allclose(layers.stress[2, 2, 0], -sol.pressure, rtol=0, atol=1e-14))
     True
     """
-    side = _body(body)
+    side, solution = _body(body), one_solution(solution)
     below = np.atleast_1d(checks.numbers("depths", depths))
     if below.ndim != 1 or below.size == 0:
         raise SceneError("depths", f"array of shape {below.shape}", "a number or several")
@@ -176,6 +177,15 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     field = field_below(below, solution.grid, _tractions(solution, side), **_constants(solution, side))
     z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
     return _of_body(solution, side, np.stack([x, y, z]), field)
+
+
+def one_solution(given: Any) -> Solution:
+    """A single Solution, and no History of them."""
+    from varcontact.solution import Solution
+
+    if not isinstance(given, Solution):
+        raise SceneError("solution", given, "a Solution; of a History, one of its steps")
+    return given
 
 
 def _body(body: int | str) -> int:
