@@ -56,7 +56,7 @@ def varying_load(cells: int) -> vc.History:
 
 
 def harmonic(cells: int) -> vc.History:
-    """Fig. 32: three half periods from nothing, with the velocity at the middle of a step, an element a step at most."""
+    """Fig. 32: three half periods from nothing, velocity of the middle of a step, an element a step at most."""
     steps = 6 * cells
     middle, end = (np.arange(steps) + 0.5) * 3 / steps, (np.arange(steps) + 1) * 3 / steps
     velocity = math.pi * np.cos(math.pi * middle)

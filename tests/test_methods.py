@@ -252,7 +252,12 @@ def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
     [
         ({}, {"formulation": "complementary"}, "gap or marching here: steady rolling is no minimum of an energy"),
         ({}, {"formulation": "potential"}, "no minimum"),
-        ({"motion": SHIFT}, {"formulation": "marching"}, "complementary or potential or gap here: a shift has no st"),
+        ({"motion": SHIFT}, {"formulation": "marching"}, "potential or gap here: only steady rolling is marched to"),
+        (
+            {"motion": vc.Transient(steps=2, vx=1e-3)},
+            {"tangential": "clarabel", "formulation": "marching"},
+            "only steady rolling is",
+        ),
         ({"motion": SHIFT}, {"tangential": "tang", "formulation": "marching"}, "no program is stated"),
         ({}, {"tangential": "tang", "formulation": "gap"}, "auto or marching here: tang states no program"),
         ({}, {"tangential": "fastsim", "formulation": "gap"}, "no program is stated"),
