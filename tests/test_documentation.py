@@ -1,0 +1,44 @@
+"""The code on the pages runs as it stands, and its files say what its Python says."""
+
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+import varcontact as vc
+
+mpl.use("Agg")
+ROOT = Path(__file__).parents[1]
+
+
+def blocks(page, language):
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
+
+
+@pytest.mark.parametrize(
+    "pages", [["README.md", "docs/convergence.md"], ["docs/scenes.md"]], ids=lambda pages: pages[-1]
+)
+def test_python_on_the_pages(pages, tmp_path, monkeypatch):
+    """From top to bottom in one session; a page that begins with a scene of its own needs no other."""
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for page in pages:
+        found = blocks(page, "python")
+        assert found
+        for block in found:
+            exec(block, names)
+    made = {path.name for path in tmp_path.iterdir()}
+    assert made == (
+        {"history.nc"} if pages == ["docs/scenes.md"] else {"contact.png", "contact.nc", "study.csv", "order.png"}
+    )
+
+
+def test_the_scene_file_on_the_page_is_the_scene(tmp_path):
+    """The first two blocks of the page are one scene, in Python and in TOML."""
+    (tmp_path / "scene.toml").write_text(blocks("docs/scenes.md", "toml")[0])
+    names = {}
+    exec(blocks("docs/scenes.md", "python")[0], names)
+    scene, options = vc.read_scene(tmp_path / "scene.toml")
+    assert repr(scene) == repr(names["scene"])
+    assert options == {}
