@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.reference import cattaneo_mindlin
+from varcontact.reference import carter, cattaneo_mindlin, line_contact
 
 # ----------------------------------------------------------------------------- normal contact
 
@@ -564,3 +564,24 @@ def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rollin
     sphere = rolling(surface=vc.Paraboloids(1.0, 1.0), **{**changes, "approach": 1e-9})
     sol = vc.solve(rolling(surface=vc.SampledDistance(near, x, x), **{**changes, "approach": 1e-9}))
     assert sol.normal_force == pytest.approx(sphere.hertz.force, rel=0.05)
+
+
+@pytest.mark.parametrize("dq", [1e-3, 1e-2, 0.1])
+def test_short_steps_by_the_program_where_active_sets_fail(dq):
+    """Carter's force in steps of a small part of an element, with what auto falls back on."""
+    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.28), force=1e-3)
+    scene = vc.Scene(
+        bodies=contact.bodies,
+        surface=vc.Cylinders(R=1.0),
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Steady(vx=0.15 * contact.a, dq=dq * 2 * contact.a / 40),
+        grid=vc.Grid(nx=40),
+    )
+    sol = vc.solve(scene)
+    assert (sol.plan.tangential, sol.plan.fallback) == ("tang-safeguarded", "clarabel")
+    assert sol.certificate.residual < 1e-10
+    assert sol.force[0] == pytest.approx(carter(contact, 0.3, creepage=scene.motion.vx).force, rel=0.03)
+    if dq < 0.1:
+        with pytest.raises(vc.NotConverged, match="tang-safeguarded says 'MaxIterations'"):
+            vc.solve(scene, tangential="tang-safeguarded")

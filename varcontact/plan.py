@@ -50,6 +50,8 @@ class Plan:
         file: then an outer loop finds it; "several" where a history has more than one of these.
     special : tuple of str
         What is simpler than the general case: "frictionless", "no slip", "full slip".
+    fallback : str
+        The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.plan`, those found of a solution.
     """
@@ -66,6 +68,7 @@ class Plan:
     friction: str = ""
     special: tuple[str, ...] = ()
     sizes: Sizes | None = None
+    fallback: str = "none"
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
@@ -192,6 +195,7 @@ def make_plan(
         motion,
         friction,
         tuple(special),
+        fallback="clarabel" if (tangential, chosen["tangential"]) == ("auto", "tang-safeguarded") else "none",
     )
 
 
@@ -348,7 +352,7 @@ def _tangential(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
     if programs:
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return "clarabel", of_motion.get(type(scene.motion), "the SOCP of a shift")
-    return "tang-safeguarded", "active sets, exact and the fastest; where they fail, a splitting that converges"
+    return "tang-safeguarded", "active sets, exact and the fastest; where they fail, the program"
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

@@ -19,7 +19,7 @@ from varcontact.conic.setups import Setups
 from varcontact.coupling import ContactState, alternating, joint, panagiotopoulos
 from varcontact.discretisation import Discretisation, out_of_reach
 from varcontact.energy import magnitude, normal_residual, project, residuals, tangential_residual
-from varcontact.errors import NotConverged, Saturated, SceneError
+from varcontact.errors import NotConverged, Saturated, SceneError, TooLarge
 from varcontact.evolution import march
 from varcontact.falling import branch_of, under_law
 from varcontact.friction import Law
@@ -200,7 +200,10 @@ class Steps:
                 raise SceneError(
                     "formulation", "gap", "another: the gap is not convex for so long elements and short dq"
                 )
-            return solver(problem, self._settings(UNPOLISHED * self.tol), start)
+            raw = solver(problem, self._settings(UNPOLISHED * self.tol), start)
+            missed = self.plan.fallback != "none" and self.plan.formulation == "none"
+            missed = missed and tangential_residual(problem, raw.traction, raw.rigid) > self.tol
+            return self._by_program(problem, raw) if missed else raw
         if start is None or not problem.symmetric:
             sticking = no_slip(problem)
             if np.all(magnitude(sticking.traction) <= problem.bound):
@@ -210,6 +213,20 @@ class Steps:
             return tang_safeguarded(problem)
         near = None if start is None else _from_start(problem, start)
         return self._polished(problem, solver, tang_safeguarded, tangential_residual, start, near)
+
+    def _by_program(self, problem: TangentialProblem, near: RawSolution) -> RawSolution:
+        """The polished answer of the plan's fallback, if there is a convex program and memory for it."""
+        formulation = "complementary" if problem.symmetric else "gap"
+        try:
+            peak = memory.peak(self.plan.fallback, formulation, problem.rigid_shift.size)
+            memory.need("the tangential program", peak, "a grid with fewer elements would fit")
+        except TooLarge:
+            return near
+        if formulation == "gap" and not problem.monotone:
+            return near
+        steps = replace(self, plan=replace(self.plan, tangential=self.plan.fallback, formulation=formulation))
+        solver = tangential_solver(self.plan.fallback)
+        return steps._polished(problem, solver, tang_safeguarded, tangential_residual, None, near)
 
     def _settings(self, tol: float) -> Settings:
         return Settings(tol, self.plan.formulation, self.setups)

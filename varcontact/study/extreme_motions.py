@@ -130,7 +130,7 @@ def contacts() -> Iterator[Case]:
         for kind, base in bases.items():
             known = None if kind in ("pressing", "history") else MIRROR
             scene, short = but(base, grid=Grid(nx=nx, ny=ny, margin=0)), name == "three elements"
-            families = ("conic", "active set", "scs", "osqp") if kind == "pressing" else Case.families
+            families = ("polished", "conic", "active set", "scs", "osqp") if kind == "pressing" else Case.families
             yield Case("elements", f"{name}, {kind}", scene, known, families=families, short=short)
     for cells in (1, 2, 3):
         yield Case("elements", f"line, {cells} elements", but(LINE, grid=Grid(nx=cells, margin=0)))

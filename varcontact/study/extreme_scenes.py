@@ -24,7 +24,7 @@ from varcontact.solve import solve
 from varcontact.study import extreme_checks as checks
 from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 
-EXACT = ("default", "conic", "active set", "tang", "scs", "osqp", "joint")
+EXACT = ("default", "polished", "conic", "active set", "tang", "scs", "osqp", "joint")
 APPROXIMATE = ("johnson", "fastsim", "linear")
 
 
