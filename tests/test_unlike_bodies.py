@@ -57,6 +57,23 @@ def test_both_loops_find_the_same(scene):
         assert sol.passes[-1][1] == pytest.approx(sol.certificate.residual, abs=1e-12)
 
 
+@pytest.mark.parametrize("polish", [True, False])
+def test_where_nothing_can_rub_the_joint_loop_is_the_normal_problem(polish):
+    """Friction outside the contact only, and a step without friction between others that have some."""
+    grid = vc.Grid(nx=8, ny=8, dx=0.4, dy=0.4, x0=-1.6, y0=-1.6)
+    corner = np.zeros(grid.shape)
+    corner[0, 0] = 0.3
+    frictionless = vc.solve(scene(**{**BALL, "grid": grid}, friction=None), normal="norm")
+    arguments = {"coupling": "joint", "tangential": "clarabel", "polish": polish, "tol": 1e-5}
+    outside = vc.solve(scene(**{**BALL, "grid": grid}, motion=vc.Shift(ux=0.05), friction=corner), **arguments)
+    steps = vc.Transient(steps=2, vx=0.05, friction=[0.3, 0.0])
+    history = vc.solve(scene(**{**BALL, "grid": grid}, motion=steps, friction=None), **arguments)
+    assert history[0].traction.any()
+    for sol in (outside, history[1]):
+        assert not sol.traction.any()
+        np.testing.assert_allclose(sol.pressure, frictionless.pressure, rtol=0, atol=1e-4)
+
+
 def test_the_conditions_of_the_whole_hold(check_kkt):
     """Kalker's conditions, pressures and tractions with each other's displacements, by other influence numbers."""
     check_kkt(vc.solve(SCENES[-1], coupling="joint"), 1e-7)
@@ -81,6 +98,20 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     np.testing.assert_allclose(rubbed.traction, expected, atol=1e-5 * np.abs(expected).max())
     assert pressed.rigid[0] == pytest.approx(reference.approach, rel=1e-6)
     np.testing.assert_allclose(rubbed.rigid, rigid, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("kind", "motion"),
+    [(BALL, vc.Shift(ux=0.05)), ({**LINE, "surface": vc.Cylinders(R=1.0, reference_depth=1.0)}, vc.Shift(uy=2e-4))],
+    ids=["ball", "line"],
+)
+def test_the_joint_program_has_the_directions_in_which_pressure_alone_moves(kind, motion):
+    """nu = 0, or a line: no traction causes displacements across it. The program by itself, and not its polish."""
+    shift = scene(**kind, motion=motion)
+    alone = vc.solve(shift, tangential="clarabel", coupling="joint", polish=False, tol=1e-5)
+    reference = vc.solve(shift)
+    assert reference.traction.any(axis=(1, 2)).all()
+    np.testing.assert_allclose(alone.traction, reference.traction, rtol=0, atol=1e-4 * reference.traction_bound.max())
 
 
 class _Silent:

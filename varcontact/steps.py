@@ -135,10 +135,13 @@ class Steps:
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
 
     def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
-        nothing = unloaded(disc.grid)
-        normal = disc.normal_problem()
-        tangential = disc.tangential_problem(nothing.pressure, state.bearing)
+        assert state.bearing is not None
+        nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bearing[None])
+        normal = disc.normal_problem()  # the pressures are unknowns: tractions can arise wherever they shift particles
+        tangential = disc.tangential_problem(nothing.pressure, state.bearing, acting=shifted)
         _check_force(tangential, disc.force)
+        if tangential.size == 0:  # no friction where there is contact: no cones, and only the pressure is left
+            return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
         peak = memory.peak(self.plan.tangential, "complementary", size)
         memory.need("the joint program", peak, "a grid with fewer elements would fit")
