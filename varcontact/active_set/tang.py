@@ -158,7 +158,7 @@ class _Splitting:
         from scipy.linalg import lu_factor
 
         n, free = problem.size, problem.free
-        size, weight = problem.components * n, problem.operator.diagonal
+        size, weight = problem.components * n, problem.operator.row_size
         system = np.zeros((size + len(free), size + len(free)))
         system[:size, :size] = problem.operator.matrix + weight * np.eye(size)
         for i, component in enumerate(free):
@@ -211,8 +211,12 @@ def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
 
 
 def _trial(problem: TangentialProblem, at: _Point) -> np.ndarray:
-    """The natural map before its projection, ``p - E/rho``."""
-    return at.traction - _shift(problem, at) / problem.operator.diagonal
+    """The natural map before its projection, ``p - E/rho``.
+
+    Any positive rho has the same solutions. In short steps of rolling an element hardly moves itself, and all around it
+    do: by its own influence areas would change at random, by the whole row they do not.
+    """
+    return at.traction - _shift(problem, at) / problem.operator.row_size
 
 
 def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: _Point, towards: np.ndarray) -> _Point:

@@ -144,6 +144,11 @@ class RestrictedOperator:
         centre = table[:, :, table.shape[2] // 2, table.shape[3] // 2]
         return float(np.trace(centre) / centre.shape[0])
 
+    @cached_property
+    def row_size(self) -> float:
+        """Root mean square of the Euclidean lengths of the matrix's rows."""
+        return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))
+
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Product by FFT, (columns, n) to (rows, n)."""
         ny, nx = self.grid_operator.shape
