@@ -100,6 +100,19 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     np.testing.assert_allclose(rubbed.rigid, rigid, rtol=1e-5, atol=1e-7)
 
 
+@pytest.mark.parametrize("friction", [1e-1, 1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("kind", [LINE, BALL])
+@pytest.mark.parametrize("motion", [vc.Shift, vc.Steady])
+def test_low_friction_under_a_force_by_active_sets_alone(friction, kind, motion):
+    """Pressures of unlike bodies shift particles far beyond what tractions do: but an element or two, all slip."""
+    force = 0.5 * friction * kind["normal_force"]
+    methods = {"normal": "norm", "tangential": "tang-safeguarded"}
+    for forces in ({"Fx": force}, {"Fx": force, "Fy": 0.6 * force}):
+        sol = vc.solve(scene(**kind, friction=friction, motion=motion(**forces)), **methods)
+        assert sol.certificate.residual < 1e-8
+        assert sol.force == pytest.approx([force, forces.get("Fy", 0.0)], rel=1e-9, abs=1e-12 * force)
+
+
 @pytest.mark.parametrize(
     ("kind", "motion"),
     [(BALL, vc.Shift(ux=0.05)), ({**LINE, "surface": vc.Cylinders(R=1.0, reference_depth=1.0)}, vc.Shift(uy=2e-4))],

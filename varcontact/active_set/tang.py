@@ -90,7 +90,8 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
     friction, cut off at the bound. Where no way leads down from there, Douglas and Rachford's splitting, which
     converges from anywhere but slowly, comes near enough for Newton's method. With forces prescribed that friction can
-    just carry it is too slow: there TANG with inexact Newton steps is asked before.
+    just carry, or low friction, it is too slow: there TANG with inexact Newton steps is asked before, and where rigid
+    shifts lead at which forces balance.
 
     Parameters
     ----------
@@ -122,6 +123,11 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         rough = tang(problem)
         raw = _descend(problem, _Point(rough.traction, rough.rigid), max_steps)
         newton += rough.iterations + raw.iterations
+        if raw.solved:
+            return replace(raw, iterations=newton)
+        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+        raw = _descend(problem, _balanced(problem, at), max_steps)
+        newton += raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, _Point(raw.traction, raw.rigid))
@@ -202,6 +208,43 @@ class _Step:
 
 def _unloaded(problem: TangentialProblem) -> _Point:
     return _Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
+
+
+def _balanced(problem: TangentialProblem, at: _Point, rounds: int = 20) -> _Point:
+    """Rounds of ``p <- Proj_g(p - E/rho)``, each with the rigid shift at which the tractions have the prescribed force.
+
+    Where friction is so low that tractions hardly change the shift, nearly all slips, and no way through stick leads
+    to where forces balance; these rounds are there at once.
+    """
+    for _ in range(rounds):
+        known = _shift(problem, replace(at, rigid=np.zeros_like(at.rigid))) - problem.operator.row_size * at.traction
+        rigid = _balance(problem, known)
+        at = _Point(project(-(known + rigid[:, None]) / problem.operator.row_size, problem.bound), rigid)
+    return at
+
+
+def _balance(problem: TangentialProblem, known: np.ndarray) -> np.ndarray:
+    """The rigid shifts at which ``Proj_g(-(known + rigid)/rho)`` adds up to the forces: there a work is least."""
+    from scipy.optimize import minimize
+
+    free, row, total = problem.free, problem.operator.row_size, float(problem.bound.sum())
+    forces = np.array([F / problem.area for F in problem.force if F is not None])
+    unit = float(np.abs(known).max()) + row * float(problem.bound.max())
+
+    def moved(part: np.ndarray) -> np.ndarray:
+        rigid = np.zeros(problem.components)
+        rigid[free] = unit * part
+        return rigid
+
+    def work(part: np.ndarray) -> tuple[float, np.ndarray]:
+        """Of the bound against the shift, less where it sticks, and of the forces; its slope is the missing force."""
+        shift = known + moved(part)[:, None]
+        size, traction = magnitude(shift), project(-shift / row, problem.bound)
+        held = np.minimum(size, row * problem.bound)
+        lost = np.sum(held**2 / (2 * row) + problem.bound * (size - held)) / unit
+        return float(lost + forces @ part) / total, (forces - traction[free].sum(axis=1)) / total
+
+    return moved(minimize(work, np.zeros(len(free)), jac=True, tol=1e-12).x)
 
 
 def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
