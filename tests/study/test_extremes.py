@@ -176,6 +176,18 @@ def test_a_table_is_gone_on_with(tmp_path):
         extremes(chosen=chosen, store=store)
 
 
+def test_an_interrupted_run_hands_over_what_is_finished():
+    chosen = [Case("test", name, but(SMALL), MIRROR, families=("active set",)) for name in ("one", "two")]
+
+    def interrupt(told):
+        if "two" in told:
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted) as stopped:
+        extremes(chosen=chosen, progress=interrupt)
+    assert names(stopped.value.partial) == {("one", "active set"): (PASSED, "")}
+
+
 def test_nothing_chosen_is_refused():
     with pytest.raises(vc.SceneError, match="units, friction"):
         extremes(only="nonsense")
