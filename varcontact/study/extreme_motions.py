@@ -199,7 +199,7 @@ def _sampled(approach: float) -> Scene:
 
 def steps() -> Iterator[Case]:
     """Steps dq from a thousandth of an element to ten, and ten thousand steps."""
-    short_steps = dict.fromkeys(("active set", "tang"), "active sets from their own start, in steps of a tenth or less")
+    short_steps = {"tang": "TANG with inexact Newton steps, in steps of a tenth of an element or less"}
     unlike, incompressible = replace(ROLLING, bodies=UNLIKE), replace(ROLLING, bodies=Bodies(G=1.0, nu=0.5))
     for dq in (1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0):
         limits, text = short_steps if dq <= 0.1 else {}, f"dq = {dq:g} elements"
