@@ -262,3 +262,12 @@ def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
         assert along > 0.99 * np.hypot(*tip)
         assert along < 0.25 * min(ax.bbox.size)
     plt.close(figure)
+
+
+def test_creepage_is_open_without_friction(rolling):
+    """No force whatever the creepage: none is told, and what is prescribed stays."""
+    free = vc.solve(rolling(friction=0.0, motion=vc.Steady(Fx=0.0, vy=0.01, spin=0.1)))
+    assert np.isnan(free.creepage[0])
+    assert free.creepage[1:] == (0.01, 0.1)
+    assert free.summary()["creepage"][0] is None
+    assert "vx = nan" in free.report()

@@ -308,13 +308,13 @@ def solution_of(
 
 
 def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
-    """What is prescribed, and what was found where a force is."""
+    """What is prescribed, and what was found where a force is; NaN where it could be any."""
     if disc.scene.motion is None:
         return 0.0, 0.0, 0.0
     motion, found = disc.motion, state.rigid / rolled
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
-    unknown = np.full(2, not state.pressure.any())
+    unknown = np.full(2, disc.scene.frictionless or not state.pressure.any())
     if disc.afloat and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.carried is None else disc.carried.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
