@@ -265,7 +265,7 @@ def _trial(problem: TangentialProblem, at: _Point) -> np.ndarray:
 def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: _Point, towards: np.ndarray) -> _Point:
     """The tractions with those of the slip area on the bound, in the directions of `towards`."""
     size = magnitude(towards)
-    on_bound = towards * (problem.bound / np.where(size > 0, size, 1.0))
+    on_bound = towards / np.where(size > 0, size, 1.0) * problem.bound
     return replace(at, traction=np.where(sticks, at.traction, on_bound))
 
 
