@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -51,7 +52,7 @@ class StaticKinetic:
 
 
 @dataclass(frozen=True)
-class _Falling:
+class _Falling(ABC):
     """A coefficient that falls from static to kinetic; see the laws for the form of the fall."""
 
     continuous: ClassVar[bool] = True
@@ -80,9 +81,9 @@ class _Falling:
         """Slip velocity by the one at which half is lost."""
         return np.asarray(slip, dtype=float) * (self.velocity / self.half_velocity)
 
+    @abstractmethod
     def _fall(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is left of ``static - kinetic`` at t, 1/2 at t = 1; and its derivative."""
-        raise NotImplementedError
 
 
 class LinearFalling(_Falling):

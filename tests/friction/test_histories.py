@@ -11,44 +11,7 @@ from varcontact.io.scenefile import scene_from, scene_to
 DEEP = vc.Cylinders(R=1.0, reference_depth=1.0)
 
 
-def line(friction, vx=3e-3, cells=24, **motion):
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=1e-3,
-        friction=friction,
-        motion=vc.Steady(**motion) if motion else vc.Steady(vx=vx),
-        grid=vc.Grid(nx=cells),
-    )
-
-
-def ball(friction, cells=8, **changes):
-    base = {
-        "bodies": vc.Bodies(G=1.0, nu=0.28),
-        "surface": vc.Paraboloids(1.0, 1.0),
-        "normal_force": 1e-4,
-        "friction": friction,
-        "motion": vc.Steady(vx=3e-3, spin=0.05),
-        "grid": vc.Grid(nx=cells, ny=cells),
-    }
-    return vc.Scene(**(base | changes))
-
-
-def holds(sol, tol=1e-7):
-    """Coulomb with the law's coefficient at the slip that the solution shows."""
-    law, contact, slips = sol.scene.friction, sol.pressure > 0, sol.state == 2
-    own = np.where(slips, law(np.hypot(*sol.slip)), law.static)
-    np.testing.assert_allclose(sol.friction, own, rtol=1e-12)
-    size, bound = np.hypot(*sol.traction), own * sol.pressure
-    largest = bound.max()
-    assert np.all((size - bound)[contact] <= tol * largest)
-    np.testing.assert_allclose(size[slips], bound[slips], atol=tol * largest)
-    against = np.sum(sol.traction * sol.slip, axis=0) + size * np.hypot(*sol.slip)
-    assert np.all(against[slips] <= tol * largest * (np.hypot(*sol.slip)[slips] + largest))
-    assert sol.certificate.tangential_residual < 1e-8
-
-
-def test_history_of_one_coefficient():
+def test_history_of_one_coefficient(line):
     motion = vc.Transient(steps=4, dq=[0.0, 0.01, 0.01, 0.01], Fx=-1.2e-4)
     plain, law = (vc.solve(dataclasses.replace(line(f), motion=motion)) for f in (0.2, vc.StaticKinetic(0.2, 0.2)))
     for one, other in zip(plain, law, strict=True):
@@ -57,7 +20,7 @@ def test_history_of_one_coefficient():
 
 
 @pytest.mark.parametrize("law", [vc.ExponentialFalling(0.3, 0.2, 0.1), vc.StaticKinetic(0.2, 0.2)])
-def test_long_history_is_steady(law, tmp_path):
+def test_long_history_is_steady(law, tmp_path, line, holds):
     """And read from its file it goes on as if nothing had happened."""
     steady = vc.solve(line(law, Fx=-1.5e-4))
     scene = dataclasses.replace(line(law), motion=vc.Transient(steps=160, Fx=-1.5e-4))
@@ -68,7 +31,7 @@ def test_long_history_is_steady(law, tmp_path):
     assert vc.load(tmp_path / "history.nc")[-1].branch == "history"
 
 
-def test_who_slips_goes_on_slipping():
+def test_who_slips_goes_on_slipping(ball, holds):
     """In small steps of a shift, friction rises to the static bound, falls to the kinetic one, and stays there."""
     law = vc.StaticKinetic(0.3, 0.2)
     motion = vc.Transient(steps=24, dq=0.0, ux=2e-5)
@@ -83,7 +46,7 @@ def test_who_slips_goes_on_slipping():
     np.testing.assert_allclose(force[sliding], 0.2, rtol=1e-4)  # directions still turn into that of the shift
 
 
-def test_what_histories_refuse():
+def test_what_histories_refuse(ball):
     law = vc.LinearFalling(0.3, 0.2, 1e-3)
     with pytest.raises(vc.SceneError, match="step 1 does not roll"):
         ball(law, motion=vc.Transient(steps=2, dq=[0.1, 0.0]))
@@ -91,7 +54,7 @@ def test_what_histories_refuse():
         vc.solve(ball(law, motion=vc.Transient(steps=2)), start="slip")
 
 
-def test_laws_that_change_in_time(tmp_path):
+def test_laws_that_change_in_time(tmp_path, line, holds):
     """Dry, then wet, then dry again: each step has its own; the same from a scene file, and from the history's."""
     dry, wet = vc.RationalFalling(0.3, 0.2, half_velocity=0.1), vc.StaticKinetic(0.1, 0.08)
     laws = [None] * 10 + [wet] * 30 + [0.15] * 2 + [None] * 10
@@ -133,7 +96,7 @@ def test_law_of_a_history_in_a_scene_file(tmp_path):
 
 
 @pytest.mark.parametrize("friction", [0.2, vc.StaticKinetic(0.3, 0.2)])
-def test_start_from_another_grid(friction):
+def test_start_from_another_grid(friction, line, holds):
     """Who slips there goes on slipping here."""
     coarse = vc.solve(line(friction, cells=20), **({} if friction == 0.2 else {"start": "slip"}))
     motion = vc.Transient(steps=1, vx=3e-3, start=coarse, interpolate=True)
@@ -144,7 +107,7 @@ def test_start_from_another_grid(friction):
     assert -fine.force[0] == pytest.approx(-steady.force[0], rel=0.02)
 
 
-def test_unlike_bodies():
+def test_unlike_bodies(ball, holds):
     law = vc.StaticKinetic(0.3, 0.2)
     bodies = vc.Bodies(G=(1.0, 0.4), nu=(0.28, 0.2))
     history = vc.solve(ball(law, bodies=bodies, motion=vc.Transient(steps=3, vx=3e-3)))

@@ -16,46 +16,9 @@ FALLING = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
 EVERY = [vc.StaticKinetic(0.3, 0.2), *(law(0.3, 0.2, half_velocity=4e-3) for law in FALLING)]
 
 
-def line(friction, vx=3e-3, cells=24, **motion):
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Cylinders(R=1.0),
-        normal_force=1e-3,
-        friction=friction,
-        motion=vc.Steady(**motion) if motion else vc.Steady(vx=vx),
-        grid=vc.Grid(nx=cells),
-    )
-
-
-def ball(friction, cells=8, **changes):
-    base = {
-        "bodies": vc.Bodies(G=1.0, nu=0.28),
-        "surface": vc.Paraboloids(1.0, 1.0),
-        "normal_force": 1e-4,
-        "friction": friction,
-        "motion": vc.Steady(vx=3e-3, spin=0.05),
-        "grid": vc.Grid(nx=cells, ny=cells),
-    }
-    return vc.Scene(**(base | changes))
-
-
 def part(sol):
     """The force by the normal force."""
     return -sol.force[0] / sol.normal_force
-
-
-def holds(sol, tol=1e-7):
-    """Coulomb with the law's coefficient at the slip that the solution shows."""
-    law, contact, slips = sol.scene.friction, sol.pressure > 0, sol.state == 2
-    own = np.where(slips, law(np.hypot(*sol.slip)), law.static)
-    np.testing.assert_allclose(sol.friction, own, rtol=1e-12)
-    size, bound = np.hypot(*sol.traction), own * sol.pressure
-    largest = bound.max()
-    assert np.all((size - bound)[contact] <= tol * largest)
-    np.testing.assert_allclose(size[slips], bound[slips], atol=tol * largest)
-    against = np.sum(sol.traction * sol.slip, axis=0) + size * np.hypot(*sol.slip)
-    assert np.all(against[slips] <= tol * largest * (np.hypot(*sol.slip)[slips] + largest))
-    assert sol.certificate.tangential_residual < 1e-8
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
@@ -75,32 +38,36 @@ def test_the_laws_themselves(law):
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda: vc.StaticKinetic(0.2, 0.3), "friction.kinetic"),
-        (lambda: vc.StaticKinetic(0.0, 0.0), "friction.static"),
-        (lambda: vc.StaticKinetic(np.inf, 0.3), "friction.static"),
-        (lambda: vc.LinearFalling(0.3, -0.1, 1.0), "friction.kinetic"),
-        (lambda: vc.RationalFalling(0.3, 0.2, 0.0), "friction.half_velocity"),
-        (lambda: vc.ExponentialFalling(0.3, 0.2, 1.0, velocity=np.nan), "friction.velocity"),
-        (lambda: vc.solve(line(0.3), start="stick"), "start"),
-        (lambda: vc.solve(line(EVERY[0]), start="rest"), "start"),
-        (lambda: vc.solve(line(EVERY[0]), start=np.zeros((1, 26))), "start"),
-        (lambda: vc.solve(line(EVERY[0]), start=vc.solve(line(0.3, cells=30))), "start"),
-        (lambda: line([EVERY[0]]), "friction"),
-        (lambda: line(vc.StaticKinetic), "friction"),
-        (lambda: vc.solve(ball(EVERY[0], motion=vc.Steady(vx=1e-3)), tangential="vermeulen-johnson"), "tangential"),
-        (lambda: vc.solve(ball(EVERY[0], motion=vc.Steady(Fx=1e-6)), tangential="fastsim"), "tangential"),
-        (lambda: vc.solve(line(EVERY[1])).sensitivity(), "friction"),
+        (lambda line, ball: vc.StaticKinetic(0.2, 0.3), "friction.kinetic"),
+        (lambda line, ball: vc.StaticKinetic(0.0, 0.0), "friction.static"),
+        (lambda line, ball: vc.StaticKinetic(np.inf, 0.3), "friction.static"),
+        (lambda line, ball: vc.LinearFalling(0.3, -0.1, 1.0), "friction.kinetic"),
+        (lambda line, ball: vc.RationalFalling(0.3, 0.2, 0.0), "friction.half_velocity"),
+        (lambda line, ball: vc.ExponentialFalling(0.3, 0.2, 1.0, velocity=np.nan), "friction.velocity"),
+        (lambda line, ball: vc.solve(line(0.3), start="stick"), "start"),
+        (lambda line, ball: vc.solve(line(EVERY[0]), start="rest"), "start"),
+        (lambda line, ball: vc.solve(line(EVERY[0]), start=np.zeros((1, 26))), "start"),
+        (lambda line, ball: vc.solve(line(EVERY[0]), start=vc.solve(line(0.3, cells=30))), "start"),
+        (lambda line, ball: line([EVERY[0]]), "friction"),
+        (lambda line, ball: line(vc.StaticKinetic), "friction"),
+        (
+            lambda line, ball: vc.solve(ball(EVERY[0], motion=vc.Steady(vx=1e-3)), tangential="vermeulen-johnson"),
+            "tangential",
+        ),
+        (lambda line, ball: vc.solve(ball(EVERY[0], motion=vc.Steady(Fx=1e-6)), tangential="fastsim"), "tangential"),
+        (lambda line, ball: vc.solve(line(EVERY[1])).sensitivity(), "friction"),
     ],
 )
-def test_bad_input(make, field):
+def test_bad_input(make, field, line, ball):
     with pytest.raises(vc.SceneError) as error:
-        make()
+        make(line, ball)
     assert error.value.field == field
 
 
-@pytest.mark.parametrize("scene", [line, ball])
-def test_one_coefficient(scene):
+@pytest.mark.parametrize("body", ["line", "ball"])
+def test_one_coefficient(request, body):
     """A law whose two coefficients are the same is a number."""
+    scene = request.getfixturevalue(body)
     plain = vc.solve(scene(0.25))
     for law in (vc.StaticKinetic(0.25, 0.25), vc.RationalFalling(0.25, 0.25, 1e-3)):
         sol = vc.solve(scene(law))
@@ -109,7 +76,7 @@ def test_one_coefficient(scene):
 
 
 @pytest.mark.parametrize("law", FALLING)
-def test_slow_fall_is_static(law):
+def test_slow_fall_is_static(law, line):
     """The difference from the static coefficient goes with one by the velocity at which half is lost."""
     static = part(vc.solve(line(0.3)))
     far, near = (static - part(vc.solve(line(law(0.3, 0.2, half)))) for half in (2.0, 1.0))
@@ -118,13 +85,13 @@ def test_slow_fall_is_static(law):
 
 
 @pytest.mark.parametrize("law", FALLING)
-def test_between_static_and_kinetic(law):
+def test_between_static_and_kinetic(law, line):
     """The sooner it falls, the less force, between those of both coefficients alone."""
     forces = [part(vc.solve(line(law(0.3, 0.2, half), vx=6e-3))) for half in (0.1, 0.01, 0.003)]
     assert np.all(np.diff([part(vc.solve(line(0.3, vx=6e-3))), *forces, part(vc.solve(line(0.2, vx=6e-3)))]) < 0)
 
 
-def test_gross_sliding():
+def test_gross_sliding(line):
     """Far beyond elastic slip the force is the law at the creepage times the normal force."""
     law = vc.RationalFalling(0.3, 0.2, half_velocity=1.0, velocity=2.0)
     away = [part(vc.solve(line(law, vx=vx))) / law(vx) - 1 for vx in (1.0, 10.0)]
@@ -134,7 +101,7 @@ def test_gross_sliding():
     assert part(sol) == pytest.approx(0.2, rel=1e-13)
 
 
-def test_kinetic_alone_is_carter():
+def test_kinetic_alone_is_carter(line):
     """From slip all over, the solution is that of the kinetic coefficient: Carter's, as the grid is refined."""
     law, errors = vc.StaticKinetic(0.3, 0.2), []
     for cells in (20, 80):
@@ -146,7 +113,7 @@ def test_kinetic_alone_is_carter():
     assert errors[1] < errors[0] / 3 < 0.02
 
 
-def test_two_solutions():
+def test_two_solutions(line, holds):
     """Both certified; from stick there is more stick, and more force."""
     stick, slip = (vc.solve(line(vc.StaticKinetic(0.3, 0.15), cells=60), start=start) for start in ("stick", "slip"))
     for sol in (stick, slip):
@@ -170,7 +137,7 @@ def test_two_solutions():
     ],
     ids=["creepage", "unlike bodies", "force"],
 )
-def test_equations(law, changes, check_kkt):
+def test_equations(law, changes, check_kkt, ball, holds):
     """The scene's equations hold with the coefficients that the law has at the slip, by a program of their own."""
     sol = vc.solve(ball(law, **changes))
     holds(sol)
@@ -181,7 +148,7 @@ def test_equations(law, changes, check_kkt):
 
 
 @pytest.mark.parametrize("law", [vc.StaticKinetic(0.3, 0.2), vc.LinearFalling(0.3, 0.2, half_velocity=4e-4)])
-def test_shift(law):
+def test_shift(law, ball, holds):
     """In a shift the law takes lengths, or by its velocity lengths by a duration."""
     sol = vc.solve(ball(law, motion=vc.Shift(ux=2e-4)))
     holds(sol)
@@ -193,7 +160,7 @@ def test_shift(law):
 
 
 @pytest.mark.parametrize("tangential", ["tang-safeguarded", "clarabel", "scs"])
-def test_methods_agree(tangential):
+def test_methods_agree(tangential, line):
     law = vc.ExponentialFalling(0.3, 0.2, 4e-3)
     best, sol = vc.solve(line(law), tangential="tang"), vc.solve(line(law), tangential=tangential)
     np.testing.assert_allclose(sol.traction, best.traction, atol=1e-8 * best.traction_bound.max())
@@ -209,7 +176,7 @@ def test_methods_agree(tangential):
     vy=st.floats(-5e-3, 5e-3),
     start=st.sampled_from(["stick", "slip"]),
 )
-def test_any_law(kind, kinetic, half, velocity, vx, vy, start):
+def test_any_law(kind, kinetic, half, velocity, vx, vy, start, line, holds):
     """Consistent with itself, and the same in other units of length, force and time."""
     speeds = {} if kind == "static-kinetic" else {"half_velocity": half * velocity, "velocity": velocity}
     sol = vc.solve(line(LAWS[kind](0.3, kinetic, **speeds), cells=16, vx=vx, vy=vy), start=start)
@@ -224,7 +191,7 @@ def test_any_law(kind, kinetic, half, velocity, vx, vy, start):
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
-def test_forces_up_to_the_largest(law):
+def test_forces_up_to_the_largest(law, line, holds):
     """The creep force has a maximum: just below it the force is met before it, and beyond it none is."""
     creepages = np.linspace(5.4e-3, 7.6e-3, 8)
     forces = [part(vc.solve(line(law, vx=vx))) for vx in creepages]
@@ -238,7 +205,7 @@ def test_forces_up_to_the_largest(law):
         vc.solve(line(law, Fx=-1.01e-3 * largest))
 
 
-def test_forces_beyond_friction():
+def test_forces_beyond_friction(line):
     with pytest.raises(vc.Saturated):
         vc.solve(line(EVERY[0], Fx=-0.31e-3))
     with pytest.raises(vc.Saturated, match="slip all over") as error:  # with the kinetic coefficient alone
@@ -247,7 +214,7 @@ def test_forces_beyond_friction():
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
-def test_certificate_of_any_tractions(law):
+def test_certificate_of_any_tractions(law, line):
     """It judges by the law: what slips at the static coefficient is wrong by what it has too much."""
     sol = vc.solve(line(law))
     scene = dataclasses.replace(sol.scene, grid=sol.grid)
@@ -261,7 +228,7 @@ def test_certificate_of_any_tractions(law):
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
-def test_johnson(law):
+def test_johnson(law, ball, holds):
     """One pass of the coupling, in which the law holds for the pressure without tractions."""
     sol = vc.solve(ball(law, bodies=vc.Bodies(G=(1.0, 0.4), nu=(0.28, 0.2))), coupling="johnson")
     holds(sol)
@@ -269,7 +236,7 @@ def test_johnson(law):
     assert len(sol.passes) < 40
 
 
-def test_line_contact_of_unlike_bodies():
+def test_line_contact_of_unlike_bodies(line, holds):
     """Half of both moduli, forces and slip velocities: the same."""
     law = vc.RationalFalling(0.3, 0.2, half_velocity=4e-3)
     unlike = {"bodies": vc.Bodies(G=(1.0, 0.4), nu=(0.28, 0.2))}
@@ -282,7 +249,7 @@ def test_line_contact_of_unlike_bodies():
     np.testing.assert_allclose(2 * other.traction, one.traction, atol=1e-7 * one.traction_bound.max())
 
 
-def test_convergence_is_reported():
+def test_convergence_is_reported(line):
     sol = vc.solve(line(EVERY[3]))
     told = sol.summary()
     assert told["convergence"] == [list(each) for each in sol.passes]
@@ -295,7 +262,7 @@ def test_convergence_is_reported():
     assert vc.solve(line(0.3)).summary()["coefficient"] is None
 
 
-def test_sensitivity_with_two_coefficients():
+def test_sensitivity_with_two_coefficients(line):
     """Along either branch, by differences."""
     law = vc.StaticKinetic(0.3, 0.2)
     for start in ("stick", "slip"):
@@ -305,7 +272,7 @@ def test_sensitivity_with_two_coefficients():
         assert sol.sensitivity()[0, 0] == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-5)
 
 
-def test_following_a_branch():
+def test_following_a_branch(line, holds):
     """From a solution under another load the search stays on its branch, and so on."""
     law = vc.StaticKinetic(0.3, 0.15)
     sol = vc.solve(line(law, cells=60))
@@ -318,7 +285,7 @@ def test_following_a_branch():
 
 
 @pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
-def test_saved_and_read(law, tmp_path):
+def test_saved_and_read(law, tmp_path, line):
     sol = vc.solve(line(law))
     sol.save(tmp_path / "sol.nc")
     back = vc.load(tmp_path / "sol.nc")
@@ -331,7 +298,7 @@ def test_saved_and_read(law, tmp_path):
     assert f"{kind}, the solution found from stick all over: coefficient 0.2" in sol.report()
 
 
-def test_scene_file(tmp_path):
+def test_scene_file(tmp_path, line):
     path = tmp_path / "scene.toml"
     path.write_text(
         'normal_force = 1e-3\n[bodies]\nG = 1.0\nnu = 0.28\n[surface]\nkind = "cylinders"\nR = 1.0\n'
@@ -348,7 +315,7 @@ def test_scene_file(tmp_path):
         vc.read_scene(path)
 
 
-def test_where_two_solutions_have_just_vanished():
+def test_where_two_solutions_have_just_vanished(line):
     """Passes from stick linger there, and then come down to the one that is left."""
     law = vc.ExponentialFalling(0.3, 0.15, half_velocity=0.002, velocity=20.0)
     scene = dataclasses.replace(line(law, vx=5e-5, cells=100), bodies=vc.Bodies(G=82e9, nu=0.28), normal_force=1e6)
@@ -358,7 +325,7 @@ def test_where_two_solutions_have_just_vanished():
     assert max(residuals[8:20]) > 2 * min(residuals[:8])
 
 
-def test_acceleration_near_a_solution(monkeypatch):
+def test_acceleration_near_a_solution(monkeypatch, ball):
     """Fewer passes, and the same solution."""
     law = vc.LinearFalling(0.3, 0.15, half_velocity=6e-3)
     quick = vc.solve(ball(law))
