@@ -200,6 +200,27 @@ def mirrored(sol):
     return np.array([-sol.traction[0, :, ::-1], sol.traction[1, :, ::-1]])
 
 
+def test_compression_tends_to_spence_with_order_one():
+    """Unlike cylinders pressed together, as many steps as elements: half-widths of stick by those of the contact.
+
+    Johnson's process neglects in the pressure what Spence does. The ratio is the same for all loads; its mean over the
+    upper half of them smooths the staircase of the elements.
+    """
+    bodies, counts = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), np.array([40, 80, 160])
+    errors = np.zeros((2, counts.size))
+    for (i, friction), (j, n) in itertools.product(enumerate((0.25, 0.3)), enumerate(counts)):
+        a = vc.reference.line_contact(LINE.R, bodies, force=1.0).a
+        widths = a * np.arange(1, n + 1) / n
+        motion = vc.Transient(steps=int(n), dq=0.0, normal_force=(widths / a) ** 2, Fx=0.0)
+        grid = vc.Grid(nx=int(n), dx=2.1 * a / n, x0=-1.05 * a)
+        history = vc.solve(cylinder(bodies=bodies, friction=friction, motion=motion, grid=grid), coupling="johnson")
+        ratios = [sol.areas["stick"] / 2 / width for sol, width in zip(history, widths, strict=True)]
+        errors[i, j] = np.mean(ratios[n // 2 :]) - vc.reference.spence_ratio(bodies, friction, "line")
+    sizes = np.sqrt(np.mean(errors**2, axis=0))
+    assert -np.polyfit(np.log(counts), np.log(sizes), 1)[0] == pytest.approx(0.92, abs=0.05)
+    assert sizes[-1] < 0.003
+
+
 @pytest.mark.parametrize("bodies", [LIKE, UNLIKE])
 def test_rolling_backwards_is_the_mirror_image(bodies):
     motion = vc.Transient(steps=4, dq=[0, 0.05, 0.1, 0.1], vx=3e-3, vy=1e-3, spin=4e-3, ux=[1e-4, 0, 0, 0])
