@@ -12,7 +12,7 @@ import sys
 import pandas as pd
 
 import varcontact as vc
-from varcontact.report import summary
+from varcontact.results.report import summary
 from varcontact.study.compare import DEFAULT_METHODS
 
 

@@ -22,7 +22,7 @@ from matplotlib.patches import Ellipse, Patch
 from matplotlib.quiver import Quiver
 
 import varcontact as vc
-from varcontact.plot import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
+from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 from varcontact.reference import creepage_coefficients
 from varcontact.theories import FastsimField, fastsim_field
 

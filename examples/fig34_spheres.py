@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import varcontact as vc
-from varcontact.plot import TRACTION_COLOUR, draw_areas
+from varcontact.plotting.solution import TRACTION_COLOUR, draw_areas
 
 MOTIONS = {
     "(a) spin": vc.Steady(spin=0.12),

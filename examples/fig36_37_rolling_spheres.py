@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import varcontact as vc
-from varcontact.plot import draw_areas
+from varcontact.plotting.solution import draw_areas
 
 RADIUS, FRICTION = 3.5, 0.4013
 LIKE = vc.Bodies(G=1.0, nu=0.28)

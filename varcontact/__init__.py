@@ -1,8 +1,6 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
 from varcontact import reference
-from varcontact.bodies import Bodies
-from varcontact.energy import Certificate
 from varcontact.errors import (
     Interrupted,
     NoContact,
@@ -14,26 +12,28 @@ from varcontact.errors import (
     TooLarge,
     VarcontactError,
 )
-from varcontact.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
-from varcontact.grid import Grid
-from varcontact.history import History
-from varcontact.io.netcdf import load
-from varcontact.io.scenefile import read_scene
-from varcontact.motion import Shift, Steady, TimeStep, Transient
-from varcontact.plan import Plan, plan
-from varcontact.plot import plot_comparison, plot_stress
-from varcontact.scene import Scene
-from varcontact.sizes import Matrix, Sizes
-from varcontact.solution import Solution
-from varcontact.solve import certify, solve
-from varcontact.stress import SubsurfaceStress, stress, stress_below
+from varcontact.io.scene_file import read_scene
+from varcontact.io.solution_file import load
+from varcontact.planning.plan import Plan, plan
+from varcontact.planning.sizes import Matrix, Sizes
+from varcontact.plotting.solution import plot_comparison, plot_stress
+from varcontact.problem.gap import Certificate
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.results.stress import SubsurfaceStress, stress, stress_below
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.units import Units
+from varcontact.solving.solve import certify, solve
 from varcontact.study.bank import standard_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
 from varcontact.study.scan import scan
-from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
-from varcontact.units import Units
 
 __version__ = "0.1.0"
 

@@ -67,9 +67,9 @@ def solve(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
-    from varcontact.io.scenefile import read_scene
-    from varcontact.motion import Transient
-    from varcontact.solve import solve as solve_scene
+    from varcontact.io.scene_file import read_scene
+    from varcontact.scene.motion import Transient
+    from varcontact.solving.solve import solve as solve_scene
 
     _check_outputs(out, plot)
     described, options = read_scene(scene)
@@ -102,8 +102,8 @@ def plan(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Tell what a scene requires, and why, without solving it: methods, elements, matrices, memory."""
-    from varcontact.io.scenefile import read_scene
-    from varcontact.plan import plan as plan_scene
+    from varcontact.io.scene_file import read_scene
+    from varcontact.planning.plan import plan as plan_scene
 
     described, options = read_scene(scene)
     given = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
@@ -128,9 +128,9 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve scenes by many methods side by side, each judged by the same certificate."""
-    from varcontact.io.scenefile import read_scene
-    from varcontact.plot import plot_comparison
-    from varcontact.report import summary
+    from varcontact.io.scene_file import read_scene
+    from varcontact.plotting.solution import plot_comparison
+    from varcontact.results.report import summary
     from varcontact.study.bank import standard_bank
     from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
@@ -169,7 +169,7 @@ def converge(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the tables.")] = False,
 ) -> None:
     """Solve a scene on finer and finer grids: order of convergence, and extrapolated values with their errors."""
-    from varcontact.io.scenefile import read_scene
+    from varcontact.io.scene_file import read_scene
     from varcontact.study.converge import converge as converge_on
 
     _check_outputs(store, plot, "--store")
@@ -240,7 +240,7 @@ def main() -> None:
 
 def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) -> None:
     """Print, and write what was asked for."""
-    from varcontact.io.netcdf import save
+    from varcontact.io.solution_file import save
 
     try:
         _print(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
@@ -273,7 +273,7 @@ def _with_progress(work: Any) -> Any:
 
 def _check_outputs(out: Path | None, plot: Path | None, name_of_out: str = "--out") -> None:
     """Refuse files that could not be written, before any work is done for them."""
-    from varcontact.io.netcdf import check_writable
+    from varcontact.io.solution_file import check_writable
 
     for name, path in ((name_of_out, out), ("--plot", plot)):
         if path is not None:
@@ -298,7 +298,7 @@ def _check_picture(path: Path) -> None:
 
 
 def _write_picture(figure: Any, path: Path) -> None:
-    from varcontact.io.netcdf import write_whole
+    from varcontact.io.solution_file import write_whole
 
     picture = io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from typing import Self
 
-    from varcontact.history import History
-    from varcontact.solution import Solution
+    from varcontact.results.history import History
+    from varcontact.results.solution import Solution
 
 
 class VarcontactError(Exception):

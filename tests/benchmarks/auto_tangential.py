@@ -3,7 +3,7 @@
 Run with one thread, OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1:
 python tests/benchmarks/auto_tangential.py [cells ...]
 
-Both solve each scene of the standard bank, all of it by `varcontact.solve`. Processor seconds of the tangential
+Both solve each scene of the standard bank, all of it by `varcontact.solving.solve`. Processor seconds of the tangential
 problem, of all passes where the bodies differ; the least of three, one alone from 30 elements across.
 """
 
@@ -17,7 +17,7 @@ from contextlib import contextmanager
 import numpy as np
 
 import varcontact as vc
-from varcontact.steps import Steps
+from varcontact.solving.subproblems import Steps
 
 METHODS = ("clarabel", "tang-safeguarded")
 

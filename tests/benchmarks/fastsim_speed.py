@@ -53,7 +53,7 @@ def fastsim_seconds(count: int) -> dict[str, Any]:
 def discretised(cells: int, motion: tuple[float, float, float]):
     """A circle with friction 0.3, so many elements across, as in main_job.py."""
     import varcontact as vc
-    from varcontact.discretisation import discretise
+    from varcontact.problem.discretisation import discretise
 
     vx, vy, spin = motion
     scene = vc.Scene(
@@ -71,8 +71,8 @@ def norm_seconds(kind: str, cells: int) -> dict[str, Any]:
     """The normal problem with its force prescribed."""
     from dataclasses import replace
 
-    from varcontact.active_set.norm import norm
-    from varcontact.energy import normal_residual
+    from varcontact.problem.gap import normal_residual
+    from varcontact.solvers.active_set.norm import norm
 
     problem = discretised(cells, (0.0, 0.0, 0.0)).normal_problem().reachable()
     exchange = "one" if kind == "norm-single" else "set"
@@ -95,10 +95,10 @@ def tang_seconds(kind: str, motion: str, cells: int) -> dict[str, Any]:
     """The tangential problem of steady rolling under Hertz's pressure."""
     import numpy as np
 
-    from varcontact.energy import tangential_residual
-    from varcontact.methods import tangential_solver
-    from varcontact.problem import Settings
-    from varcontact.steps import hertz_pressure, unloaded
+    from varcontact.problem.gap import tangential_residual
+    from varcontact.problem.problem import Settings
+    from varcontact.solvers.registry import tangential_solver
+    from varcontact.solving.subproblems import hertz_pressure, unloaded
 
     disc = discretised(cells, MOTIONS[motion])
     problem = disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure)

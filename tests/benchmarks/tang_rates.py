@@ -15,11 +15,11 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.discretisation import discretise
-from varcontact.energy import tangential_residual
-from varcontact.methods import tangential_solver
-from varcontact.problem import Settings, TangentialProblem
-from varcontact.steps import hertz_pressure, unloaded
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.gap import tangential_residual
+from varcontact.problem.problem import Settings, TangentialProblem
+from varcontact.solvers.registry import tangential_solver
+from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 METHODS = ("tang-exact", "tang", "tang-safeguarded")
 FRICTION = 0.3

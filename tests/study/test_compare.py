@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.report import summary
+from varcontact.results.report import summary
 from varcontact.study.compare import DEFAULT_METHODS, Method
 from varcontact.study.store import as_json
 

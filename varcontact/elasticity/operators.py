@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
-from varcontact.grid import Grid
+from varcontact.scene.grid import Grid
 
 REMEMBERED = 3
 """Restrictions of an operator that it remembers."""

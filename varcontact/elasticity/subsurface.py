@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
-from varcontact.grid import Grid
+from varcontact.scene.grid import Grid
 
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
 _TILE = 40

@@ -13,7 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.reference.line_contact import line_contact
 
 if TYPE_CHECKING:
-    from varcontact.bodies import Bodies
+    from varcontact.scene.bodies import Bodies
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from varcontact.checks import number
 from varcontact.errors import Saturated
 
 if TYPE_CHECKING:
-    from varcontact.bodies import Bodies
     from varcontact.reference.hertz import HertzContact
+    from varcontact.scene.bodies import Bodies
 
 
 @dataclass(frozen=True)

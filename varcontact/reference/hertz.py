@@ -12,8 +12,8 @@ from varcontact.checks import positive
 from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
-    from varcontact.bodies import Bodies
-    from varcontact.grid import Grid
+    from varcontact.scene.bodies import Bodies
+    from varcontact.scene.grid import Grid
 
 LEAST_SHARE = 1e-14
 """Least part of the force that an element must bear to count as touched: less may be rounding."""

@@ -12,7 +12,7 @@ from varcontact.checks import positive
 from varcontact.errors import Saturated, SceneError
 
 if TYPE_CHECKING:
-    from varcontact.bodies import Bodies
+    from varcontact.scene.bodies import Bodies
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from varcontact.checks import choice, positive
 
 if TYPE_CHECKING:
-    from varcontact.bodies import Bodies
+    from varcontact.scene.bodies import Bodies
 
 
 def spence_ratio(bodies: Bodies, friction: float, shape: str = "circle") -> float:

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.bodies import Bodies
-from varcontact.grid import Grid
-from varcontact.motion import Shift, Steady
-from varcontact.scene import Scene
-from varcontact.surfaces import Ellipse, SampledDistance
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse, SampledDistance
 
 FRICTION, FORCE = 0.3, 1.0
 

@@ -12,12 +12,12 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
-from varcontact.methods import available, load_packages, normal_methods, states_programs, tangential_methods
-from varcontact.motion import Shift, Steady, TimeStep, Transient
-from varcontact.plan import FORMULATIONS, Plan, make_plan
-from varcontact.scene import Scene
-from varcontact.solution import Solution
-from varcontact.solve import solve_many
+from varcontact.planning.plan import FORMULATIONS, Plan, make_plan
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.registry import available, load_packages, normal_methods, states_programs, tangential_methods
+from varcontact.solving.solve import solve_many
 from varcontact.study.store import COLUMNS, identity, keep, stored
 from varcontact.theories.methods import THEORIES
 

@@ -13,17 +13,17 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError
-from varcontact.grid import Grid
-from varcontact.motion import TimeStep, Transient
-from varcontact.overlap import Box, contact_box
-from varcontact.potential_contact import within
-from varcontact.scene import Scene
-from varcontact.solution import Solution
-from varcontact.solve import solve
+from varcontact.problem.contact_grid import Box, contact_box
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.grid_search import within
+from varcontact.solving.solve import solve
 from varcontact.study.compare import Method, attempted
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.store import identity, keep, read_rows
-from varcontact.surfaces import SampledDistance
 
 DEFAULT_METHOD = "tang-safeguarded"
 

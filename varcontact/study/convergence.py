@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.report import columns_of_text
+from varcontact.results.report import columns_of_text
 from varcontact.study.extrapolate import HIDDEN, SAME, Limit, extrapolate
 from varcontact.study.store import plain_rows
 
@@ -111,7 +111,7 @@ class Convergence:
 
     def plot(self) -> Figure:
         """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid."""
-        from varcontact.plot import plot_convergence
+        from varcontact.plotting.solution import plot_convergence
 
         return plot_convergence(self)
 

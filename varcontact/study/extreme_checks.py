@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.bodies import Bodies
-from varcontact.grid import Grid
-from varcontact.motion import Shift, Steady, TimeStep
 from varcontact.reference import bufler, carter, cattaneo_mindlin, creepage_coefficients, line_contact
 from varcontact.reference.hertz import hertz
-from varcontact.scene import Scene
-from varcontact.solution import Solution
-from varcontact.solve import solve
-from varcontact.surfaces import Cylinders, SampledDistance
+from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, SampledDistance
+from varcontact.solving.solve import solve
 
 
 def in_units(scene: Scene, length: float, modulus: float) -> Scene:

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.bodies import Bodies
-from varcontact.grid import Grid
-from varcontact.motion import Shift, Steady, Transient
-from varcontact.scene import Scene
-from varcontact.solution import Solution
-from varcontact.solve import solve
+from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, SampledDistance
+from varcontact.solving.solve import solve
 from varcontact.study import extreme_checks as checks
 from varcontact.study.extreme_scenes import (
     CARTER,
@@ -40,7 +41,6 @@ from varcontact.study.extreme_scenes import (
     proportional,
     same,
 )
-from varcontact.surfaces import Cylinders, Ellipse, SampledDistance
 
 LIMIT = 0.3
 """What friction carries in these scenes; in line contact a thousandth."""

@@ -13,16 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.bodies import Bodies
-from varcontact.grid import Grid
-from varcontact.history import History
-from varcontact.motion import Motion, Shift, Steady, Transient
 from varcontact.reference.line_contact import line_contact
-from varcontact.scene import Scene
-from varcontact.solution import Solution
-from varcontact.solve import solve
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Motion, Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.solving.solve import solve
 from varcontact.study import extreme_checks as checks
-from varcontact.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 
 EXACT = ("default", "polished", "conic", "active set", "tang", "scs", "osqp", "joint")
 APPROXIMATE = ("johnson", "fastsim", "linear")

@@ -14,11 +14,11 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.motion import Steady, Transient
-from varcontact.plan import make_plan
-from varcontact.report import columns_of_text
-from varcontact.scene import Scene
-from varcontact.solution import Solution
+from varcontact.planning.plan import make_plan
+from varcontact.results.report import columns_of_text
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.scene import Scene
 from varcontact.study import extreme_motions, extreme_scenes
 from varcontact.study.extreme_checks import distance
 from varcontact.study.extreme_scenes import APPROXIMATE, Case

@@ -9,11 +9,11 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.motion import Shift, Steady
-from varcontact.plan import make_plan
-from varcontact.scene import Scene
-from varcontact.solution import Solution
-from varcontact.solve import solve_many
+from varcontact.planning.plan import make_plan
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
+from varcontact.solving.solve import solve_many
 
 
 def scan(

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.io.netcdf import write_whole
-from varcontact.io.scenefile import scene_to
-from varcontact.scene import Scene
+from varcontact.io.scene_file import scene_to
+from varcontact.io.solution_file import write_whole
+from varcontact.scene.scene import Scene
 
 if TYPE_CHECKING:
     import pandas as pd

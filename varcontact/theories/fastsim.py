@@ -13,8 +13,8 @@ from varcontact.theories.inputs import Resultants, triples
 from varcontact.theories.simplified import PEAK, flexibility
 
 if TYPE_CHECKING:
-    from varcontact.grid import Grid
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
+    from varcontact.scene.grid import Grid
 
 CHUNK_POINTS = 5000
 """Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from varcontact.checks import array, choice, positive
 from varcontact.errors import SceneError
-from varcontact.friction import Law
+from varcontact.scene.friction import Law
 from varcontact.theories.fastsim import FastsimField, division
 from varcontact.theories.simplified import PEAK, flexibility
 
 if TYPE_CHECKING:
-    from varcontact.grid import Grid
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
+    from varcontact.scene.grid import Grid
 
 MAX_NEWTON = 100
 """Newton steps for the slip of a point; they come down to it from above, on a convex function."""

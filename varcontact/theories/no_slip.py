@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact import checks
-from varcontact.bodies import Bodies
-from varcontact.discretisation import discretise
-from varcontact.grid import Grid
-from varcontact.motion import Steady
+from varcontact.problem.discretisation import discretise
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.scene import Scene
-from varcontact.surfaces import Ellipse
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse
 
 
 def no_slip_coefficients(a: float, b: float, nu: float, *, cells: int = 32) -> CreepageCoefficients:

@@ -1,0 +1,210 @@
+"""TOML scenes: the same as in Python, and told apart where they are wrong."""
+
+import json
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.io.scene_file import scene_from, scene_to
+
+FULL = """
+normal_force = 80e3
+friction = 0.3
+grid = "auto"
+[units]
+length = "mm"
+force = "N"
+[bodies]
+G = [82e3, inf]
+nu = [0.28, 0.5]
+[surface]
+kind = "paraboloids"
+Rx = 460
+Ry = 300.0
+[motion]
+kind = "steady"
+vx = 1e-3
+spin = 5e-5
+dq = 0.25
+spin_offset = 0.5
+[solve]
+normal = "clarabel"
+tol = 1e-7
+"""
+
+
+def write(tmp_path, text, name="scene.toml"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_same_as_python(tmp_path):
+    scene, options = vc.read_scene(write(tmp_path, FULL))
+    assert options == {"normal": "clarabel", "tol": 1e-7}
+    assert scene.bodies == vc.Bodies(G=(82e3, np.inf), nu=(0.28, 0.5))
+    assert scene.surface == vc.Paraboloids(Rx=460.0, Ry=300.0)
+    assert scene.motion == vc.Steady(vx=1e-3, spin=5e-5, dq=0.25, spin_offset=0.5)
+    assert (scene.normal_force, scene.friction, scene.grid) == (80e3, 0.3, "auto")
+    assert scene.units == vc.Units(length="mm", force="N")
+
+
+def test_all_kinds(tmp_path):
+    text = """
+    approach = 1e-2
+    friction = inf
+    [bodies]
+    E = 210e3
+    nu = 0.25
+    [surface]
+    kind = "Ellipse"
+    a = 3
+    b = 2
+    [motion]
+    kind = "shift"
+    ux = 1e-3
+    [grid]
+    nx = 5
+    ny = 4
+    """
+    scene, _ = vc.read_scene(write(tmp_path, text))
+    assert scene.bodies.G == pytest.approx(84e3)
+    assert scene.surface == vc.Ellipse(a=3.0, b=2.0)
+    assert scene.motion == vc.Shift(ux=1e-3)
+    assert scene.no_slip
+    assert scene.grid == vc.Grid(nx=5, ny=4)
+
+
+def test_samples_from_files(tmp_path):
+    h = np.arange(12.0).reshape(3, 4)
+    np.savetxt(tmp_path / "h.csv", h, delimiter=",")
+    np.save(tmp_path / "f.npy", np.full((3, 4), 0.2))
+    text = """
+    normal_force = 1.0
+    friction = {file = "f.npy"}
+    bodies = {G = 1, nu = 0.3}
+    surface = {kind = "sampled_distance", h = {file = "h.csv"}}
+    grid = {nx = 4, ny = 3, dx = 1, dy = 1, x0 = 0, y0 = 0}
+    """
+    scene, _ = vc.read_scene(write(tmp_path, text))
+    np.testing.assert_array_equal(scene.surface.h, h)
+    np.testing.assert_array_equal(scene.friction, np.full((3, 4), 0.2))
+    inline = text.replace('{file = "h.csv"}', json.dumps(h.tolist()))
+    np.testing.assert_array_equal(vc.read_scene(write(tmp_path, inline))[0].surface.h, h)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "hint"),
+    [
+        ("normal_force = 80e3", "normal_forse = 80e3", "normal_forse", "normal_force"),
+        ("vx = 1e-3", "Vx = 1e-3", "motion.Vx", "vx"),
+        ("Rx = 460", "Rxx = 460", "surface.Rxx", "Rx"),
+        ('kind = "paraboloids"', 'kind = "paraboloid"', "surface.kind", "did you mean paraboloids"),
+        ('kind = "paraboloids"', "", "surface.kind", "paraboloids, ellipse"),
+        ('kind = "steady"', 'kind = "rolling"', "motion.kind", "steady, shift"),
+        ("G = [82e3, inf]", "", "bodies.G", "given"),
+        ("Ry = 300.0", "", "surface.Ry", "given"),
+        ("nu = [0.28, 0.5]", "nu = 0.7", "bodies.nu", "0.7"),
+        ("friction = 0.3", "friction = nan", "friction", "nan"),
+        ("friction = 0.3", 'friction = {file = "none.csv"}', "friction.file", "none.csv"),
+        ('grid = "auto"', "grid = {nx = 3}", "grid.ny", "given"),
+        ('grid = "auto"', 'grid = {nx = 3, ny = 3, size = "big"}', "grid.size", "no such key"),
+        ("[bodies]", "[body]", "body", "bodies"),
+        ('normal = "clarabel"', 'norml = "clarabel"', "solve.norml", "normal"),
+        ('length = "mm"', 'lenght = "mm"', "units.lenght", "length"),
+        ("[solve]", "[solve.more]", "solve.more", "no such key"),
+    ],
+)
+def test_wrong_entries(tmp_path, old, new, field, hint):
+    assert old in FULL
+    with pytest.raises(vc.SceneError) as failure:
+        vc.read_scene(write(tmp_path, FULL.replace(old, new)))
+    assert failure.value.field == field
+    assert hint in str(failure.value)
+
+
+@pytest.mark.parametrize("content", [b"normal_force = = 3", b"\xff\xfe\x00", b"[bodies\nG = 1"])
+def test_no_toml(tmp_path, content):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(content)
+    with pytest.raises(vc.SceneError, match="a TOML file"):
+        vc.read_scene(path)
+
+
+SAMPLED = """
+normal_force = 1.0
+bodies = {G = 1, nu = 0.3}
+surface = {kind = "sampled_distance", h = {file = "%s"}}
+grid = {nx = 3, ny = 2, dx = 1, dy = 1, x0 = 0, y0 = 0}
+"""
+
+
+@pytest.mark.parametrize("kept", [0, 3, 20, -5])
+def test_truncated_npy(tmp_path, kept):
+    """A copy that broke off anywhere is an error of the scene, with the file's name."""
+    np.save(tmp_path / "whole.npy", np.ones((2, 3)))
+    (tmp_path / "h.npy").write_bytes((tmp_path / "whole.npy").read_bytes()[:kept])
+    with pytest.raises(vc.SceneError, match=r"h\.npy") as failure:
+        vc.read_scene(write(tmp_path, SAMPLED % "h.npy"))
+    assert failure.value.field == "surface.h.file"
+
+
+@pytest.mark.parametrize("text", ["1,2,3\n4,5,6\n", "1, 2, 3\n4, 5, 6", "1 2 3\n4  5\t6\n"])
+def test_numbers_between_commas_or_blanks(tmp_path, text):
+    (tmp_path / "h.csv").write_text(text)
+    scene, _ = vc.read_scene(write(tmp_path, SAMPLED % "h.csv"))
+    np.testing.assert_array_equal(scene.surface.h, [[1, 2, 3], [4, 5, 6]])
+
+
+@pytest.mark.parametrize("text", ["1,,2,3\n4,5,,6\n", "1,2,3,\n4,5,6,\n", "1 2,3\n4 5,6\n", "1;2;3\n4;5;6\n"])
+def test_missing_numbers_do_not_close_up(tmp_path, text):
+    """An empty place between commas is a missing number, not a blank: the row must not move together."""
+    (tmp_path / "h.csv").write_text(text)
+    with pytest.raises(vc.SceneError) as failure:
+        vc.read_scene(write(tmp_path, SAMPLED % "h.csv"))
+    assert failure.value.field == "surface.h.file"
+
+
+@pytest.mark.parametrize("text", ["a = " + "[" * 5000 + "]" * 5000, "[" + ".".join(["a"] * 5000) + "]"])
+def test_toml_nested_too_deep(tmp_path, text):
+    with pytest.raises(vc.SceneError, match="nested"):
+        vc.read_scene(write(tmp_path, text))
+
+
+def test_units_that_are_no_names(tmp_path):
+    with pytest.raises(vc.SceneError, match="a name, in quotes") as failure:
+        vc.read_scene(write(tmp_path, FULL.replace('length = "mm"', "length = 1e-3")))
+    assert failure.value.field == "units.length"
+
+
+@pytest.mark.parametrize("name", ["a" * 300, "a\0b"])
+def test_names_that_no_file_can_have(tmp_path, name):
+    with pytest.raises(vc.SceneError, match="can be read"):
+        vc.read_scene(tmp_path / name)
+
+
+def test_no_file(tmp_path):
+    with pytest.raises(vc.SceneError, match="can be read"):
+        vc.read_scene(tmp_path / "none.toml")
+    with pytest.raises(vc.SceneError, match="can be read"):
+        vc.read_scene(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"motion": None, "friction": None, "units": vc.Units(length="m", force="N")},
+        {"motion": vc.Shift(Fx=0.1), "normal_force": None, "approach": 0.01, "bodies": vc.Bodies(G=(1, np.inf), nu=0)},
+        {
+            "friction": np.full((2, 3), 0.3),
+            "grid": vc.Grid(nx=3, ny=2, dx=1, dy=1, x0=0, y0=0),
+            "surface": vc.SampledDistance(np.ones((2, 3))),
+        },
+    ],
+)
+def test_through_json_and_back(rolling, changes):
+    scene = rolling(**changes)
+    table = json.loads(json.dumps(scene_to(scene)))
+    assert scene_to(scene_from(table)) == scene_to(scene)

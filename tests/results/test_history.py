@@ -1,0 +1,349 @@
+"""Histories: kept in memory and in files, interrupted and gone on with, and what is refused."""
+
+import dataclasses
+import gc
+import json
+import tracemalloc
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import varcontact as vc
+from varcontact.cli import app
+from varcontact.results.report import report_history
+
+FIELDS = ("pressure", "traction", "slip", "distance", "state", "force", "approach", "creepage")
+BALL = vc.Paraboloids(10.0, 10.0)
+MOTION = vc.Transient(
+    steps=5,
+    dq=[0, 0.05, 0.05, 0, 0.1],
+    direction=[1, 1, -1, 1, 1],
+    vx=[0, 2e-3, 0, 0, 3e-3],
+    spin=2e-3,
+    rotation=[1e-4, 0, 0, 0, 0],
+    Fx=[-1e-3, None, -2e-3, 1e-3, None],
+    normal_force=[None, 0.02, 0.03, None, None],
+    approach=[None, None, None, None, 0.02],
+    friction=[0.3, None, 0.2, None, 0.3],
+)
+
+
+def scene(**changes):
+    base = {"bodies": vc.Bodies(G=1.0, nu=0.28), "surface": BALL, "normal_force": 0.02, "friction": 0.3}
+    return vc.Scene(**{**base, "motion": MOTION, "grid": vc.Grid(nx=8, ny=8), **changes})
+
+
+def cylinder(motion, cells=12, **changes):
+    base = {"bodies": vc.Bodies(G=1.0, nu=0.28), "surface": vc.Cylinders(R=100.0), "normal_force": 1.0}
+    return vc.Scene(**{**base, "friction": 0.3, "motion": motion, "grid": vc.Grid(nx=cells), **changes})
+
+
+def same(one, other):
+    """Bit for bit."""
+    assert len(one) == len(other)
+    for first, second in zip(one, other, strict=True):
+        for name in FIELDS:
+            np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
+
+
+def stopping(after):
+    """A progress that presses Ctrl-C when so many steps are done."""
+
+    def progress(word):
+        if word.startswith(f"{after} of"):
+            raise KeyboardInterrupt
+
+    return progress
+
+
+@pytest.fixture(scope="module", params=[(1.0, 0.28), ((1.0, 3.0), (0.1, 0.35))], ids=["like", "unlike"])
+def history(request):
+    return vc.solve(scene(bodies=vc.Bodies(*request.param)))
+
+
+def test_series_are_those_of_the_steps(history):
+    assert len(history) == 5
+    assert history[-1] is history[4]
+    assert [sol.force[0] for sol in history[1:3]] == list(history.force[1:3, 0])
+    assert history.rolled == pytest.approx([0, 0.05, 0.1, 0.1, 0.2])
+    assert history.position == pytest.approx([0, 0.05, 0.0, 0.0, 0.1])
+    assert history.force[[0, 2, 3], 0] == pytest.approx([-1e-3, -2e-3, 1e-3], rel=1e-8)
+    assert history.normal_force[:4] == pytest.approx([0.02, 0.02, 0.03, 0.02])
+    assert history.approach[4] == pytest.approx(0.02)
+    work = [-np.sum(sol.traction * sol.slip) * sol.grid.area for sol in history]
+    assert history.dissipation == pytest.approx(np.array(work) * [1, 0.05, 0.05, 1, 0.1])
+    assert history[2].scene.motion == vc.TimeStep(dq=0.05, direction=-1, spin=2e-3, Fx=-2e-3)
+    assert history[2].scene.friction == 0.2
+    with pytest.raises(IndexError):
+        history[5]
+
+
+def test_a_file_gives_the_history_back(history, tmp_path):
+    history.save(tmp_path / "history.nc")
+    again = vc.load(tmp_path / "history.nc")
+    assert isinstance(again, vc.History)
+    same(history, again)
+    for name in ("force", "normal_force", "moment", "creepage", "rolled", "dissipation"):
+        np.testing.assert_array_equal(getattr(history, name), getattr(again, name))
+    assert again[3].certificate.residual == history[3].certificate.residual
+    assert again[3].iterations == history[3].iterations
+    assert again[3].passes == history[3].passes
+    assert again[-1].plan == history[-1].plan
+    assert again.report().split("time")[0] == history.report().split("time")[0]
+    with pytest.raises(IndexError):
+        again[5]
+
+
+def test_a_dataset_stacks_the_steps(history, tmp_path):
+    history.save(tmp_path / "history.nc")
+    for data in (history.to_xarray(), vc.load(tmp_path / "history.nc").to_xarray()):
+        assert data["traction"].dims == ("step", "component", "y", "x")
+        np.testing.assert_array_equal(data["traction"].values[2], history[2].traction)
+        assert float(data["force"].sel(step=3, component="x")) == history[3].force[0]
+        np.testing.assert_array_equal(data["rolled"], history.rolled)
+        np.testing.assert_array_equal(data["x"], history.grid.x)
+        data.close()
+
+
+def test_interrupted_and_gone_on_with_is_the_same(history, tmp_path):
+    """Ctrl-C leaves what is finished; the same call goes on from there, bit for bit."""
+    path, whole = tmp_path / "history.nc", history.scene
+    with pytest.raises(vc.Interrupted, match="after 3 steps") as stop:
+        vc.solve(whole, store=path, progress=stopping(3))
+    assert len(stop.value.partial) == 3
+    same(stop.value.partial, vc.load(path))
+    told = []
+    same(vc.solve(whole, store=path, progress=told.append), history)
+    assert told == ["3 of 5 steps", "4 of 5 steps"]
+    told.clear()
+    same(vc.solve(whole, store=path, progress=told.append), history)
+    assert told == []
+
+
+def test_interrupted_in_memory_keeps_what_is_finished(history):
+    with pytest.raises(KeyboardInterrupt) as stop:
+        vc.solve(history.scene, progress=stopping(2))
+    same(stop.value.partial, history[:2])
+
+
+def test_a_killed_program_loses_the_step_it_was_writing(history, tmp_path):
+    """What lies behind the counted steps is a step half written: it is not read, and written over."""
+    path = tmp_path / "history.nc"
+    with pytest.raises(KeyboardInterrupt):
+        vc.solve(history.scene, store=path, progress=stopping(2))
+    with path.open("ab") as file:
+        file.write(b"half a step" * 100)
+    assert len(vc.load(path)) == 2
+    same(vc.solve(history.scene, store=path), history)
+    same(vc.load(path), history)
+
+
+def test_a_history_begins_with_a_saved_step(history, tmp_path):
+    """The rest of a history from any of its steps, saved as a solution, is the same."""
+    history[1].save(tmp_path / "step.nc")
+    rest = {}
+    for name in ("dq", "direction", "vx", "Fx", "normal_force", "approach", "friction", "rotation"):
+        rest[name] = getattr(MOTION, name)[2:]
+    motion = dataclasses.replace(MOTION, steps=3, start=vc.load(tmp_path / "step.nc"), **rest)
+    later = vc.solve(dataclasses.replace(history.scene, motion=motion, grid=history.grid))
+    same(later, history[2:])
+    later.save(tmp_path / "later.nc")
+    same(vc.solve(later.scene, store=tmp_path / "later.nc"), later)
+    assert vc.load(tmp_path / "later.nc").scene.motion.start.force[0] == history[1].force[0]
+
+
+def test_a_start_on_another_grid_is_interpolated_on_request():
+    """Refused by itself; interpolated, the history goes on nearly as on its own grid."""
+    coarse = vc.solve(scene(motion=vc.Shift(Fx=-2e-3), grid=vc.Grid(nx=16, ny=16)))
+    fine = scene(grid=vc.Grid(nx=20, ny=20), motion=vc.Transient(steps=1, Fx=-2e-3, start=coarse))
+    with pytest.raises(vc.SceneError, match=r"motion.start = .*18 x 18 elements.*interpolate"):
+        vc.solve(fine)
+    went_on = vc.solve(dataclasses.replace(fine, motion=dataclasses.replace(fine.motion, interpolate=True)))
+    exact = vc.solve(dataclasses.replace(fine, motion=vc.Transient(steps=2, dq=[0, 2 * 0.4407 / 20], Fx=-2e-3)))
+    difference = np.abs(went_on[0].traction - exact[1].traction).sum() / np.abs(exact[1].traction).sum()
+    assert difference < 0.1
+
+
+def test_memory_does_not_grow_with_the_steps(tmp_path):
+    """Stored, forty steps more leave less memory taken than the fields of ten."""
+    kept = []
+    for steps in (20, 60):
+        tracemalloc.start()
+        before, _ = tracemalloc.get_traced_memory()
+        history = vc.solve(cylinder(vc.Transient(steps=steps, dq=0.5, Fx=-0.2), 60), store=tmp_path / f"{steps}.nc")
+        gc.collect()
+        after, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert len(history) == steps
+        kept.append(after - before)
+    step = sum(getattr(history[0], name).nbytes for name in ("pressure", "traction", "slip", "distance"))
+    assert kept[1] < kept[0] + 10 * step
+
+
+def test_a_file_of_something_else_is_left_alone(history, tmp_path):
+    path, whole = tmp_path / "history.nc", history.scene
+    history.save(path)
+    other = dataclasses.replace(whole, motion=dataclasses.replace(whole.motion, spin=3e-3))
+    for given, keywords in ((other, {}), (whole, {"tol": 1e-9}), (whole, {"tangential": "tang"})):
+        with pytest.raises(vc.OutputError, match="history of another scene, or by other methods"):
+            vc.solve(given, store=path, **keywords)
+    history[0].save(path)
+    with pytest.raises(vc.OutputError, match="holds no history"):
+        vc.solve(whole, store=path)
+    with pytest.raises(vc.SceneError, match="only a history of steps"):
+        vc.solve(dataclasses.replace(whole, motion=vc.Shift()), store=tmp_path / "other.nc")
+    content = bytearray()
+    history.save(path)
+    content += path.read_bytes()
+    path.write_bytes(content[:300])
+    with pytest.raises(vc.OutputError):
+        vc.load(path)
+
+
+def test_a_force_beyond_saturation_says_where_and_keeps_what_was_before(tmp_path):
+    motion = vc.Transient(steps=5, Fx=[-2e-3, -4e-3, -5e-3, -6.5e-3, 0])
+    with pytest.raises(vc.Saturated, match=r"step 3 of the history: .* 0.0065 .* less than 0.006 ") as failure:
+        vc.solve(scene(motion=motion), store=tmp_path / "history.nc")
+    error = failure.value
+    assert (error.step, error.force, error.limit) == pytest.approx((3, 6.5e-3, 6e-3))
+    assert error.history.force[:, 0] == pytest.approx([-2e-3, -4e-3, -5e-3], rel=1e-8)
+    assert len(vc.load(tmp_path / "history.nc")) == 3
+    with pytest.raises(vc.Saturated, match="step 1"):
+        vc.solve(scene(motion=vc.Transient(steps=2, Fx=[-1e-3, -1e-3], normal_force=[0.02, 0.0])))
+
+
+def test_a_step_short_of_the_tolerance_keeps_what_was_before():
+    motion = vc.Transient(steps=3, dq=[0.0, 0.05, 0.05], vx=[0.0, 3e-3, 3e-3])
+    with pytest.raises(vc.NotConverged, match="step 1 of the history") as failure:
+        vc.solve(scene(motion=motion), tol=1e-25)
+    assert len(failure.value.history) == 1
+    assert failure.value.solution.scene.motion == vc.TimeStep(dq=0.05, vx=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("entries", "message"),
+    [
+        ({"steps": 0}, r"motion.steps = 0 .* a whole number, 1 or more"),
+        ({"steps": 2.5}, r"motion.steps"),
+        ({"vx": [1e-3, 2e-3]}, r"motion.vx = '2 values' .* one for each of the 3 steps"),
+        ({"vx": [[1e-3], [0], [0]]}, r"motion.vx"),
+        ({"vx": [0, float("nan"), 0]}, r"motion.vx\[1\] = nan"),
+        ({"spin": [0, None, 0]}, r"motion.spin\[1\] = None"),
+        ({"Fy": float("inf")}, r"motion.Fy = inf"),
+        ({"dq": [0.1, 0.1, -0.1]}, r"motion.dq\[2\] = -0.1 .* zero or positive"),
+        ({"direction": [1, 0, 1]}, r"motion.direction\[1\] = 0 .* 1 or -1"),
+        ({"normal_force": [1, -1, 1]}, r"motion.normal_force\[1\] = -1"),
+        ({"friction": [0.3, -0.1, 0.3]}, r"motion.friction\[1\] = -0.1"),
+        ({"Fx": [0.1, None, 0.1], "vx": [0, 1e-3, 1e-3]}, r"motion.Fx\[2\], motion.vx\[2\] .* one of the two only"),
+        ({"Fy": 0.1, "uy": [0, 0, 1e-3]}, r"motion.Fy\[2\], motion.uy\[2\]"),
+        ({"surface": [BALL]}, r"one surface for each of the 3 steps"),
+        ({"surface": [BALL, BALL, vc.Cylinders(1.0)]}, r"motion.surface\[2\]"),
+        ({"start": "last.nc"}, r"motion.start = 'last.nc' .* a Solution"),
+        ({"interpolate": 1}, r"motion.interpolate"),
+        ({"spin_offset": 2}, r"motion.spin_offset"),
+    ],
+)
+def test_entries_that_cannot_be_are_named(entries, message):
+    with pytest.raises(vc.SceneError, match=message):
+        vc.Transient(**{"steps": 3, **entries})
+
+
+def test_scenes_that_cannot_be_are_refused():
+    with pytest.raises(vc.SceneError, match=r"motion.normal_force\[1\], motion.approach\[1\] .* at most"):
+        scene(motion=vc.Transient(steps=2, normal_force=0.02, approach=[None, 0.01]))
+    with pytest.raises(vc.SceneError, match=r"motion.normal_force\[1\], motion.approach\[1\] .* one of the two$"):
+        scene(normal_force=None, motion=vc.Transient(steps=2, normal_force=[0.02, None]))
+    with pytest.raises(vc.SceneError, match="Paraboloids, where the scene has no load of its own"):
+        scene(normal_force=None, surface=vc.Ellipse(1.0, 1.0), motion=vc.Transient(steps=2, normal_force=0.02))
+    with pytest.raises(vc.SceneError, match=r"friction = None"):
+        scene(friction=None, motion=vc.Transient(steps=2, friction=[0.3, None]))
+    with pytest.raises(vc.SceneError, match="line contact as the scene's surface"):
+        scene(motion=vc.Transient(steps=1, surface=[vc.Cylinders(R=1.0)]))
+    with pytest.raises(vc.SceneError, match=r"motion.spin = 0.1 .* line contact"):
+        cylinder(vc.Transient(steps=2, spin=[0, 0.1]))
+    for motion in (vc.Transient(steps=2, vx=1e-3), vc.Transient(steps=2, Fx=[-0.1, None])):
+        with pytest.raises(vc.SceneError, match=r"surface.reference_depth .* motion.Fx is not in each step"):
+            cylinder(motion)
+    with pytest.raises(vc.SceneError, match=r"surface.reference_depth .* approach of step 1"):
+        cylinder(vc.Transient(steps=2, Fx=0, approach=[None, 0.1], normal_force=[1.0, None]))
+    with pytest.raises(vc.NoContact, match="no load in any step"):
+        vc.solve(scene(motion=vc.Transient(steps=2, normal_force=0.0)))
+    with pytest.raises(vc.SceneError, match="a step goes on from the one before"):
+        vc.solve(scene(motion=vc.TimeStep(dq=0.1)))
+    with pytest.raises(vc.SceneError, match="Steady or Shift"):
+        vc.scan(scene(), [(0, 0, 0)])
+    with pytest.raises(vc.SceneError, match="motion"):
+        vc.certify(scene(), np.zeros((2, 10, 10)))
+    table = vc.compare(scene(), ["clarabel"])
+    assert table["outcome"].tolist() == ["refused"]
+
+
+def test_a_contact_that_leaves_the_grid_says_in_which_step():
+    grid = vc.Grid(nx=12, ny=12, dx=0.1, dy=0.1, x0=-0.6, y0=-0.6)
+    hills = [vc.SampledDistance((grid.x - at) ** 2 / 20 + grid.y[:, None] ** 2 / 20) for at in (0.0, 0.1, 0.4)]
+    with pytest.raises(vc.SceneError, match="step 2 of the history: grid") as failure:
+        vc.solve(scene(surface=hills[0], grid=grid, motion=vc.Transient(steps=3, dq=0, surface=hills)))
+    assert len(failure.value.history) == 2
+
+
+TOML = """
+friction = 0.3
+[bodies]
+G = 1.0
+nu = 0.28
+[surface]
+kind = "paraboloids"
+Rx = 10.0
+Ry = 10.0
+[motion]
+kind = "transient"
+steps = 3
+dq = [0, 0.05, 0.05]
+Fx = [-1e-3, "none", -2e-3]
+vx = {{file = "vx.txt"}}
+normal_force = [0.02, 0.02, {last}]
+{more}
+[grid]
+nx = 8
+ny = 8
+"""
+
+
+def write(folder, last="0.02", more=""):
+    (folder / "vx.txt").write_text("0\n2e-3\n0\n")
+    (folder / "scene.toml").write_text(TOML.format(last=last, more=more))
+    return str(folder / "scene.toml")
+
+
+def test_from_the_command_line(tmp_path):
+    """A TOML scene, its file and its JSON; another call has nothing to do; a start from the file."""
+    out = tmp_path / "history.nc"
+    call = ["solve", write(tmp_path), "--json", "--out", str(out), "--plot", str(tmp_path / "history.png")]
+    first = CliRunner().invoke(app, call)
+    assert first.exit_code == 0, first.output
+    result, history = json.loads(first.stdout), vc.load(out)
+    assert result["steps"] == result["finished"] == 3
+    assert result["force"] == history.force.tolist()
+    assert result["rolled"] == pytest.approx([0, 0.05, 0.1])
+    assert result["creepage"][1][0] == 2e-3
+    assert result["last"] == history[-1].summary()
+    assert (tmp_path / "history.png").read_bytes()[:4] == b"\x89PNG"
+    assert json.loads(CliRunner().invoke(app, call).stdout) == result
+    later, _ = vc.read_scene(write(tmp_path, more='start = "history.nc"'))
+    np.testing.assert_array_equal(later.motion.start.traction, history[-1].traction)
+
+
+def test_what_came_before_a_failure_is_reported(tmp_path):
+    result = CliRunner().invoke(app, ["solve", write(tmp_path, last="0.006")])
+    assert isinstance(result.exception, vc.Saturated)
+    assert "3 steps: 2 FINISHED" in result.stdout
+
+
+def test_the_report_of_nothing_is_a_line():
+    empty = vc.History(scene(), vc.Grid(nx=2, ny=2, dx=1, dy=1, x0=0, y0=0), ())
+    assert report_history(empty) == "Rolling in time, 5 steps: 0 FINISHED"
+    assert empty.force.shape == (0, 2)
+    assert empty.summary()["last"] is None
+    with pytest.raises(vc.OutputError, match="no step"):
+        empty.to_xarray()

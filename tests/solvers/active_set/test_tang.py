@@ -1,0 +1,151 @@
+"""TANG: with exact Newton steps as printed, with inexact ones, where the first fail, and the safeguarded version."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import varcontact as vc
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.gap import tangential_residual
+from varcontact.problem.problem import RawSolution, Settings
+from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
+from varcontact.solvers.conic.solvers import solve_tangential
+from varcontact.solving.subproblems import hertz_pressure, unloaded
+
+HARD = 1.0644223380502587
+
+
+def posed(scene, marching=False):
+    half = scene.hertz
+    grid = vc.Grid(nx=8, ny=8).spread((-half.a, half.a, -half.b, half.b))
+    disc = discretise(scene, grid)
+    return disc.tangential_problem(hertz_pressure(disc, unloaded(grid)).pressure, marching=marching)
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        vc.Steady(vx=0.05, vy=-0.02),
+        vc.Steady(Fx=-0.1, vy=0.02),
+        vc.Shift(ux=0.1, uy=-0.06, rotation=0.05),
+        vc.Shift(Fx=0.1, Fy=0.1, rotation=0.1),
+    ],
+)
+def test_all_versions_agree(rolling, motion):
+    problem = posed(rolling(motion=motion))
+    printed, inexact, safe = tang(problem, newton="exact"), tang(problem), tang_safeguarded(problem)
+    assert inexact.iterations < printed.iterations
+    for raw in (printed, inexact, safe):
+        assert raw.status == "Solved" and raw.solved
+        assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-12
+        again = tang(problem, raw)
+        assert again.status == "Solved"
+        assert again.iterations <= 3, "from the answer there is nothing left to exchange"
+    for raw in (printed, inexact):
+        np.testing.assert_allclose(raw.traction, safe.traction, atol=1e-12)
+        np.testing.assert_allclose(raw.rigid, safe.rigid, atol=1e-12)
+
+
+def test_where_the_printed_version_fails(rolling, check_kkt):
+    """Its Newton steps do not converge on the areas they are given (one of 150 random scenes); it says so, and what it
+    has stays with the error, certified. With rough steps it ends on the way, and the safeguarded version does, too.
+    """
+    motion = vc.Steady(vx=0.17206842471240194, vy=-0.008071772446747002, spin=-0.6875214986851099)
+    scene = rolling(surface=vc.Ellipse(a=HARD, b=1 / HARD), motion=motion, grid=vc.Grid(nx=12, ny=12))
+    with pytest.raises(vc.NotConverged, match=r"tang-exact says '(NewtonFailed|Cycled)'") as failure:
+        vc.solve(scene, tangential="tang-exact")
+    best = failure.value.solution
+    assert best.status["tangential"] in ("NewtonFailed", "Cycled")
+    assert not best.converged
+    assert best.certificate.relative_gap > 1e-4 and np.isfinite(best.certificate.relative_gap)
+    assert failure.value.residual == best.certificate.residual > 1e-3
+    assert np.all(np.hypot(*best.traction) <= best.traction_bound * (1 + 1e-12)), "admissible all the same"
+    for other in ("tang", "tang-safeguarded"):
+        sol = vc.solve(scene, tangential=other)
+        assert sol.status["tangential"] == "Solved"
+        check_kkt(sol, 1e-11, closed_form=True)
+        np.testing.assert_allclose(sol.traction, vc.solve(scene).traction, atol=1e-11)
+    assert np.all(np.abs(sol.force - best.force) <= best.certificate.force_bound[:2]), "the gap's bound holds"
+
+
+def test_a_transient_step(rolling):
+    """As a march builds it: symmetric, with the displacements of the step before. Not the one of steady rolling."""
+    problem = posed(rolling(), marching=True)
+    before = 0.5 * tang_safeguarded(problem).traction
+    carried = problem.instant.apply(before) - problem.operator.apply(before)
+    step = dataclasses.replace(
+        problem, operator=problem.instant, rigid_shift=problem.rigid_shift - carried, symmetric=True, instant=None
+    )
+    matrix = step.operator.matrix
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
+    printed, safe, program = tang(step), tang_safeguarded(step), solve_tangential("clarabel", step, Settings(1e-8))
+    assert printed.status == safe.status == "Solved"
+    np.testing.assert_allclose(printed.traction, safe.traction, atol=1e-12)
+    # A gap of 1e-12 bounds the energy of the error, not its largest element: 4e-5 where stick meets slip.
+    np.testing.assert_allclose(program.traction, safe.traction, atol=2e-4)
+    np.testing.assert_allclose(tang_safeguarded(step, program).traction, safe.traction, atol=1e-12)
+    assert np.abs(safe.traction - tang_safeguarded(problem).traction).max() > 1e-2
+
+
+def test_no_slip_needs_no_areas(rolling):
+    problem = posed(rolling(friction=np.inf, motion=vc.Steady(Fx=-0.2, vy=0.01)))
+    for method in (tang, tang_safeguarded, no_slip):
+        raw = method(problem)
+        assert np.abs(problem.shift(raw.traction, raw.rigid)).max() < 1e-13
+        assert problem.area * raw.traction[0].sum() == pytest.approx(problem.force[0], rel=1e-12)
+
+
+def test_what_is_not_solved_says_so(rolling):
+    """Ended at its limit, even where the start it came from was called solved."""
+    problem = posed(rolling())
+    start = dataclasses.replace(no_slip(problem), solved=True)
+    raw = tang_safeguarded(problem, start, max_steps=1)
+    assert raw.status == "MaxIterations" and not raw.solved
+    assert tang_safeguarded(problem, dataclasses.replace(raw, solved=False)).solved
+
+
+@settings(max_examples=12)
+@given(vx=st.floats(-0.2, 0.2), spin=st.floats(-0.3, 0.3), seed=st.integers(0, 10**6))
+def test_safeguarded_from_any_start(rolling, vx, spin, seed):
+    """Through its name: where a start leads nowhere, its own start is tried."""
+    from varcontact.solvers.registry import tangential_solver
+
+    problem = posed(rolling(motion=vc.Steady(vx=vx, spin=spin)))
+    if not problem.rigid_shift.any():
+        return
+    start = RawSolution(np.random.default_rng(seed).normal(size=(2, problem.size)), np.zeros(2), 0, "")
+    raw = tangential_solver("tang-safeguarded")(problem, Settings(), start)
+    assert raw.status == "Solved"
+    assert tangential_residual(problem, raw.traction, raw.rigid) < 1e-11
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [vc.Steady(Fx=-0.2999), vc.Steady(Fx=-0.29999999), vc.Steady(Fx=-0.2997, spin=0.3), vc.Steady(Fy=0.2999, vx=0.01)],
+)
+def test_safeguarded_with_nearly_all_that_friction_carries(rolling, motion):
+    """The splitting alone did not come near: residuals of 5e-4 after its last round."""
+    scene = rolling(motion=motion, normal_force=1.0, friction=0.3, grid=vc.Grid(nx=8, ny=8))
+    safe, polished = vc.solve(scene, tangential="tang-safeguarded"), vc.solve(scene, tangential="clarabel")
+    np.testing.assert_allclose(safe.force, polished.force, atol=1e-9)
+    np.testing.assert_allclose(safe.creepage, polished.creepage, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("cells", [1e-1, 1e-2, 1e-3])
+@pytest.mark.parametrize("motion", [{"vx": 0.1, "vy": -0.05, "spin": 0.2}, {"Fx": -0.09, "vy": 0.05, "spin": 0.2}])
+def test_safeguarded_in_short_steps(rolling, cells, motion):
+    """Elements that hardly move themselves: from its own start, and the same as the gap program's answer."""
+    scene = rolling(
+        surface=vc.Ellipse(a=1.0, b=1.0),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Steady(**motion, dq=cells * 0.2),
+        grid=vc.Grid(nx=10, ny=10),
+    )
+    safe, program = (vc.solve(scene, tangential=name) for name in ("tang-safeguarded", "clarabel"))
+    assert safe.certificate.residual < 1e-10
+    assert safe.iterations["tangential"] < 400, "no more than a few Newton's methods"
+    np.testing.assert_allclose(safe.traction, program.traction, rtol=0, atol=1e-8 * safe.traction_bound.max())

@@ -1,0 +1,312 @@
+"""Every method by its name: the optimality conditions of its answers, what is refused, and what is not installed."""
+
+import dataclasses
+import functools
+import sys
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+
+ACTIVE_SETS = ("norm", "norm-single", "quadprog", "tang-safeguarded", "tang", "tang-exact")
+"""They end on the right areas, and there solve a linear system: rounding is all that is left."""
+REACHED = {"normal": 1e-8, "tangential": 5e-6}
+"""What programs leave without a polish when asked for 1e-8 (QPs) and 1e-7 (cones: near the edges of the friction
+disks the last digits come slowly, up to 16 times the request was seen)."""
+CELLS = vc.Grid(nx=8, ny=8)
+
+STEADY = vc.Steady(vx=0.05, vy=-0.02, spin=0.03)
+SHIFT = vc.Shift(ux=0.1, uy=-0.06, rotation=0.05)
+
+
+def solved(scene, **arguments):
+    """The solution, judged or not."""
+    try:
+        return vc.solve(scene, **arguments)
+    except vc.NotConverged as error:
+        if error.solution is None:
+            raise
+        return error.solution
+
+
+def bare(name):
+    """The solver's own name, without the family."""
+    return name.partition(":")[2].lower() or name
+
+
+# ----------------------------------------------------------------------------- normal
+
+
+def normal_scene(rolling, prescribed):
+    """An ellipse by its radii, so that either force or approach can be prescribed."""
+    scene = rolling(motion=None, friction=None, grid=CELLS)
+    if prescribed == "force":
+        return scene
+    hertz = scene.hertz
+    surface = vc.Paraboloids(hertz.Rx, hertz.Ry)
+    return dataclasses.replace(scene, surface=surface, normal_force=None, approach=hertz.approach)
+
+
+def formulations(name):
+    return ("complementary", "potential") if states_programs(name) else ("auto",)
+
+
+NORMAL = [
+    (name, form, prescribed)
+    for name in normal_methods()
+    if name != "hertz"
+    for form in formulations(name)
+    for prescribed in ("force", "approach")
+    if (bare(name), form, prescribed) != ("quadprog", "potential", "force")  # refused, see below
+]
+
+
+@pytest.mark.parametrize(("name", "formulation", "prescribed"), NORMAL)
+def test_normal_methods(rolling, check_kkt, name, formulation, prescribed):
+    scene = normal_scene(rolling, prescribed)
+    sol = solved(scene, normal=name, formulation=formulation, polish=False)
+    check_kkt(sol, 1e-11 if bare(name) in ACTIVE_SETS else REACHED["normal"])
+    assert sol.converged
+    assert sol.status["normal"]
+    if states_programs(name):
+        polished = vc.solve(scene, normal=name, formulation=formulation, tol=1e-9)
+        check_kkt(polished, 1e-9)
+        assert polished.certificate.residual < 1e-12, "polished to rounding"
+
+
+def test_quadprog_refuses_a_singular_matrix_clearly(rolling):
+    """The potential form with the force prescribed has no quadratic term in the approach; quadprog wants one."""
+    for polish in (True, False):
+        with pytest.raises(vc.NotConverged, match=r"quadprog gave no pressure.*not positive definite") as failure:
+            solved(normal_scene(rolling, "force"), normal="qpsolvers:quadprog", formulation="potential", polish=polish)
+        assert failure.value.solution is None
+
+
+def test_all_names_are_there():
+    """The lists that users see, and that the tests above go through."""
+    assert {"hertz", "norm", "norm-single", "clarabel", "osqp", "scs"} <= set(normal_methods())
+    assert {"qpsolvers:piqp", "qpsolvers:proxqp", "qpsolvers:daqp", "qpsolvers:quadprog"} <= set(normal_methods())
+    assert {"cvxpy:CLARABEL", "cvxpy:OSQP", "cvxpy:SCS", "cvxpy:HIGHS"} <= set(normal_methods())
+    assert {"tang", "tang-safeguarded", "clarabel", "scs", "cvxpy:CLARABEL", "cvxpy:SCS"} <= set(tangential_methods())
+    assert not {"osqp", "cvxpy:OSQP", "qpsolvers:clarabel"} & set(tangential_methods()), "they know no cones"
+
+
+# ----------------------------------------------------------------------------- tangential
+
+
+def tangential_formulations(name, kind):
+    if not states_programs(name):
+        return ("auto", "marching") if kind == "steady" else ("auto",)
+    return ("gap", "marching") if kind == "steady" else ("complementary", "potential", "gap")
+
+
+TANGENTIAL = [
+    (name, kind, form)
+    for name in tangential_methods()
+    for kind in ("steady", "shift")
+    for form in tangential_formulations(name, kind)
+]
+
+
+@functools.cache
+def motions(rolling, kind):
+    """The same contact by creepages, and by the forces that belong to them."""
+    free, names = (STEADY, ("vx", "vy")) if kind == "steady" else (SHIFT, ("ux", "uy"))
+    Fx, Fy = (float(F) for F in vc.solve(rolling(motion=free, grid=CELLS)).force)
+    return {
+        "creepages": free,
+        "Fx": dataclasses.replace(free, **{names[0]: 0.0, "Fx": Fx}),
+        "Fy": dataclasses.replace(free, **{names[1]: 0.0, "Fy": Fy}),
+        "both": dataclasses.replace(free, **dict.fromkeys(names, 0.0), Fx=Fx, Fy=Fy),
+    }
+
+
+def cases(tangential, prescribed):
+    """All combinations; through CVXPY, which states the same programs again and slowly, all forces only."""
+    return [(*t, p) for t in tangential for p in prescribed if p == "both" or not t[0].startswith("cvxpy")]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "formulation", "prescribed"), cases(TANGENTIAL, ("creepages", "Fx", "Fy", "both"))
+)
+def test_tangential_methods(rolling, check_kkt, name, kind, formulation, prescribed):
+    scene = rolling(motion=motions(rolling, kind)[prescribed], grid=CELLS)
+    tol = 1e-8 if name in ACTIVE_SETS else 1e-7
+    sol = solved(scene, tangential=name, formulation=formulation, polish=False, tol=tol)
+    limit = 1e-8 if formulation == "marching" else 1e-11
+    check_kkt(sol, limit if name in ACTIVE_SETS else REACHED["tangential"], closed_form=True)
+    if name in ACTIVE_SETS:
+        assert sol.converged
+    free = (STEADY if kind == "steady" else SHIFT).rigid
+    assert sol.creepage == pytest.approx(free, rel=1e-5), "the creepage is the multiplier of the force"
+    assert sol.elements["stick"] > 5 and sol.elements["slip"] > 5, "both kinds of area are there to be found"
+    if formulation == "marching":
+        assert sol.status["tangential"] == "Steady"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "formulation", "prescribed"),
+    cases([t for t in TANGENTIAL if states_programs(t[0])], ("creepages", "both")),
+)
+def test_polished_tangential_methods(rolling, check_kkt, name, kind, formulation, prescribed):
+    scene = rolling(motion=motions(rolling, kind)[prescribed], grid=CELLS)
+    sol = solved(scene, tangential=name, formulation=formulation, tol=1e-9)
+    check_kkt(sol, 1e-9, closed_form=True)
+    assert sol.certificate.residual < 1e-12
+    assert sol.creepage == pytest.approx((STEADY if kind == "steady" else SHIFT).rigid, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("normal", "tangential"),
+    [("norm", "tang-safeguarded"), ("osqp", "tang"), ("norm-single", "scs"), ("clarabel", "clarabel")],
+)
+@pytest.mark.parametrize("motion", [STEADY, SHIFT, vc.Steady(Fx=-0.1, vy=0.01), vc.Shift(Fx=0.1, Fy=0.1)])
+def test_unlike_bodies_by_any_pair_of_methods(rolling, check_kkt, normal, tangential, motion):
+    """Coupled, and polished where programs are solved: the conditions of the whole, K in both directions."""
+    scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), motion=motion, grid=CELLS)
+    sol = solved(scene, normal=normal, tangential=tangential)
+    assert sol.plan.coupling == "panagiotopoulos"
+    check_kkt(sol, 1e-8)
+
+
+def test_no_slip_sticks_everywhere(rolling, check_kkt):
+    for motion in (STEADY, SHIFT, vc.Steady(Fx=-0.1, Fy=0.05)):
+        check_kkt(vc.solve(rolling(friction=np.inf, motion=motion, grid=CELLS)), 1e-12, closed_form=True)
+
+
+@pytest.mark.parametrize("motion", [STEADY, SHIFT, vc.Steady(Fx=-0.1)])
+@pytest.mark.parametrize("field", ["pressure", "shared", "turned", "slid", "short", "approach", "creepage"])
+def test_the_conditions_notice(rolling, check_kkt, motion, field):
+    """The judge is no friend: small changes of each kind do not pass."""
+    sol = vc.solve(rolling(motion=motion, grid=CELLS), normal="norm")
+    check_kkt(sol, 1e-9)
+    slips = sol.state == 2
+    wrong = {
+        "pressure": {"pressure": 1.0001 * sol.pressure},
+        "shared": {"pressure": np.where(sol.pressure > 0, sol.pressure[sol.pressure > 0].mean(), 0.0)},
+        "turned": {"traction": sol.traction + np.array([-1, 1])[:, None, None] * 1e-4 * sol.traction[::-1] * slips},
+        "slid": {"traction": sol.traction * np.where(slips, 1.0001, 1.0)},
+        "short": {"traction": sol.traction * np.where(slips, 0.9999, 1.0)},
+        "approach": {"approach": sol.approach * 1.0001},
+        "creepage": {"creepage": (sol.creepage[0] + 1e-5, *sol.creepage[1:])},
+    }[field]
+    with pytest.raises(AssertionError):
+        check_kkt(dataclasses.replace(sol, **wrong), 1e-6)
+
+
+# ----------------------------------------------------------------------------- refusals
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field", "nearest"),
+    [
+        ({"normal": "nrom"}, "normal", "norm"),
+        ({"normal": "norm-singel"}, "normal", "norm-single"),
+        ({"normal": "ospq"}, "normal", "osqp"),
+        ({"normal": "qpsolvers:piq"}, "normal", "qpsolvers:piqp"),
+        ({"tangential": "cvxpy:clarabel"}, "tangential", "cvxpy:CLARABEL"),
+        ({"tangential": "tang-safegarded"}, "tangential", "tang-safeguarded"),
+        ({"tangential": "fastsim-eliptic"}, "tangential", "fastsim-elliptic"),
+        ({"formulation": "marchin"}, "formulation", "marching"),
+    ],
+)
+def test_unknown_names(rolling, arguments, field, nearest):
+    with pytest.raises(vc.SceneError, match=f"did you mean {nearest}") as failure:
+        vc.solve(rolling(), **arguments)
+    assert failure.value.field == field
+
+
+@pytest.mark.parametrize("name", ["osqp", "cvxpy:OSQP", "qpsolvers:clarabel"])
+def test_solvers_without_cones_are_no_tangential_methods(rolling, name):
+    with pytest.raises(vc.SceneError) as failure:
+        vc.solve(rolling(), tangential=name)
+    assert failure.value.field == "tangential"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "install"),
+    [
+        ({"normal": "scs"}, "scs"),
+        ({"tangential": "scs"}, "scs"),
+        ({"tangential": "cvxpy:SCS"}, "scs"),
+        ({"tangential": "cvxpy:CLARABEL"}, "cvxpy"),
+        ({"normal": "qpsolvers:proxqp"}, "proxsuite"),
+        ({"normal": "qpsolvers:ecos"}, "ecos"),
+        ({"normal": "qpsolvers:cvxopt"}, "cvxopt"),
+        ({"tangential": "cvxpy:ECOS"}, "ecos"),
+        ({"tangential": "cvxpy:CVXOPT"}, "cvxopt"),
+    ],
+)
+def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
+    """Told before any work, with what to install."""
+    monkeypatch.setitem(sys.modules, install, None)  # to `import` and `find_spec` it is not there
+    with pytest.raises(vc.SolverUnavailable, match=f"pip install {install}$") as failure:
+        vc.solve(rolling(), **arguments)
+    assert failure.value.solver == next(iter(arguments.values()))
+
+
+@pytest.mark.parametrize(
+    ("changes", "arguments", "words"),
+    [
+        ({}, {"formulation": "complementary"}, "gap or marching here: steady rolling is no minimum of an energy"),
+        ({}, {"formulation": "potential"}, "no minimum"),
+        ({"motion": SHIFT}, {"formulation": "marching"}, "potential or gap here: only steady rolling is marched to"),
+        (
+            {"motion": vc.Transient(steps=2, vx=1e-3)},
+            {"tangential": "clarabel", "formulation": "marching"},
+            "only steady rolling is",
+        ),
+        ({"motion": SHIFT}, {"tangential": "tang", "formulation": "marching"}, "no program is stated"),
+        ({}, {"tangential": "tang", "formulation": "gap"}, "auto or marching here: tang states no program"),
+        ({}, {"tangential": "fastsim", "formulation": "gap"}, "no program is stated"),
+        ({"motion": None}, {"normal": "clarabel", "formulation": "gap"}, "there is a normal program only"),
+        ({"motion": None}, {"normal": "norm", "formulation": "potential"}, "no program is stated"),
+        ({"motion": None}, {"formulation": "complementary"}, "no program is stated"),
+    ],
+)
+def test_formulations_that_do_not_apply(rolling, changes, arguments, words):
+    with pytest.raises(vc.SceneError, match=words) as failure:
+        vc.solve(rolling(**changes), **arguments)
+    assert failure.value.field == "formulation"
+
+
+def test_gap_that_is_not_convex_is_refused_unpolished(rolling):
+    """Long elements and short steps: S is indefinite, the program has no meaning, and nothing is asked of a solver."""
+    a, b = np.sqrt(5), 1 / np.sqrt(5)
+    motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.4 * 2 * a / 8)
+    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS)
+    for name in ("clarabel", "scs", "cvxpy:SCS"):
+        with pytest.raises(vc.SceneError, match="not convex"):
+            solved(scene, tangential=name, polish=False)
+
+
+def test_marching_where_the_gap_is_not_convex(rolling, check_kkt):
+    """The programs of its steps are convex: it does march, polished and not, and ends at one solution."""
+    a, b = np.sqrt(3), 1 / np.sqrt(3)
+    motion = vc.Steady(vx=0.05, spin=0.03, dq=0.3 * 2 * a / 8)
+    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS)
+    newton = vc.solve(scene, tangential="clarabel")
+    assert newton.plan.formulation == "gap" and newton.iterations["tangential"] < 20
+    marched = vc.solve(scene, tangential="clarabel", formulation="marching")
+    assert marched.iterations["tangential"] > 100, "each step of the march has a dozen"
+    check_kkt(marched, 1e-11, closed_form=True)
+    np.testing.assert_allclose(marched.traction, newton.traction, atol=1e-12)
+    steps = vc.solve(scene, tangential="tang-safeguarded", formulation="marching")
+    np.testing.assert_allclose(steps.traction, newton.traction, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ({"tangential": "osqp"}, "second-order cones"),
+        ({"tangential": "cvxpy:OSQP"}, "second-order cones"),
+        ({"tangential": "norm"}, "normal problems"),
+        ({"normal": "tang"}, "tangential problem"),
+        ({"normal": "fastsim"}, "tangential problem"),
+    ],
+)
+def test_a_method_of_the_other_problem_is_refused_with_the_reason(rolling, arguments, reason):
+    with pytest.raises(vc.SceneError, match=reason):
+        vc.solve(rolling(), **arguments)

@@ -1,0 +1,325 @@
+"""Where nothing moves along x, or nothing along y, tractions have one component: the same answer, for less.
+
+A force of zero prescribed along the other direction keeps both components: that is the full problem.
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import varcontact as vc
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.gap import force_bound, gap, project, tangential_residual
+from varcontact.problem.problem import RawSolution, Settings
+from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
+from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
+from varcontact.solvers.conic.solvers import solve_tangential
+from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+from varcontact.solving.grid_search import first_grid
+from varcontact.solving.subproblems import hertz_pressure, unloaded
+
+UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
+QUADRATIC = [name for name in normal_methods() if states_programs(name) and name not in tangential_methods()]
+MOTIONS = {
+    "creepage along x": (vc.Steady(vx=0.02), "Fy"),
+    "creepage along y": (vc.Steady(vy=0.02), "Fx"),
+    "force along x": (vc.Steady(Fx=-0.06), "Fy"),
+    "force along y": (vc.Steady(Fy=0.06), "Fx"),
+    "shift along x": (vc.Shift(ux=0.06), "Fy"),
+    "shift along y": (vc.Shift(uy=-0.06), "Fx"),
+    "shift by a force": (vc.Shift(Fx=-0.06), "Fy"),
+    "force that sticks": (vc.Steady(Fx=1e-5, dq=0.05), "Fy"),
+    "nearly all that friction carries": (vc.Steady(Fx=-0.1249), "Fy"),
+    "full slip": (vc.Steady(vx=10.0), "Fy"),
+}
+
+
+def scene(**changes):
+    base = {
+        "bodies": vc.Bodies(G=1.0, nu=0.28),
+        "surface": vc.Cylinders(R=5.0, reference_depth=50.0),
+        "normal_force": 0.5,
+        "friction": 0.25,
+        "motion": vc.Steady(Fx=-0.06),
+        "grid": vc.Grid(nx=24),
+    }
+    return vc.Scene(**(base | changes))
+
+
+def in_full(motion, other):
+    return dataclasses.replace(motion, **{other: 0.0})
+
+
+def posed(motion, marching=False, **changes):
+    described = scene(motion=motion, **changes)
+    disc = discretise(described, first_grid(described, None))
+    return disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure, marching=marching)
+
+
+def same(one, full, tol=1e-12):
+    """To rounding: fields, areas, creepages; both certified."""
+    moved = max(np.abs(full.slip).max(), np.abs(full.creepage).max())
+    np.testing.assert_allclose(one.pressure, full.pressure, atol=tol * full.pressure.max())
+    np.testing.assert_allclose(one.traction, full.traction, atol=tol * full.pressure.max())
+    np.testing.assert_allclose(one.slip, full.slip, atol=tol * moved)
+    np.testing.assert_allclose(one.creepage, full.creepage, atol=tol * moved)
+    np.testing.assert_allclose(one.distance, full.distance, atol=tol * np.abs(full.distance).max())
+    np.testing.assert_array_equal(one.state, full.state)
+    assert max(one.certificate.relative_gap, full.certificate.relative_gap) < tol
+
+
+@pytest.mark.parametrize("case", MOTIONS)
+def test_the_answer_is_that_of_the_full_problem(case):
+    motion, other = MOTIONS[case]
+    assert (posed(motion).components, posed(in_full(motion, other)).components) == (1, 2)
+    one, full = vc.solve(scene(motion=motion)), vc.solve(scene(motion=in_full(motion, other)))
+    same(one, full)
+    missing = {"Fx": 0, "Fy": 1}[other]
+    assert not one.traction[missing].any() and not one.slip[missing].any()
+    assert one.certificate.force_bound[missing] == 0
+    np.testing.assert_allclose(one.sensitivity(), full.sensitivity(), atol=1e-9 * np.abs(full.sensitivity()).max())
+
+
+@pytest.mark.parametrize("motion", ["force along x", "creepage along y", "shift by a force"])
+@pytest.mark.parametrize("name", [*tangential_methods(), *QUADRATIC])
+def test_every_solver(name, motion):
+    described = scene(motion=MOTIONS[motion][0])
+    best = vc.solve(described)
+    formulations = ["gap"] if isinstance(described.motion, vc.Steady) else ["complementary", "potential", "gap"]
+    for formulation in formulations if states_programs(name) else ["auto"]:
+        if name == "qpsolvers:quadprog" and formulation != "complementary":
+            with pytest.raises(vc.NotConverged, match="not positive definite"):
+                vc.solve(described, tangential=name, formulation=formulation)
+            continue
+        sol = vc.solve(described, tangential=name, formulation=formulation, tol=1e-7)
+        np.testing.assert_allclose(sol.traction, best.traction, atol=1e-6 * best.pressure.max())
+
+
+@pytest.mark.parametrize("name", ["clarabel", "osqp", "tang", "qpsolvers:quadprog"])
+def test_marching(name):
+    """Its steps are shifts: also for the solver that wants a positive definite program."""
+    described = scene(motion=vc.Steady(Fx=-0.06))
+    sol, best = vc.solve(described, tangential=name, formulation="marching", tol=1e-7), vc.solve(described)
+    np.testing.assert_allclose(sol.traction, best.traction, atol=1e-6 * best.pressure.max())
+
+
+@pytest.mark.parametrize("name", [name for name in [*tangential_methods(), *QUADRATIC] if states_programs(name)])
+def test_every_solver_unpolished(name):
+    """Each solver's own answer."""
+    problem = posed(vc.Shift(Fx=-0.06))
+    exact = tang_safeguarded(problem)
+    raw = solve_tangential(name, problem, Settings(tol=1e-8))
+    assert raw.traction.shape == (1, problem.size) and raw.rigid.shape == (1,)
+    np.testing.assert_allclose(raw.traction, exact.traction, atol=1e-6 * problem.bound.max())
+    np.testing.assert_allclose(raw.rigid, exact.rigid, rtol=1e-6)
+
+
+@pytest.mark.parametrize("coupling", ["johnson", "panagiotopoulos", "joint"])
+@pytest.mark.parametrize(
+    "motion", [vc.Steady(Fx=0.0), vc.Steady(vx=0.02), vc.Shift(Fx=0.05), vc.Shift(ux=-0.05)], ids=repr
+)
+@pytest.mark.parametrize("methods", [("clarabel", "clarabel"), ("norm", "tang-safeguarded"), ("osqp", "osqp")])
+def test_unlike_bodies(methods, motion, coupling):
+    """The pressure alone shifts particles along x, and nothing along y."""
+    solved = [
+        vc.solve(scene(bodies=UNLIKE, motion=described), *names, coupling, tol=1e-10)
+        for described, names in ((motion, methods), (in_full(motion, "Fy"), ("norm", "tang-safeguarded")))
+    ]
+    same(*solved, tol=1e-8)
+    assert not solved[0].traction[1].any()
+    np.testing.assert_array_equal(solved[0].certificate.force_bound, [np.inf, 0.0, 0.0])
+
+
+def test_unlike_bodies_that_move_along_y_need_both():
+    assert vc.solve(scene(bodies=UNLIKE, motion=vc.Steady(vy=0.01))).traction.any(axis=(1, 2)).all()
+
+
+def test_no_coupling_at_all_in_point_contact():
+    """nu = 0: the influence numbers xy vanish there, too."""
+    ball = scene(
+        bodies=vc.Bodies(G=1.0, nu=0.0), surface=vc.Ellipse(1.0, 0.7), motion=vc.Steady(vx=0.05),
+        grid=vc.Grid(nx=10, ny=10),
+    )  # fmt: skip
+    one, full = vc.solve(ball), vc.solve(dataclasses.replace(ball, motion=in_full(ball.motion, "Fy")))
+    same(one, full)
+    assert one.certificate.force_bound[1] == 0 < one.certificate.force_bound[2]
+    spin = vc.solve(dataclasses.replace(ball, motion=vc.Steady(spin=0.1)))
+    assert spin.traction[1].any()
+
+
+def test_programs_have_half_the_size():
+    for program, motion, fields in (
+        (gap_program, vc.Steady(Fx=-0.06), 1),
+        (shift_program, vc.Shift(Fx=-0.06), 0),
+        (shift_potential, vc.Shift(Fx=-0.06), 1),
+    ):
+        one, full = (program(posed(described)) for described in (motion, in_full(motion, "Fy")))
+        n = posed(motion).size
+        unknown = fields  # the shift of a prescribed force is a variable where t is one
+        assert one.q.size == (1 + fields) * n + unknown
+        assert full.q.size >= (2 + fields) * n + 2 * unknown
+        assert {cone for cone in one.cones if cone[0] == "second_order"} == {("second_order", 2)}
+        pairs = one.polyhedral()
+        assert not (pairs.kinds == "second_order").any()
+        assert pairs.b.size == one.b.size
+        assert full.polyhedral() is full
+
+
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=25)
+def test_pairs_of_inequalities_are_the_cones(seed):
+    """Any slack is in the cone exactly where both inequalities hold, and multipliers come back as they were."""
+    random = np.random.default_rng(seed)
+    cones = gap_program(posed(vc.Steady(Fx=-0.06), grid=vc.Grid(nx=6)))
+    pairs = cones.polyhedral()
+    x, y = random.normal(size=cones.q.size), random.normal(size=cones.b.size)
+    slack, lines = cones.b - cones.A @ x, pairs.b - pairs.A @ x
+    round_, straight = cones.kinds == "second_order", pairs.kinds == "nonnegative"
+    inside = slack[round_][::2] >= np.abs(slack[round_][1::2])
+    np.testing.assert_array_equal((lines[straight].reshape(-1, 2) >= 0).all(axis=1), inside)
+    traction, rigid = pairs.recover(x, y)
+    np.testing.assert_array_equal(traction, cones.recover(x, y)[0])
+    np.testing.assert_array_equal(rigid, cones.recover(x, y)[1])
+    np.testing.assert_allclose(pairs.A.T @ y, cones.A.T @ turned_back(y, cones), atol=1e-12)
+
+
+def turned_back(y, cones):
+    z, first = y.copy(), np.flatnonzero(cones.kinds == "second_order")[::2]
+    z[first], z[first + 1] = y[first] + y[first + 1], y[first + 1] - y[first]
+    return z
+
+
+@pytest.mark.parametrize("name", QUADRATIC)
+def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
+    for described in (
+        scene(motion=vc.Steady(vx=0.01, vy=0.01)),
+        scene(motion=in_full(vc.Steady(vx=0.01), "Fy")),
+        scene(motion=vc.Steady(vy=0.01), bodies=UNLIKE),
+        scene(surface=vc.Ellipse(1.0, 1.0), grid=vc.Grid(nx=8, ny=8)),
+    ):
+        with pytest.raises(vc.SceneError, match="second-order cones") as failure:
+            vc.solve(described, tangential=name)
+        assert failure.value.field == "tangential"
+    with pytest.raises(vc.SceneError, match="normal problems"):
+        vc.solve(scene(), tangential="norm")
+
+
+def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
+    """Memory for n^2 numbers, not (2 n)^2."""
+    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 2 * 240.0 * 24**2)
+    assert vc.solve(scene(), tangential="clarabel").converged
+    with pytest.raises(vc.TooLarge):
+        vc.solve(scene(motion=in_full(vc.Steady(Fx=-0.06), "Fy")), tangential="clarabel")
+
+
+# ------------------------------------------------------------------------------------------- active sets, no slip
+
+
+@pytest.mark.parametrize("case", MOTIONS)
+def test_active_sets(case):
+    """TANG as printed and safeguarded: no tractions turn, so that each step is exact for its areas."""
+    problem = posed(MOTIONS[case][0])
+    printed, safe = tang(problem), tang_safeguarded(problem)
+    assert printed.status == safe.status == "Solved"
+    np.testing.assert_allclose(printed.traction, safe.traction, atol=1e-11 * problem.bound.max())
+    assert tangential_residual(problem, safe.traction, safe.rigid) < 1e-12
+    full = tang_safeguarded(posed(in_full(*MOTIONS[case])))
+    direction = problem.directions[0]
+    np.testing.assert_allclose(safe.traction[0], full.traction[direction], atol=1e-11 * problem.bound.max())
+
+
+@given(seed=st.integers(0, 10**6), size=st.sampled_from([0.0, 1e-3, 1.0, 10.0]))
+@settings(max_examples=25)
+def test_active_sets_from_any_start(seed, size):
+    """Also from no traction at all, where the areas of the natural map slip: no element keeps a traction of zero."""
+    from varcontact.solvers.registry import tangential_solver
+
+    problem = posed(vc.Steady(vx=0.05))
+    noise = size * np.random.default_rng(seed).normal(size=(1, problem.size))
+    start = RawSolution(noise * problem.bound, np.zeros(1), 0, "")
+    exact = tang_safeguarded(problem)
+    for name in ("tang", "tang-exact", "tang-safeguarded"):
+        raw = tangential_solver(name)(problem, Settings(), start)
+        assert raw.solved
+        np.testing.assert_allclose(raw.traction, exact.traction, atol=1e-11 * problem.bound.max())
+
+
+def test_without_slip():
+    for motion in (vc.Steady(Fx=-0.2), vc.Steady(vy=0.01)):
+        problem = posed(motion, friction=np.inf)
+        raw = no_slip(problem)
+        assert raw.traction.shape == (1, problem.size)
+        assert np.abs(problem.shift(raw.traction, raw.rigid)).max() < 1e-13
+        same(vc.solve(scene(motion=motion, friction=np.inf)), vc.solve(in_both(motion)))
+
+
+def in_both(motion):
+    return scene(motion=in_full(motion, "Fy" if motion.vy == 0 else "Fx"), friction=np.inf)
+
+
+def test_nothing_moves():
+    """No direction at all: tractions of zero in the one that is left to say so."""
+    sol = vc.solve(scene(motion=vc.Steady()))
+    assert not sol.traction.any() and sol.converged
+    assert not sol.certificate.force_bound.any()
+
+
+def test_scan_through_both():
+    """The directions are each creepage's own; where it starts from may have had more, or fewer."""
+    creepages = [[0.01, 0.0, 0.0], [0.01, 0.005, 0.0], [0.02, 0.0, 0.0], [0.0, 0.01, 0.0]]
+    for tangential in ("tang-safeguarded", "clarabel"):
+        together = vc.scan(scene(motion=vc.Steady()), creepages, tangential=tangential)
+        for (vx, vy, _), sol in zip(creepages, together, strict=True):
+            same(sol, vc.solve(scene(motion=vc.Steady(vx=vx, vy=vy))), tol=1e-10)
+
+
+# ----------------------------------------------------------------------------------------------- the certificate
+
+
+def test_tractions_in_the_other_direction_are_judged_as_well():
+    """They can be given; the gap then is that of the full problem, and the error within its bounds."""
+    described = scene(motion=vc.Steady(vx=0.02))
+    sol = vc.solve(described, normal="clarabel")
+    lateral = np.array([0 * sol.pressure, 0.01 * sol.pressure])
+    certificate = vc.certify(dataclasses.replace(described, grid=sol.grid), sol.traction + lateral, sol.pressure)
+    assert certificate.relative_gap > 1e3 * max(sol.certificate.relative_gap, 1e-16)
+    assert certificate.residual > 0.01
+    error = lateral.sum(axis=(1, 2)) * sol.grid.area
+    assert np.all(np.abs(error) <= certificate.force_bound[:2])
+    assert error[1] > 0
+    exact = vc.certify(dataclasses.replace(described, grid=sol.grid), sol.traction, sol.pressure)
+    assert exact.residual < 1e-10 and exact.force_bound[1] == exact.force_bound[2] == 0
+
+
+@given(seed=st.integers(0, 10**6), size=st.floats(-8, 0.5), along=st.sampled_from(["vx", "vy"]))
+@settings(max_examples=30)
+def test_gap_and_force_bound(seed, size, along):
+    """For any admissible tractions: gap > 0, the energy of the error below it, the forces within their bounds."""
+    problem = posed(vc.Steady(**{along: 0.02}))
+    exact = tang_safeguarded(problem).traction
+    noise = np.random.default_rng(seed).normal(size=exact.shape)
+    traction, still = project(exact + 10**size * problem.bound * noise, problem.bound), np.zeros(1)
+    error = traction - exact
+    absolute, _ = gap(problem, traction, still)
+    assert absolute > 0
+    energy = problem.area * np.sum(error * problem.operator.apply(error))
+    assert energy <= absolute * (1 + 1e-9) + 1e-18
+    bound = force_bound(problem, traction, still)
+    x, direction = problem.points[0], problem.directions[0]
+    errors = np.zeros(3)
+    errors[direction] = error.sum()
+    errors[2] = (x * error[0]).sum() * direction
+    assert np.all(np.abs(errors) * problem.area <= bound * (1 + 1e-9) + 1e-15)
+    assert bound[1 - direction] == 0
+
+
+@pytest.mark.parametrize("along", ["vx", "vy"])
+def test_force_bound_dense_and_by_fft_agree(monkeypatch, along):
+    problem = posed(vc.Steady(**{along: 0.02}))
+    traction = 0.9 * tang_safeguarded(problem).traction
+    dense = force_bound(problem, traction, np.zeros(1))
+    monkeypatch.setattr("varcontact.problem.gap.DENSE_LIMIT", 0)
+    np.testing.assert_allclose(force_bound(problem, traction, np.zeros(1)), dense, rtol=1.1e-3)

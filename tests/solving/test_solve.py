@@ -1,0 +1,604 @@
+"""Whole scenes against closed forms, symmetries, and invariances."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import varcontact as vc
+from varcontact.planning.plan import make_plan
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.problem import RawSolution
+from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from varcontact.solving.subproblems import Steps, hertz_pressure, unloaded
+from varcontact.solving.timing import Clock
+
+# ----------------------------------------------------------------------------- normal contact
+
+
+def test_hertz_pressure_carries_the_force(rolling):
+    sol = vc.solve(rolling(motion=None, friction=None, grid=vc.Grid(nx=40, ny=40)))
+    hertz = sol.scene.hertz
+    assert sol.plan.normal == "hertz"
+    assert sol.normal_force == pytest.approx(1.0, rel=1e-13)
+    assert sol.approach == pytest.approx(hertz.approach)
+    exact = hertz.pressure(sol.grid.x[None, :], sol.grid.y[:, None])
+    np.testing.assert_allclose(sol.pressure, exact, atol=5e-3 * hertz.peak_pressure)
+    assert not sol.force.any()
+    assert sol.elements["slip"] == 0
+
+
+def test_normal_program_converges_to_hertz(rolling):
+    """Approach and pressure of the QP against the closed form: the error falls like the element's size."""
+    cells, approach, pressure = np.array([8, 16, 32]), [], []
+    for n in cells:
+        sol = vc.solve(rolling(motion=None, friction=None, grid=vc.Grid(nx=n, ny=n)), normal="clarabel")
+        hertz = sol.scene.hertz
+        exact = hertz.pressure(sol.grid.x[None, :], sol.grid.y[:, None])
+        approach.append(abs(sol.approach / hertz.approach - 1))
+        pressure.append(np.sqrt(np.sum((sol.pressure - exact) ** 2) / np.sum(exact**2)))
+        assert sol.normal_force == pytest.approx(1.0, rel=1e-12)
+        assert sol.certificate.residual < 1e-12
+    assert -np.polyfit(np.log(cells), np.log(pressure), 1)[0] > 0.7
+    assert approach[-1] < 5e-4
+    assert pressure[-1] < 0.02
+
+
+def test_force_and_approach_are_each_others_inverse(rolling):
+    scene = rolling(motion=None, friction=None)
+    by_force = vc.solve(scene, normal="clarabel")
+    asked = dataclasses.replace(scene, normal_force=None, approach=by_force.approach, surface=by_radii(scene))
+    asked = dataclasses.replace(asked, grid=by_force.grid)
+    by_approach = vc.solve(asked, normal="clarabel")
+    assert by_approach.normal_force == pytest.approx(1.0, rel=1e-11)
+    np.testing.assert_allclose(by_approach.pressure, by_force.pressure, atol=1e-11)
+
+
+def by_radii(scene):
+    """The paraboloids that make a scene's ellipse."""
+    return vc.Paraboloids(scene.hertz.Rx, scene.hertz.Ry)
+
+
+def test_contact_conditions(rolling):
+    """p >= 0, e >= 0, p e = 0, element by element (15)-(17)."""
+    sol = vc.solve(rolling(motion=None, friction=None), normal="clarabel")
+    size = sol.approach
+    assert sol.pressure.min() >= 0
+    assert sol.distance.min() > -1e-12 * size
+    assert np.abs(sol.pressure * sol.distance).max() < 1e-12 * size * sol.pressure.max()
+    assert np.all(sol.distance[sol.pressure == 0] > 0)
+
+
+def test_two_patches():
+    """Two bumps far apart share the load like two single ones."""
+    grid = vc.Grid(nx=60, ny=12, dx=0.1, dy=0.1, x0=-3.0, y0=-0.6)
+    x, y = np.meshgrid(grid.x, grid.y)
+    one = ((x - 2) ** 2 + y**2) / 2
+    both = np.minimum(one, one[:, ::-1])
+    scene = vc.Scene(bodies=vc.Bodies(G=100.0, nu=0.3), surface=vc.SampledDistance(both), normal_force=2.0, grid=grid)
+    sol = vc.solve(scene)
+    np.testing.assert_allclose(sol.pressure, sol.pressure[:, ::-1], atol=1e-12)
+    right = sol.pressure[:, 30:].sum() * grid.area
+    assert right == pytest.approx(1.0, rel=1e-12)
+    assert not sol.pressure[:, 25:35].any()
+    single = vc.solve(dataclasses.replace(scene, surface=vc.SampledDistance(one), normal_force=1.0))
+    assert sol.approach > single.approach, "each stands in the other's dent"
+    assert np.abs(sol.pressure[:, 30:] - single.pressure[:, 30:]).max() < 0.03 * single.pressure.max()
+
+
+# ----------------------------------------------------------------------------- shift
+
+
+@pytest.mark.parametrize("part", [0.3, 0.657, 0.9])
+def test_cattaneo(part):
+    """nu = 0, where Cattaneo is exact: shift, traction, and the area of the stick disk, to the grid's error."""
+    bodies = vc.Bodies(G=1.0, nu=0.0)
+    scene = vc.Scene(
+        bodies=bodies, surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.4,
+        motion=vc.Shift(Fx=-part * 0.4), grid=vc.Grid(nx=32, ny=32),
+    )  # fmt: skip
+    sol = vc.solve(scene)
+    exact = cattaneo_mindlin(scene.hertz, bodies, 0.4, -part * 0.4)
+    assert sol.force == pytest.approx([-part * 0.4, 0.0], abs=1e-14)
+    assert sol.creepage[0] == pytest.approx(exact.shift, rel=0.02)
+    assert sol.areas["stick"] == pytest.approx(np.pi * exact.stick_radius**2, rel=0.06)
+    inside = exact.traction(sol.grid.x[None, :], sol.grid.y[:, None])
+    difference = np.sqrt(np.sum((sol.traction[0] - inside) ** 2) / np.sum(inside**2))
+    assert difference < 0.05
+    assert np.abs(sol.traction[1]).max() < 1e-13, "for nu = 0 there is no lateral traction"
+
+
+def test_cattaneo_converges():
+    """The shift under a given force, against the closed form: fitted order and an absolute cap."""
+    bodies, errors, cells = vc.Bodies(G=1.0, nu=0.0), [], np.array([8, 12, 16, 24, 32])
+    for n in cells:
+        scene = vc.Scene(
+            bodies=bodies, surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.4,
+            motion=vc.Shift(Fx=-0.2628), grid=vc.Grid(nx=n, ny=n),
+        )  # fmt: skip
+        exact = cattaneo_mindlin(scene.hertz, bodies, 0.4, -0.2628)
+        errors.append(abs(vc.solve(scene).creepage[0] / exact.shift - 1))
+    assert -np.polyfit(np.log(cells), np.log(errors), 1)[0] > 0.7
+    assert errors[-1] < 0.01
+
+
+def test_shift_problem_turns_with_the_axes(rolling):
+    """Rotated by 90 degrees: ellipse, shift and all."""
+    motion = vc.Shift(ux=0.1, uy=0.03, rotation=0.05)
+    turned_motion = vc.Shift(ux=-0.03, uy=0.1, rotation=0.05)
+    sol = vc.solve(rolling(motion=motion, grid=vc.Grid(nx=12, ny=10)))
+    turned = vc.solve(rolling(motion=turned_motion, surface=vc.Ellipse(a=0.9, b=1.2), grid=vc.Grid(nx=10, ny=12)))
+    # (x, y) -> (-y, x): rows become columns
+    px, py = np.rot90(sol.traction[0], -1), np.rot90(sol.traction[1], -1)
+    np.testing.assert_allclose(turned.traction, [-py, px], atol=1e-12)
+    assert turned.force == pytest.approx([-sol.force[1], sol.force[0]], rel=1e-11)
+    assert turned.moment == pytest.approx(sol.moment, rel=1e-11)
+
+
+# ----------------------------------------------------------------------------- steady rolling
+
+
+def test_coulomb_element_by_element(rolling):
+    """|p| <= g; slip opposes traction where it slips; no slip where it sticks (45)-(49)."""
+    sol = vc.solve(rolling())
+    size, slip = np.hypot(*sol.traction), np.hypot(*sol.slip)
+    bound = sol.traction_bound
+    assert np.all(size <= bound * (1 + 1e-12))
+    slips, sticks = sol.state == 2, sol.state == 1
+    assert slips.any()
+    assert sticks.any()
+    assert slip[sticks].max() < 1e-13
+    np.testing.assert_allclose(size[slips], bound[slips], rtol=1e-12)
+    np.testing.assert_allclose(
+        sol.traction[:, slips] * slip[slips], -sol.slip[:, slips] * bound[slips], atol=1e-13 * slip.max()
+    )
+    assert np.all(sol.traction[:, sol.state == 0] == 0)
+
+
+def test_positive_creepage_gives_negative_force(rolling):
+    for creepage, direction in (({"vx": 0.01}, 0), ({"vy": 0.01}, 1), ({"spin": 0.01}, 1)):
+        assert vc.solve(rolling(motion=vc.Steady(**creepage))).force[direction] < 0
+
+
+def test_full_slip(rolling):
+    """Creepage far beyond the elastic: f Fz against the rigid slip, exactly in direction."""
+    sol = vc.solve(rolling(motion=vc.Steady(vx=3e3, vy=-4e3)))
+    assert sol.elements["stick"] == 0
+    assert sol.force == pytest.approx([-0.3 * 0.6, 0.3 * 0.8], rel=1e-4)
+    assert np.hypot(*sol.force) == pytest.approx(0.3, rel=1e-7)
+    spinning = vc.solve(rolling(motion=vc.Steady(spin=1e4, spin_offset=0.0)))
+    assert spinning.force == pytest.approx([0.0, 0.0], abs=2e-3)
+    x, y = spinning.grid.x[None, :], spinning.grid.y[:, None]
+    assert spinning.moment == pytest.approx(
+        -np.sum(spinning.traction_bound * np.hypot(x, y)) * spinning.grid.area, rel=1e-3
+    )
+
+
+def test_small_creepage_slope_is_the_no_slip_limit(rolling):
+    """Where nothing slips the full problem is the linear one; beyond, the force per creepage falls."""
+    for creepage, direction in (("vx", 0), ("vy", 1), ("spin", 1)):
+        linear = vc.solve(rolling(motion=vc.Steady(**{creepage: 1.0}), friction=np.inf))
+        small = vc.solve(rolling(motion=vc.Steady(**{creepage: 1e-5})))
+        assert small.elements["slip"] == 0
+        np.testing.assert_allclose(small.force / 1e-5, linear.force, rtol=1e-10, atol=1e-10)
+        assert small.moment / 1e-5 == pytest.approx(linear.moment, rel=1e-10, abs=1e-10)
+        more = [vc.solve(rolling(motion=vc.Steady(**{creepage: v}))).force[direction] / v for v in (0.03, 0.06, 0.12)]
+        rates = list(np.abs([linear.force[direction], *more]))
+        assert rates == sorted(rates, reverse=True)
+        assert rates[0] > rates[1] > 0.85 * rates[0]
+
+
+def test_mirror(rolling):
+    """y -> -y: vy and spin change their signs, and Fy and Mz."""
+    sol = vc.solve(rolling())
+    mirrored = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=0.02, spin=-0.05)))
+    flipped = sol.traction[:, ::-1] * np.array([1.0, -1.0])[:, None, None]
+    np.testing.assert_allclose(mirrored.traction, flipped, atol=1e-13)
+    assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-12)
+    np.testing.assert_array_equal(mirrored.state, sol.state[::-1])
+
+
+def test_opposite_creepage(rolling):
+    sol = vc.solve(rolling())
+    opposite = vc.solve(rolling(motion=vc.Steady(vx=-0.04, vy=0.02, spin=-0.05)))
+    np.testing.assert_allclose(opposite.traction, -sol.traction, atol=1e-13)
+
+
+def test_swapping_like_and_quasi_identical_bodies(rolling):
+    """Only the combined constants count; with G -> inf and nu = 0.5 on both sides K is zero all the same."""
+    pair = vc.solve(rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=0.5)))
+    swapped = vc.solve(rolling(bodies=vc.Bodies(G=(3.0, 1.0), nu=0.5)))
+    same = vc.solve(rolling(bodies=vc.Bodies(G=1.5, nu=0.5)))
+    np.testing.assert_allclose(swapped.traction, pair.traction, atol=1e-14)
+    np.testing.assert_allclose(same.traction, pair.traction, atol=1e-14)
+
+
+def test_swapping_unlike_bodies(rolling):
+    """Seen from the other body, (x, y) -> (x, -y): K and the spin's sense change, tractions keep their mirror."""
+    bodies, swapped = vc.Bodies(G=(1.0, np.inf), nu=(0.2, 0.3)), vc.Bodies(G=(np.inf, 1.0), nu=(0.3, 0.2))
+    one = vc.solve(rolling(bodies=bodies, motion=vc.Steady(vx=0.01, vy=0.02, spin=0.03)))
+    # Upside down about the x-axis: body 2 becomes body 1; slip and traction change sign, y and z, too.
+    other = vc.solve(rolling(bodies=swapped, motion=vc.Steady(vx=-0.01, vy=0.02, spin=0.03)))
+    assert one.scene.bodies.K == pytest.approx(-other.scene.bodies.K)
+    flipped = one.traction[:, ::-1] * np.array([-1.0, 1.0])[:, None, None]
+    np.testing.assert_allclose(other.traction, flipped, atol=1e-9)
+    np.testing.assert_allclose(other.pressure, one.pressure[::-1], atol=1e-9)
+
+
+def test_prescribed_forces_give_back_the_creepages(rolling):
+    """Fx, Fy, both, and mixed with creepages; also near saturation."""
+    sol = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05)))
+    Fx, Fy = (float(F) for F in sol.force)
+    for motion in (
+        vc.Steady(Fx=Fx, vy=-0.02, spin=0.05),
+        vc.Steady(vx=0.04, Fy=Fy, spin=0.05),
+        vc.Steady(Fx=Fx, Fy=Fy, spin=0.05),
+    ):
+        again = vc.solve(rolling(motion=motion))
+        assert again.creepage == pytest.approx((0.04, -0.02, 0.05), rel=1e-9)
+        np.testing.assert_allclose(again.traction, sol.traction, atol=1e-11)
+    strong = vc.solve(rolling(motion=vc.Steady(Fx=-0.999 * 0.3)))
+    assert strong.force == pytest.approx([-0.999 * 0.3, 0], rel=1e-12, abs=1e-12)
+    again = vc.solve(rolling(motion=vc.Steady(vx=strong.creepage[0])))
+    assert again.force[0] == pytest.approx(-0.999 * 0.3, rel=1e-11)
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(Fx=0.31), vc.Steady(Fx=0.22, Fy=-0.22), vc.Shift(Fx=0.3)])
+def test_saturated(rolling, motion):
+    with pytest.raises(vc.Saturated) as failure:
+        vc.solve(rolling(motion=motion))
+    assert failure.value.limit == pytest.approx(0.3)
+    approach = rolling().hertz.approach
+    with pytest.raises(vc.Saturated):
+        vc.solve(rolling(motion=motion, normal_force=None, approach=approach))
+
+
+def test_step_smaller_and_larger_than_an_element(rolling):
+    """Any dq is solved to rounding, and changes the force by the grid's error only."""
+    forces = []
+    for part in (0.25, 0.5, 1.0, 2.0):
+        sol = vc.solve(rolling(motion=vc.Steady(vx=0.04, dq=part * 0.2)))
+        assert sol.certificate.residual < 1e-12
+        forces.append(sol.force[0])
+    assert np.ptp(forces) < 0.15 * abs(np.mean(forces))
+    assert len(set(np.round(forces, 6))) == 4
+
+
+def test_spin_offset_and_reciprocity(rolling):
+    """theta = 0: the discrete C23 = -C32 exactly (no slip); other offsets shift only the spin's share."""
+    base = {"friction": np.inf}
+    lateral = vc.solve(rolling(motion=vc.Steady(vy=1.0), **base))
+    spin0 = vc.solve(rolling(motion=vc.Steady(spin=1.0, spin_offset=0.0), **base))
+    assert spin0.force[1] == pytest.approx(-lateral.moment, rel=1e-12)
+    spin = vc.solve(rolling(motion=vc.Steady(spin=1.0, spin_offset=0.5), **base))
+    np.testing.assert_allclose(spin.force, spin0.force + 0.5 * 0.2 * lateral.force, rtol=1e-10, atol=1e-12)
+
+
+def test_friction_per_element(rolling):
+    """An array of one number is that number; elements without friction carry nothing and slip."""
+    grid = vc.Grid(nx=12, ny=12, dx=0.2, dy=0.15, x0=-1.2, y0=-0.9)
+    same = vc.solve(rolling(grid=grid, friction=np.full((12, 12), 0.3)))
+    np.testing.assert_allclose(same.traction, vc.solve(rolling(grid=grid)).traction, atol=1e-14)
+    half = np.full((12, 12), 0.3)
+    half[:, :6] = 0.0
+    sol = vc.solve(rolling(grid=grid, friction=half))
+    assert not sol.traction[:, :, :6].any()
+    assert np.all(sol.state[:, :6][sol.pressure[:, :6] > 0] == 2)
+    decades = np.geomspace(1e-6, 1e3, 144).reshape(12, 12)
+    assert vc.solve(rolling(grid=grid, friction=decades)).certificate.residual < 1e-8
+
+
+def test_nothing_moves_nothing_pulls(rolling):
+    for motion in (vc.Steady(), vc.Shift(), vc.Steady(Fx=0.0, Fy=0.0)):
+        sol = vc.solve(rolling(motion=motion))
+        assert not sol.traction.any()
+        assert sol.creepage == (0.0, 0.0, 0.0)
+        assert sol.certificate.relative_gap == 0
+
+
+def test_frictionless_rolling_slips_as_rigid_bodies_do(rolling):
+    sol = vc.solve(rolling(friction=0.0))
+    contact = sol.pressure > 0
+    assert not sol.traction.any()
+    assert sol.plan.tangential == "none"
+    assert np.all(sol.state[contact] == 2)
+    x, y = (c[contact] for c in np.meshgrid(sol.grid.x, sol.grid.y))
+    offset = sol.grid.sides[0] / 6
+    np.testing.assert_allclose(sol.slip[:, contact], [0.04 - 0.05 * y, -0.02 + 0.05 * (x + offset)], atol=1e-14)
+
+
+# ----------------------------------------------------------------------------- units and scale
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3, vy=-5e-4, spin=0.3), vc.Steady(Fx=-5e3, spin=0.3)])
+@pytest.mark.parametrize(("length", "force"), [(1e3, 1.0), (1e6, 1e-6), (1e-6, 1e6), (1e6, 1e6), (1e-6, 1e-6)])
+def test_units(motion, length, force):
+    """SI, mm-N and scales of 10^±6: the same contact to 1e-9."""
+
+    def scene(L, F):
+        Fx = None if motion.Fx is None else motion.Fx * F
+        return vc.Scene(
+            bodies=vc.Bodies(G=8e10 * F / L**2, nu=0.28), surface=vc.Paraboloids(Rx=0.46 * L, Ry=0.3 * L),
+            normal_force=1e5 * F, friction=0.3, grid=vc.Grid(nx=10, ny=10),
+            motion=vc.Steady(vx=motion.vx, vy=motion.vy, spin=motion.spin / L, Fx=Fx),
+        )  # fmt: skip
+
+    for normal in ("hertz", "clarabel"):
+        si, other = (vc.solve(scene(L, F), normal=normal) for L, F in ((1.0, 1.0), (length, force)))
+        np.testing.assert_allclose(
+            other.traction * length**2 / force, si.traction, rtol=0, atol=1e-9 * np.abs(si.traction).max()
+        )
+        np.testing.assert_allclose(
+            other.pressure * length**2 / force, si.pressure, rtol=0, atol=1e-9 * si.pressure.max()
+        )
+        assert other.moment / (length * force) == pytest.approx(si.moment, rel=1e-9)
+        assert other.approach / length == pytest.approx(si.approach, rel=1e-9)
+        assert other.creepage[0] == pytest.approx(si.creepage[0], rel=1e-9)
+        np.testing.assert_array_equal(other.state, si.state)
+
+
+@settings(max_examples=15)
+@given(vx=st.floats(-0.2, 0.2), vy=st.floats(-0.2, 0.2), spin=st.floats(-0.3, 0.3), nu=st.floats(-0.5, 0.5))
+def test_any_creepage_is_solved_to_rounding(rolling, vx, vy, spin, nu):
+    scene = rolling(motion=vc.Steady(vx=vx, vy=vy, spin=spin), bodies=vc.Bodies(G=1.0, nu=nu), grid=vc.Grid(nx=8, ny=8))
+    sol = vc.solve(scene)
+    assert sol.certificate.residual < 1e-10
+    assert sol.certificate.relative_gap < 1e-11
+    work = np.sum(sol.traction * sol.slip)
+    assert work <= 1e-14, "friction takes energy, never gives it"
+
+
+# ----------------------------------------------------------------------------- methods and tolerance
+
+
+def test_hertz_and_the_program_agree_to_the_grids_error(rolling):
+    closed, program = (vc.solve(rolling(), normal=method) for method in ("hertz", "clarabel"))
+    assert np.hypot(*(program.force - closed.force)) < 0.01 * 0.3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field", "words"),
+    [
+        ({"normal": "hertzian"}, "normal", "did you mean hertz"),
+        ({"tangential": "clarable"}, "tangential", "did you mean clarabel"),
+        ({"coupling": "tight"}, "coupling", "panagiotopoulos"),
+        ({"tol": 0.0}, "tol", "positive"),
+        ({"polish": "no"}, "polish", "true or false"),
+        ({"polish": 1}, "polish", "true or false"),
+        ({"progress": 3}, "progress", "None, or a function"),
+    ],
+)
+def test_unknown_methods(rolling, arguments, field, words):
+    with pytest.raises(vc.SceneError, match=words) as failure:
+        vc.solve(rolling(), **arguments)
+    assert failure.value.field == field
+
+
+@pytest.mark.parametrize("scene", [None, "scene.toml", {"normal_force": 1.0}])
+def test_what_is_no_scene_is_refused(scene):
+    with pytest.raises(vc.SceneError, match="must be a Scene"):
+        vc.solve(scene)
+
+
+def test_hertz_is_refused_where_it_is_wrong(rolling):
+    grid = vc.Grid(nx=4, ny=4, dx=1.0, dy=1.0, x0=-2.0, y0=-2.0)
+    samples = rolling(surface=vc.SampledDistance(np.zeros((4, 4))), grid=grid)
+    for scene, reason in ((samples, "paraboloids"), (rolling(bodies=vc.Bodies(G=(1, 2), nu=0.3)), "K")):
+        with pytest.raises(vc.SceneError, match=reason):
+            vc.solve(scene, normal="hertz")
+
+
+def test_not_converged_keeps_the_best_iterate(rolling):
+    with pytest.raises(vc.NotConverged) as failure:
+        vc.solve(rolling(), tol=1e-30)
+    assert failure.value.residual < 1e-12
+    assert failure.value.solution.force[0] < 0
+    assert not failure.value.solution.converged
+
+
+def test_overflow_is_never_taken_for_convergence(rolling):
+    """Finite input, infinite shifts: residuals that are not numbers do not count as small."""
+    motion = vc.Steady(vx=1e308, spin=1e308)
+    with np.errstate(all="ignore"), pytest.raises(vc.NotConverged) as failure:
+        vc.solve(rolling(motion=motion, friction=1e300, grid=vc.Grid(nx=6, ny=6)))
+    assert np.isnan(failure.value.residual)
+    assert not failure.value.solution.converged
+
+
+def test_without_polish_the_answer_is_the_solvers_own(rolling):
+    raw = vc.solve(rolling(), tangential="clarabel", polish=False, tol=1e-4)
+    polished = vc.solve(rolling(), tangential="clarabel")
+    assert polished.certificate.residual < 1e-13 < raw.certificate.residual
+    np.testing.assert_allclose(raw.traction, polished.traction, atol=1e-5)
+
+
+def test_too_large_is_refused_before_the_work(rolling, monkeypatch):
+    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 1e6)
+    with pytest.raises(vc.TooLarge, match="tangential"):
+        vc.solve(rolling())
+
+
+def test_progress_names_the_stages(rolling):
+    stages = []
+    sol = vc.solve(rolling(), progress=stages.append)
+    assert stages == ["grid", "normal", "grid", "tangential", "certificate"]
+    assert set(sol.timing) == {"grid", "normal", "tangential", "certificate", "total"}
+
+
+# ----------------------------------------------------------------------------- unlike bodies
+
+
+@pytest.mark.parametrize("K_scale", [1e-3, 1e-6])
+def test_small_K_tends_to_the_uncoupled_answer(rolling, K_scale):
+    like = vc.solve(rolling(), normal="clarabel")
+    unlike = vc.solve(rolling(bodies=vc.Bodies(G=1.0, nu=(0.28 - K_scale, 0.28 + K_scale))))
+    assert unlike.plan.coupling == "panagiotopoulos"
+    assert unlike.certificate.residual < 1e-8
+    assert np.abs(unlike.traction - like.traction).max() < 20 * K_scale * like.traction_bound.max()
+    assert np.all(np.isinf(unlike.certificate.force_bound)), "no guarantee is known there"
+
+
+def test_johnson_is_one_pass(rolling):
+    """The frictionless pressure, its tractions exact for that, and a residual of the whole that tells the rest."""
+    scene = rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)))
+    one = vc.solve(scene, coupling="johnson")
+    assert one.certificate.tangential_residual < 1e-10
+    assert one.certificate.residual > 1e-3
+    without = vc.solve(dataclasses.replace(scene, motion=None), normal="clarabel")
+    np.testing.assert_allclose(one.pressure, without.pressure, atol=1e-12)
+
+
+def test_passes_that_do_not_reach_the_tolerance_are_named(rolling):
+    """How many passes, and what the last one still changed: the user learns where it hangs."""
+    scene = rolling(bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=vc.Grid(nx=4, ny=4))
+    with pytest.raises(vc.NotConverged, match=r"best of \d+ passes, the last of which changed \d"):
+        vc.solve(scene, tol=1e-17)
+
+
+# ----------------------------------------------------------------------------- elements too long for the step
+
+
+def long_elements(rolling, ratio, part, cells, **motion):
+    """Rolling on elements with dx/dy = ratio, in steps of `part` elements."""
+    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+    step = vc.Steady(dq=part * 2 * a / cells, **motion)
+    return rolling(surface=vc.Ellipse(a=a, b=b), motion=step, grid=vc.Grid(nx=cells, ny=cells))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "part", "motion"),
+    [
+        (3, 0.3, {"vx": 0.016, "spin": 0.001}),
+        (5, 0.4, {"vx": 0.04, "vy": -0.02, "spin": 0.05}),
+        (10, 0.1, {"Fx": -0.25}),
+    ],
+)
+def test_solved_without_a_guarantee(rolling, ratio, part, motion):
+    """S not positive definite: a solution to rounding, no bound, and the report says why there is none."""
+    sol = vc.solve(long_elements(rolling, ratio, part, 8, **motion))
+    assert sol.certificate.residual < 1e-12
+    assert np.all(np.isposinf(sol.certificate.force_bound))
+    assert sol.summary()["certificate"]["force_bound"] == [None, None, None]
+    assert "no guaranteed bound: the symmetric part of the problem is not positive definite" in sol.report()
+    assert f"motion.dq = {sol.scene.motion.dq:.3g} is too short for elements" in sol.report()
+
+
+def test_guarantee_returns_with_a_longer_step(rolling):
+    """The same elements in steps of a whole one: a finite bound again."""
+    sol = vc.solve(long_elements(rolling, 5, 1.0, 8, vx=0.04, vy=-0.02, spin=0.05))
+    assert np.all(sol.certificate.force_bound < 1e-6)
+    assert "guaranteed on this grid" in sol.report()
+
+
+@pytest.mark.parametrize("normal", ["clarabel", "scs", "osqp"])
+def test_no_contact_where_bodies_are_apart(rolling, normal):
+    """Interior points leave small pressures everywhere; elements that are apart are exterior all the same."""
+    scene = rolling(grid=vc.Grid(nx=16, ny=16, dx=0.25, dy=0.25, x0=-2.0, y0=-2.0))
+    rough = vc.solve(scene, normal=normal, tangential="tang-safeguarded", polish=False, tol=1e-6)
+    exact = vc.solve(scene, normal="norm")
+    np.testing.assert_array_equal(rough.pressure > 0, exact.pressure > 0)
+    assert np.sum(rough.pressure > 0) < 100
+
+
+def test_no_friction_anywhere_in_the_contact(rolling):
+    """An array of friction may be positive where nothing touches: there is then nothing but Hertz's pressure."""
+    hertz = rolling().hertz
+    step = 0.6 * max(hertz.a, hertz.b)
+    friction = np.zeros((5, 5))
+    friction[0, 0] = 0.3
+    grid = vc.Grid(nx=5, ny=5, dx=step, dy=step, x0=-2.5 * step, y0=-2.5 * step)
+    sol = vc.solve(rolling(friction=friction, grid=grid, motion=vc.Steady(vx=0.1)))
+    assert sol.converged
+    assert not sol.traction.any()
+
+
+def test_shift_by_nearly_all_that_friction_can_carry(rolling):
+    """A start beside the solution leads TANG astray, where almost nothing sticks: it then begins on its own.
+
+    The creepage against Cattaneo and Mindlin, whose shift is exact for nu = 0.
+    """
+    scene = rolling(
+        bodies=vc.Bodies(G=1.0, nu=0.0),
+        surface=vc.Ellipse(1.0, 1.0),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Shift(Fx=-0.3 * (1 - 1e-6)),
+        grid=vc.Grid(nx=10, ny=10),
+    )
+    sol = vc.solve(scene, tangential="clarabel")
+    exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, scene.motion.Fx)
+    assert sol.certificate.residual < 1e-12
+    assert sol.creepage[0] == pytest.approx(exact.shift, rel=0.03)
+
+
+@pytest.mark.parametrize("normal", ["auto", "norm", "clarabel"])
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"normal_force": 1e-300}, "normal_force"),
+        ({"bodies": ((5e-324, 1.0), 0.3)}, "bodies.G[0]"),
+        ({"surface": (1e308, 1e308)}, "surface.Rx"),
+        ({"normal_force": None, "approach": 1e-300}, "approach"),
+        ({"normal_force": None, "approach": 1e-99, "bodies": (1e-99, 0.3), "surface": (1e-90, 1e-90)}, "scene"),
+    ],
+)
+def test_sizes_beyond_floating_point_are_refused(rolling, change, field, normal):
+    """Their products are 0 or inf: by name, before a division by zero or an answer of noughts."""
+    made = {"bodies": lambda pair: vc.Bodies(*pair), "surface": lambda pair: vc.Paraboloids(*pair)}
+
+    def described():
+        changes = {name: made.get(name, lambda value: value)(value) for name, value in change.items()}
+        return rolling(motion=None, friction=None, **changes)
+
+    with pytest.raises(vc.SceneError) as refusal:
+        vc.solve(described(), normal=normal)
+    assert refusal.value.field == field
+
+
+@pytest.mark.parametrize("load", [{"approach": 1 + 1e-15}, {"normal_force": 1e-20}])
+def test_distances_whose_rounding_is_as_large_as_the_approach_are_refused(rolling, load):
+    """Samples that count from far away are a staircase there; counted from the contact they are none."""
+    x = np.linspace(-1.0, 1.0, 81)
+    near = x**2 / 2 + x[:, None] ** 2 / 2
+    changes = {"normal_force": None, "motion": None, "friction": None, "grid": vc.Grid(nx=8, ny=8)}
+    with pytest.raises(vc.SceneError, match="counted from a level near the contact") as refusal:
+        vc.solve(rolling(surface=vc.SampledDistance(1 + near, x, x), **{**changes, **load}))
+    assert refusal.value.field == "surface.h"
+    sphere = rolling(surface=vc.Paraboloids(1.0, 1.0), **{**changes, "approach": 1e-9})
+    sol = vc.solve(rolling(surface=vc.SampledDistance(near, x, x), **{**changes, "approach": 1e-9}))
+    assert sol.normal_force == pytest.approx(sphere.hertz.force, rel=0.05)
+
+
+@pytest.mark.parametrize("dq", [1e-6, 1e-3, 0.1])
+def test_short_steps(dq):
+    """Carter's force in steps of a small part of an element, by what auto takes."""
+    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.28), force=1e-3)
+    scene = vc.Scene(
+        bodies=contact.bodies,
+        surface=vc.Cylinders(R=1.0),
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Steady(vx=0.15 * contact.a, dq=dq * 2 * contact.a / 40),
+        grid=vc.Grid(nx=40),
+    )
+    sol = vc.solve(scene)
+    assert sol.certificate.residual < 1e-9
+    assert sol.force[0] == pytest.approx(carter(contact, 0.3, creepage=scene.motion.vx).force, rel=0.03)
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=0.05, spin=0.1, dq=1e-4), vc.Shift(Fx=0.1, rotation=0.1)])
+def test_the_program_where_active_sets_fail(rolling, motion):
+    """From nothing that active sets brought, the fallback of the plan has the answer."""
+    scene = rolling(motion=motion, grid=vc.Grid(nx=8, ny=8))
+    best = vc.solve(scene, tangential="tang-safeguarded")
+    steps = Steps(make_plan(scene), 1e-8, polish=True, clock=Clock())
+    assert (steps.plan.tangential, steps.plan.fallback) == ("tang-safeguarded", "clarabel")
+    disc = discretise(scene, best.grid)
+    problem = disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure)
+    nothing = RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(2), 0, "MaxIterations", solved=False)
+    raw = steps._by_program(problem, nothing)
+    assert raw.solved
+    traction, _ = problem.on_grid(raw.traction, raw.rigid)
+    np.testing.assert_allclose(traction * disc.pressure, best.traction, rtol=0, atol=1e-9)

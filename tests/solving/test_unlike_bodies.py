@@ -1,0 +1,228 @@
+"""Unlike bodies: the loops between pressure and tractions."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.elasticity.operators import GridOperator
+from varcontact.planning.plan import make_plan
+from varcontact.problem import discretisation
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.problem import Settings
+from varcontact.solvers.conic.joint import solve_joint
+from varcontact.solving.subproblems import Steps, unloaded
+
+RUBBER, MIXED = vc.Bodies(G=(1.0, math.inf), nu=(0.0, 0.3)), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
+LINE = {"surface": vc.Cylinders(R=1.0), "normal_force": 1e-3, "grid": vc.Grid(nx=30)}
+BALL = {"surface": vc.Ellipse(a=1.2, b=0.9), "normal_force": 1.0, "grid": vc.Grid(nx=8, ny=8)}
+
+
+def scene(**changes):
+    return vc.Scene(**{"bodies": RUBBER, "friction": 0.3, **LINE, **changes})
+
+
+SCENES = [
+    scene(motion=vc.Steady(Fx=0.0)),
+    scene(motion=vc.Steady(Fx=-1e-4), bodies=MIXED),
+    scene(motion=vc.Steady(vx=0.004), friction=0.6),
+    scene(motion=vc.Steady(vx=-0.002, vy=0.003)),
+    scene(motion=vc.Steady(Fx=-1e-3), friction=2.0),
+    scene(motion=vc.Shift(Fx=1e-4)),
+    scene(motion=vc.Shift(Fx=5e-4, Fy=2e-4), friction=1.0),
+    scene(motion=vc.Shift(ux=2e-4), surface=vc.Cylinders(R=1.0, reference_depth=1.0)),
+    scene(motion=vc.Shift(Fx=0.0), surface=vc.Cylinders(R=1.0, reference_depth=1.0), normal_force=None, approach=1e-3),
+    scene(**BALL, motion=vc.Shift(Fx=0.05, Fy=0.1)),
+    scene(**BALL, motion=vc.Shift(ux=0.05, rotation=0.1), bodies=MIXED),
+    scene(**BALL, motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05), bodies=MIXED),
+    scene(**BALL, motion=vc.Steady(Fx=0.1, spin=0.1), friction=0.6),
+]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_both_loops_find_the_same(scene):
+    """Panagiotopoulos's and the joint one, by conic solvers and by active sets: to the tolerance."""
+    alternating = vc.solve(scene, normal="norm", tangential="tang-safeguarded", coupling="panagiotopoulos")
+    together = vc.solve(scene, coupling="joint")
+    largest = alternating.pressure.max()
+    np.testing.assert_allclose(together.pressure, alternating.pressure, rtol=0, atol=2e-7 * largest)
+    np.testing.assert_allclose(together.traction, alternating.traction, rtol=0, atol=2e-7 * largest)
+    np.testing.assert_allclose(together.creepage, alternating.creepage, rtol=1e-6, atol=1e-12)
+    for sol in (alternating, together):
+        assert sol.certificate.residual < 1e-8
+        assert sol.certificate.relative_gap < 1e-9
+        assert sol.certificate.normal_relative_gap < 1e-9
+        assert sol.passes[-1][1] == pytest.approx(sol.certificate.residual, abs=1e-12)
+
+
+@pytest.mark.parametrize("polish", [True, False])
+def test_where_nothing_can_rub_the_joint_loop_is_the_normal_problem(polish):
+    """Friction outside the contact only, and a step without friction between others that have some."""
+    grid = vc.Grid(nx=8, ny=8, dx=0.4, dy=0.4, x0=-1.6, y0=-1.6)
+    corner = np.zeros(grid.shape)
+    corner[0, 0] = 0.3
+    frictionless = vc.solve(scene(**{**BALL, "grid": grid}, friction=None), normal="norm")
+    arguments = {"coupling": "joint", "tangential": "clarabel", "polish": polish, "tol": 1e-5}
+    outside = vc.solve(scene(**{**BALL, "grid": grid}, motion=vc.Shift(ux=0.05), friction=corner), **arguments)
+    steps = vc.Transient(steps=2, vx=0.05, friction=[0.3, 0.0])
+    history = vc.solve(scene(**{**BALL, "grid": grid}, motion=steps, friction=None), **arguments)
+    assert history[0].traction.any()
+    for sol in (outside, history[1]):
+        assert not sol.traction.any()
+        np.testing.assert_allclose(sol.pressure, frictionless.pressure, rtol=0, atol=1e-4)
+
+
+def test_the_conditions_of_the_whole_hold(check_kkt):
+    """Kalker's conditions, pressures and tractions with each other's displacements, by other influence numbers."""
+    check_kkt(vc.solve(SCENES[-1], coupling="joint"), 1e-7)
+
+
+@pytest.mark.parametrize("motion", [vc.Shift(Fx=1e-4), vc.Shift(Fx=2e-4, Fy=1e-4)])
+def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
+    """Under the same bound: pressures, tractions, approach and rigid shift, all from the program's own multipliers."""
+    shift = scene(motion=motion)
+    disc = discretise(shift, vc.Grid(nx=30, dx=0.002, x0=-0.03))
+    steps = Steps(make_plan(shift, "norm", "tang-safeguarded", "joint"), 1e-12, True, lambda stage: _Silent())
+    start = steps.pressure(disc, unloaded(disc.grid))
+    bearing = dataclasses.replace(start, bearing=start.pressure)
+    reference = steps.together(disc, dataclasses.replace(bearing, passes=((1.0, 1e-10),)))
+    normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), start.pressure)
+    bodies = disc.traction_to_distance.between((0,), tangential.directions)
+    blocks = bodies.dense(normal.operator.elements, tangential.operator.elements)
+    pressed, rubbed = solve_joint("clarabel", normal, tangential, blocks, Settings(tol=1e-8))
+    assert pressed.solved
+    np.testing.assert_allclose(pressed.traction, reference.pressure.ravel(), atol=1e-5 * reference.pressure.max())
+    expected, rigid = tangential.of_grid(reference.traction, reference.rigid)
+    np.testing.assert_allclose(rubbed.traction, expected, atol=1e-5 * np.abs(expected).max())
+    assert pressed.rigid[0] == pytest.approx(reference.approach, rel=1e-6)
+    np.testing.assert_allclose(rubbed.rigid, rigid, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize("friction", [1e-1, 1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("kind", [LINE, BALL])
+@pytest.mark.parametrize("motion", [vc.Shift, vc.Steady])
+def test_low_friction_under_a_force_by_active_sets_alone(friction, kind, motion):
+    """Pressures of unlike bodies shift particles far beyond what tractions do: but an element or two, all slip."""
+    force = 0.5 * friction * kind["normal_force"]
+    methods = {"normal": "norm", "tangential": "tang-safeguarded"}
+    for forces in ({"Fx": force}, {"Fx": force, "Fy": 0.6 * force}):
+        sol = vc.solve(scene(**kind, friction=friction, motion=motion(**forces)), **methods)
+        assert sol.certificate.residual < 1e-8
+        assert sol.force == pytest.approx([force, forces.get("Fy", 0.0)], rel=1e-9, abs=1e-12 * force)
+
+
+@pytest.mark.parametrize(
+    ("kind", "motion"),
+    [(BALL, vc.Shift(ux=0.05)), ({**LINE, "surface": vc.Cylinders(R=1.0, reference_depth=1.0)}, vc.Shift(uy=2e-4))],
+    ids=["ball", "line"],
+)
+def test_the_joint_program_has_the_directions_in_which_pressure_alone_moves(kind, motion):
+    """nu = 0, or a line: no traction causes displacements across it. The program by itself, and not its polish."""
+    shift = scene(**kind, motion=motion)
+    alone = vc.solve(shift, tangential="clarabel", coupling="joint", polish=False, tol=1e-5)
+    reference = vc.solve(shift)
+    assert reference.traction.any(axis=(1, 2)).all()
+    np.testing.assert_allclose(alone.traction, reference.traction, rtol=0, atol=1e-4 * reference.traction_bound.max())
+
+
+class _Silent:
+    """A stage that nobody times."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *failure):
+        return None
+
+
+@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
+@pytest.mark.parametrize("kind", [LINE, BALL])
+def test_likeness_recovers_the_uncoupled_answer(kind, coupling):
+    """K = 1e-13 leaves nothing of the coupling but rounding."""
+    motion = vc.Steady(vx=0.002)
+    alike = vc.solve(scene(**kind, motion=motion, bodies=vc.Bodies(G=1.0, nu=0.3)), normal="norm", tangential="tang")
+    bodies = vc.Bodies(G=1.0, nu=(0.3, 0.3 + 4e-13))
+    assert 0 < bodies.K < 1e-12
+    unlike = vc.solve(scene(**kind, motion=motion, bodies=bodies), normal="norm", tangential="tang", coupling=coupling)
+    np.testing.assert_allclose(unlike.pressure, alike.pressure, rtol=0, atol=1e-11 * alike.pressure.max())
+    np.testing.assert_allclose(unlike.traction, alike.traction, rtol=0, atol=1e-10 * alike.pressure.max())
+
+
+@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
+def test_where_the_plain_loop_diverges_the_accelerated_one_does_not(coupling):
+    """K = 0.5, f = 2, half of what friction can carry: without acceleration the residual is 0.1 after 100 passes."""
+    sol = vc.solve(scene(motion=vc.Steady(Fx=-1e-3), friction=2.0), coupling=coupling)
+    assert sol.converged
+    assert 20 < len(sol.passes) < 70
+
+
+def test_a_loop_that_does_not_converge_keeps_its_history_and_its_best():
+    """Full adhesion of a rigid body with nu = 0 on a fine grid: the contact's edge flips for ever."""
+    with pytest.raises(vc.NotConverged, match=r"best of \d+ passes") as failure:
+        vc.solve(scene(motion=vc.Shift(Fx=0.0), friction=math.inf, grid=vc.Grid(nx=60)))
+    sol = failure.value.solution
+    residuals = [residual for _, residual in sol.passes]
+    assert not sol.converged
+    assert sol.certificate.residual == pytest.approx(min(residuals), rel=1e-6)
+    assert sol.certificate.residual == failure.value.residual
+    assert len(residuals) < 100
+
+
+def test_passes_assemble_nothing(monkeypatch):
+    """Influence numbers are made once, whatever the number of passes."""
+    made, dense = [], []
+    operator, assemble = discretisation.strip_operator, GridOperator.dense
+
+    def counted(*args, **keywords):
+        made.append(args[1] + args[2])
+        return operator(*args, **keywords)
+
+    def assembled(self, elements, loaded=None):
+        dense.append((self, tuple(elements)))
+        return assemble(self, elements, loaded)
+
+    monkeypatch.setattr(discretisation, "strip_operator", counted)
+    monkeypatch.setattr(GridOperator, "dense", assembled)
+    sol = vc.solve(scene(motion=vc.Steady(Fx=0.0), grid=vc.Grid(nx=40)), normal="norm", tangential="tang")
+    assert len(sol.passes) > 5
+    assert sorted(made) == ["xyxy", "xyz", "zxy", "zz"]
+    assert len(dense) == len(set(dense))  # a matrix again only where an element enters or leaves the contact
+
+
+def test_johnson_is_one_pass_and_its_certificate_says_what_lacks():
+    """The pressure is that without tractions, his problems are solved, the whole is not."""
+    rolling = scene(motion=vc.Steady(Fx=-1e-4))
+    sol = vc.solve(rolling, coupling="johnson")
+    alone = vc.solve(dataclasses.replace(rolling, motion=None, friction=None), normal="clarabel")
+    np.testing.assert_allclose(sol.pressure, alone.pressure, rtol=0, atol=1e-9 * alone.pressure.max())
+    assert sol.passes == ()
+    assert sol.certificate.tangential_residual < 1e-8
+    assert sol.certificate.residual > 0.05
+
+
+def test_the_grid_follows_a_contact_that_tractions_move():
+    """f = 2, K = 0.5: the contact is wider than Hertz's and aside, and still has the elements that were asked for."""
+    sol = vc.solve(scene(motion=vc.Shift(Fx=1e-3), friction=2.0, grid=vc.Grid(nx=50)), normal="norm", tangential="tang")
+    across = np.flatnonzero(sol.state[0] > 0)
+    assert 0.93 * 50 <= across[-1] - across[0] + 1 <= 52
+    assert 0 < across[0]
+    assert across[-1] < sol.grid.nx - 1
+    assert sol.certificate.normal_residual < 1e-8
+
+
+def test_a_saved_solution_keeps_its_passes(tmp_path):
+    sol = vc.solve(SCENES[0], normal="norm", tangential="tang")
+    sol.save(tmp_path / "sol.nc")
+    assert vc.load(tmp_path / "sol.nc").passes == sol.passes
+    assert sol.summary()["passes"] == len(sol.passes)
+    assert f"{len(sol.passes)} passes" in sol.report()
+
+
+def test_picture_of_the_passes():
+    sol = vc.solve(SCENES[0], normal="norm", tangential="tang")
+    residuals, _ = sol.plot_passes().axes[0].lines
+    assert residuals.get_ydata()[-1] == sol.passes[-1][1]
+    with pytest.raises(vc.SceneError, match="coupling loop"):
+        vc.solve(SCENES[0], coupling="johnson").plot_passes()

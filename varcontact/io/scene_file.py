@@ -1,0 +1,242 @@
+"""Scenes as TOML files, and as plain dictionaries."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import LAWS
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
+from varcontact.scene.units import Units
+
+SURFACES = {
+    "paraboloids": Paraboloids,
+    "ellipse": Ellipse,
+    "cylinders": Cylinders,
+    "sampled-distance": SampledDistance,
+}
+MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
+NO_NUMBER = "none"
+"""What stands in TOML, which has no null, for a step in which an entry of a history is not given."""
+SOLVE_KEYS = ("normal", "tangential", "coupling", "formulation", "tol", "polish", "start")
+
+
+def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
+    """Read a scene from a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    scene : Scene
+    options : dict
+        The file's ``[solve]`` table: keywords of `solve`.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is no TOML, or says something a scene cannot be; unknown keys come with the
+        nearest right one.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.toml"
+    >>> _ = path.write_text('''
+    ... normal_force = 1000.0
+    ... [bodies]
+    ... G = 82e9
+    ... nu = 0.28
+    ... [surface]
+    ... kind = "paraboloids"
+    ... Rx = 0.1
+    ... Ry = 0.1
+    ... ''')
+    >>> scene, options = read_scene(path)
+    >>> scene.surface
+    Paraboloids(Rx=0.1, Ry=0.1)
+    >>> folder.cleanup()
+    """
+    import tomllib
+
+    path = Path(path)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneError("scene file", str(path), f"a file that can be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise SceneError("scene file", str(path), "a TOML file (this is no UTF-8 text)") from None
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError("scene file", str(path), f"a TOML file ({error})") from None
+    except ValueError as error:  # a null character in the name
+        raise SceneError("scene file", str(path), f"a file that can be read ({error})") from None
+    except RecursionError:
+        raise SceneError("scene file", str(path), "a TOML file (this one is nested too deep)") from None
+    options = table.pop("solve", {})
+    _known("solve", _table("solve", options), SOLVE_KEYS)
+    return scene_from(table, path.parent), options
+
+
+def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
+    """A scene from nested dictionaries as a TOML file gives them; files named in it are sought in `folder`."""
+    entries = dict(table)
+    names = [f.name for f in dataclasses.fields(Scene)]
+    _known("", entries, names)
+    for name in ("bodies", "surface"):
+        if name not in entries:
+            raise SceneError(name, None, f"given, as a table [{name}]")
+    entries["bodies"] = _bodies(_table("bodies", entries["bodies"]))
+    rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
+    entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
+    if "motion" in entries:
+        entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
+    if isinstance(entries.get("grid", "auto"), Mapping):
+        entries["grid"] = _made("grid", Grid, entries["grid"])
+    if "units" in entries:
+        entries["units"] = _made("units", Units, _table("units", entries["units"]))
+    if isinstance(entries.get("friction"), Mapping):
+        table = entries["friction"]
+        if "file" in table:
+            entries["friction"] = _from_file("friction", table, folder, 1 if is_line(entries["surface"]) else 2)
+        else:
+            entries["friction"] = _kind("friction", table, LAWS, folder)
+    return Scene(**entries)
+
+
+def scene_to(scene: Scene) -> dict[str, Any]:
+    """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back.
+
+    The start of a history, which is a whole solution, is left out.
+    """
+    table: dict[str, Any] = {}
+    for field in dataclasses.fields(scene):
+        value = getattr(scene, field.name)
+        if value is not None:
+            table[field.name] = _plain(value)
+    return table
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        return value
+    entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
+    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS, **LAWS}.items() if isinstance(value, cls)]
+    table = kinds[0] if kinds else {}
+    return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
+
+
+def _bodies(table: Mapping[str, Any]) -> Bodies:
+    if "E" in table:
+        _known("bodies", table, ("E", "nu"))
+        return Bodies.from_young(*(_needed("bodies", table, name) for name in ("E", "nu")))
+    _known("bodies", table, ("G", "nu", "E"))
+    return Bodies(*(_needed("bodies", table, name) for name in ("G", "nu")))
+
+
+def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path, rows: bool = False) -> Any:
+    entries = dict(_table(name, table))
+    kind = entries.pop("kind", None)
+    if isinstance(kind, str):
+        kind = kind.lower().replace("_", "-")
+    made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
+    if made is Transient:
+        entries = _history(entries, folder)
+    if made is SampledDistance:
+        several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
+        for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
+            if isinstance(entries.get(field), Mapping):
+                entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
+    return _made(name, made, entries)
+
+
+def _history(entries: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The entries of a history: files read, surfaces and the start made, words for what is not given replaced."""
+    made = dict(entries)
+    for field, value in entries.items():
+        if field == "start":
+            made[field] = _start(value, folder)
+        elif field == "surface" and isinstance(value, list):
+            made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
+        elif field == "friction" and isinstance(value, Mapping) and "file" not in value:
+            made[field] = _kind("motion.friction", value, LAWS, folder)
+        elif isinstance(value, Mapping):
+            made[field] = _from_file(f"motion.{field}", value, folder, 1)
+        elif isinstance(value, list):
+            made[field] = [None if each == NO_NUMBER else each for each in value]
+            if field == "friction":
+                made[field] = [_law(k, each, folder) for k, each in enumerate(made[field])]
+    return made
+
+
+def _law(k: int, value: Any, folder: Path) -> Any:
+    """A coefficient, or a law, of friction in step k."""
+    return _kind(f"motion.friction[{k}]", value, LAWS, folder) if isinstance(value, Mapping) else value
+
+
+def _start(value: Any, folder: Path) -> Any:
+    """A solution, or the last step of a history, from the file it was saved to."""
+    from varcontact.io.solution_file import load
+
+    if not isinstance(value, str):
+        raise SceneError("motion.start", value, "the name of a file with a solution")
+    loaded = load(folder / value)
+    return loaded if isinstance(loaded, Solution) else loaded[-1]
+
+
+def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
+    fields = dataclasses.fields(cls)
+    _known(name, entries, [f.name for f in fields])
+    for f in fields:
+        if f.default is dataclasses.MISSING:
+            _needed(name, entries, f.name)
+    return cls(**entries)
+
+
+def _from_file(field: str, table: Mapping[str, Any], folder: Path, dimensions: Literal[1, 2]) -> np.ndarray:
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) of so many dimensions at least, or ``.npy``."""
+    _known(field, table, ("file",))
+    path = folder / str(_needed(field, table, "file"))
+    try:
+        if path.suffix == ".npy":
+            return np.asarray(np.load(path, allow_pickle=False))
+        text = path.read_text(encoding="utf-8")
+        return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=dimensions)
+    except (OSError, ValueError, EOFError) as error:
+        raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({error})") from None
+
+
+def _table(name: str, value: Any) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise SceneError(name, value, f"a table, [{name}]")
+    return value
+
+
+def _needed(name: str, table: Mapping[str, Any], key: str) -> Any:
+    if key not in table:
+        raise SceneError(f"{name}.{key}", None, "given")
+    return table[key]
+
+
+def _known(name: str, table: Mapping[str, Any], known: Any) -> None:
+    for key in table:
+        if key not in known:
+            field = f"{name}.{key}" if name else key
+            raise SceneError(field, table[key], f"left out: there is no such key{checks.nearest(key, known)}")

@@ -1,0 +1,1 @@
+"""What a scene requires, and why: methods, elements, memory."""

@@ -1,0 +1,92 @@
+"""The sizes of a plan before anything is solved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.planning.plan import Plan
+from varcontact.planning.sizes import Counted, Sizes, sizes_of, solves
+from varcontact.problem.contact_grid import outside
+from varcontact.problem.discretisation import Discretisation, discretise, out_of_reach
+from varcontact.problem.mirror import mirror
+from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solving.coupling import ContactState
+from varcontact.solving.grid_search import enlarged, known_grid, wanted_grid
+
+
+def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
+    """Sizes before anything is solved.
+
+    A Hertzian contact of a plan with Hertz's pressure is known in closed form; otherwise upper bounds are given:
+    the elements that can come into contact at all, or where tractions move the contact, all of the grid.
+
+    Raises
+    ------
+    SceneError
+        If a grid does not hold the contact, as far as that can be told.
+    TooLarge
+        If not even the grid fits into memory.
+    """
+    history = isinstance(scene.motion, Transient)
+    grid = wanted_grid(scene) if history else known_grid(scene)
+    if history and grid.explicit:  # each step has its own contact
+        return sizes_of(scene, plan, grid.shape, grid.sides, _at_most(scene, plan, grid.size))
+    if not grid.explicit:  # the contact has to be looked for
+        margin = 2 * grid.margin
+        shape = (grid.rows + (0 if grid.line else margin), grid.nx + margin)
+        return sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1]))
+    disc = discretise(scene, grid)
+    if plan.normal == "hertz":
+        counted = _closed_form(disc, plan)
+    else:
+        moves = plan.coupling in ("panagiotopoulos", "joint")
+        counted = _at_most(scene, plan, grid.size if moves else _reachable(disc))
+    return sizes_of(scene, plan, grid.shape, grid.sides, counted)
+
+
+def _closed_form(disc: Discretisation, plan: Plan) -> Counted:
+    """Under Hertz's pressure everything but the tractions is known."""
+    scene, grid = disc.scene, disc.grid
+    assert disc.hertz is not None
+    pressure = disc.hertz.on_elements(grid)
+    if not pressure.any():
+        raise out_of_reach(scene, grid)
+    untouched = ContactState(pressure, 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
+    overlap = outside(disc, untouched, closed_form=True)
+    if overlap is not None:
+        enlarged(scene, grid, pressure, overlap)  # tells that it does not hold the contact
+    contact = int(np.sum(pressure > 0))
+    if plan.tangential == "none":
+        return Counted(contact, contact, 0)
+    with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
+        bound = (np.broadcast_to(np.asarray(disc.friction), grid.shape) * pressure).ravel()
+    elements = np.flatnonzero(bound > 0)
+    shift = disc.rigid_shift().reshape(2, -1)[:, elements]
+    assert isinstance(scene.motion, Steady | Shift)
+    force = (scene.motion.Fx, scene.motion.Fy)
+    if scene.line or scene.bodies.combined_nu == 0:  # elasticity does not couple x and y: only what moves is unknown
+        moving = sum(bool(shift[i].any()) or force[i] is not None for i in (0, 1))
+        if moving < 2:
+            return Counted(contact, contact, elements.size, components=1)
+    folded = solves(plan) and mirror(elements, grid.nx, shift, bound[elements], force) is not None
+    return Counted(contact, contact, elements.size, mirrored=folded)
+
+
+def _at_most(scene: Scene, plan: Plan, elements: int) -> Counted:
+    if isinstance(scene.friction, np.ndarray):
+        return Counted(elements, elements, min(elements, int(np.sum(scene.friction > 0))), exact=False)
+    return Counted(elements, elements, elements, exact=False)
+
+
+def _reachable(disc: Discretisation) -> int:
+    """The number of elements of the normal problem, which takes one influence number: of an element on itself."""
+    one = replace(disc, grid=disc.grid.window(0, 1, 0, 1))
+    posed = replace(disc)
+    posed.__dict__["normal_operator"] = one.normal_operator
+    reachable = posed.normal_problem().reachable().distance.size
+    if reachable == 0:
+        raise out_of_reach(disc.scene, disc.grid)
+    return reachable

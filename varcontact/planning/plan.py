@@ -1,0 +1,391 @@
+"""What a scene requires, and why; the choice behind "auto". `solve` follows exactly this plan."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from varcontact.checks import choice
+from varcontact.errors import SceneError
+from varcontact.planning.sizes import Sizes
+from varcontact.scene.friction import Law, kind_of
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.solvers.registry import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
+from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_johnson_coefficients
+
+COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
+FORMULATIONS = ("complementary", "potential", "gap", "marching")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a scene requires: its kind, the methods chosen, and how large the problems are.
+
+    Attributes
+    ----------
+    normal : str
+        "hertz", or the solver of the normal problem.
+    tangential : str
+        The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
+    coupling : str
+        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos" or "joint".
+    formulation : str
+        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
+    reasons : dict
+        For each of these and of the following, in one line, why.
+    dimension : str
+        "three-dimensional" or "line contact".
+    bodies : str
+        "quasi-identical" (K = 0) or "unlike".
+    surface : str
+        "Hertzian" or "sampled".
+    motion : str
+        "none", "shift", "steady" (one problem), "marching" (steps until nothing changes) or "transient".
+    friction : str
+        "given" (numbers, known beforehand), "none", or the law that the coefficient follows, by its kind in a scene
+        file: then an outer loop finds it; "several" where a history has more than one of these.
+    special : tuple of str
+        What is simpler than the general case: "frictionless", "no slip", "full slip".
+    fallback : str
+        The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
+    sizes : Sizes, optional
+        Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
+    """
+
+    normal: str
+    tangential: str
+    coupling: str
+    formulation: str = "none"
+    reasons: dict[str, str] = field(default_factory=dict)
+    dimension: str = ""
+    bodies: str = ""
+    surface: str = ""
+    motion: str = ""
+    friction: str = ""
+    special: tuple[str, ...] = ()
+    sizes: Sizes | None = None
+    fallback: str = "none"
+
+    def summary(self) -> dict[str, Any]:
+        """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
+        record = asdict(self)
+        record["special"] = list(self.special)
+        if self.sizes is not None:
+            record["sizes"] |= {"grid": list(self.sizes.grid), "matrices": list(record["sizes"]["matrices"])}
+            record["sizes"]["peak"] = self.sizes.peak
+        return record
+
+    @classmethod
+    def of_record(cls, record: dict[str, Any]) -> Plan:
+        """From what `summary` and JSON made of it."""
+        sizes = dict(record["sizes"]) if record.get("sizes") else None
+        if sizes is not None:
+            sizes.pop("peak", None)  # follows from the stages
+        special = tuple(record.get("special", ()))
+        return cls(**{**record, "special": special, "sizes": None if sizes is None else Sizes.of_record(sizes)})
+
+    def __str__(self) -> str:
+        """For people."""
+        from varcontact.results.report import plan_report
+
+        return plan_report(self)
+
+
+def plan(
+    scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", *, formulation: str = "auto"
+) -> Plan:
+    """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
+
+    It takes closed forms and no influence numbers but one. Where the contact is Hertz's, elements and matrices are
+    those that will be. Where it is found by solving (sampled distances, unlike bodies, a normal program that is asked
+    for), the sizes are upper bounds, and say so; those found stand in the `plan` of the solution.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal, tangential, coupling, formulation : str
+        As in `solve`.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    SceneError
+        For a scene that cannot be treated, or a method that does not exist or cannot treat it.
+    SolverUnavailable
+        If the package of a method is not installed.
+    TooLarge
+        If not even the grid fits into memory. Whether solving does, is for `sizes.peak` to tell.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> plan = vc.plan(scene)
+    >>> plan.normal, plan.bodies, plan.sizes.elements, plan.sizes.mirrored
+    ('hertz', 'quasi-identical', {'normal': 112, 'tangential': 112}, True)
+    >>> [matrix.name for matrix in plan.sizes.matrices if matrix.kind == "table"]
+    ['A_zz', 'A_tt - C_tt']
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    from varcontact.planning.expectations import expected_sizes
+
+    chosen = make_plan(scene, normal, tangential, coupling, formulation)
+    return replace(chosen, sizes=expected_sizes(scene, chosen))
+
+
+def make_plan(
+    scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", formulation: str = "auto"
+) -> Plan:
+    """Choose the methods for a scene: a plan without sizes.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal, tangential, coupling, formulation : str
+        A method by name, or "auto".
+
+    Raises
+    ------
+    SceneError
+        For a method that does not exist or cannot treat the scene; the error lists what can.
+    SolverUnavailable
+        For a method whose package is not installed.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
+    ...                  friction=0.3, motion=vc.Steady(vx=1e-3))
+    >>> plan = make_plan(scene)
+    >>> plan.normal, plan.tangential, plan.coupling
+    ('hertz', 'tang-safeguarded', 'none')
+    """
+    if isinstance(scene.motion, TimeStep):
+        raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
+    chosen, reasons = {}, {}
+    steps = formulation == "marching" and isinstance(scene.motion, Steady)
+    programs = coupling == "joint" or not (formulation == "auto" or steps)  # what is asked for, only programs have
+    chosen["normal"], reasons["normal"] = _normal(scene, normal, programs)
+    _check_edge(scene, chosen["normal"], reasons["normal"])
+    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, programs)
+    chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
+    chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
+    kinds, special = _kinds(scene, chosen), _special(scene)
+    reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
+    dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
+    return Plan(
+        chosen["normal"],
+        chosen["tangential"],
+        chosen["coupling"],
+        chosen["formulation"],
+        reasons,
+        dimension,
+        bodies,
+        surface,
+        motion,
+        friction,
+        tuple(special),
+        fallback="clarabel" if (tangential, chosen["tangential"]) == ("auto", "tang-safeguarded") else "none",
+    )
+
+
+def _kinds(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
+    """What kind of scene it is, in the order of the plan's entries, and what follows from it."""
+    K = scene.bodies.K
+    if scene.line:
+        dimension = "line contact", "nothing depends on y: one row of strips, forces per unit length"
+    else:
+        dimension = "three-dimensional", "the contact is bounded along x and y"
+    if K == 0:
+        bodies = "quasi-identical", "K = 0, tractions do not change the pressure: no blocks between them"
+    elif scene.frictionless:
+        bodies = "unlike", f"K = {K:.3g}, but there are no tractions to change the pressure"
+    else:
+        bodies = "unlike", f"K = {K:.3g}, pressure and tractions depend on each other"
+    if isinstance(scene.surface, SampledDistance):
+        surface = "sampled", "the contact is found by solving the normal problem"
+    else:
+        averaged = ", averaged over every element that it touches" if scene.touched else ""
+        surface = "Hertzian", f"contact and pressure without tractions in closed form{averaged}"
+    if scene.motion is None:
+        motion = "none", "normal contact only"
+    elif isinstance(scene.motion, Transient):
+        motion = "transient", f"{scene.motion.steps} steps, each from what the one before left, symmetric"
+    elif isinstance(scene.motion, Shift):
+        motion = "shift", "one step from the unloaded state, symmetric"
+    elif chosen["formulation"] == "marching":
+        motion = "marching", "steady rolling by steps until nothing changes"
+    else:
+        motion = "steady", "nothing depends on time: one problem, no steps"
+    friction = _friction(scene, chosen["tangential"])
+    return {"dimension": dimension, "bodies": bodies, "surface": surface, "motion": motion, "friction": friction}
+
+
+def _friction(scene: Scene, tangential: str) -> tuple[str, str]:
+    """How the coefficient of friction is known."""
+    if tangential == "none":
+        return "none", "no tangential traction"
+    kinds = {kind_of(friction) for friction in scene.frictions if isinstance(friction, Law)}
+    if not kinds:
+        return "given", "the traction bound follows from the pressure"
+    if tangential in THEORIES:
+        reason = "the coefficient depends on the slip, found particle by particle"
+    else:
+        reason = "the coefficient depends on the slip: an outer loop, in each pass the problem with known coefficients"
+    one = len(kinds) == 1 and all(isinstance(friction, Law) for friction in scene.frictions)
+    return (kinds.pop() if one else "several"), reason
+
+
+def _special(scene: Scene) -> dict[str, str]:
+    """What is simpler than the general case, and how that is known."""
+    if scene.motion is None:
+        return {}
+    if scene.frictionless:
+        return {"frictionless": "friction is 0: no tangential problem"}
+    if scene.no_slip:
+        return {"no slip": "friction is infinite: no bound and no cones, one linear system"}
+    if _slips_all_over(scene):
+        return {
+            "full slip": f"expected by {'Carter' if scene.line else 'Vermeulen and Johnson'}: nothing is left to stick"
+        }
+    return {}
+
+
+def _slips_all_over(scene: Scene) -> bool:
+    """Whether a closed form has full slip: steady rolling without spin of quasi-identical bodies, creepages given."""
+    motion, f = scene.motion, scene.friction
+    if not isinstance(motion, Steady) or not isinstance(f, float) or scene.bodies.K != 0:
+        return False
+    hertz = scene.hertz
+    if hertz is None or motion.spin != 0 or motion.Fx is not None or motion.Fy is not None:
+        return False
+    if scene.line:
+        return motion.vy == 0 and abs(motion.vx) >= f * hertz.a / hertz.Rx
+    nu, limit = scene.bodies.combined_nu, f * hertz.force
+    if not 0 <= nu <= 0.5:
+        return False
+    slope = vermeulen_johnson_coefficients(hertz.a, hertz.b, nu)
+    force = vermeulen_johnson(hertz.a, hertz.b, scene.bodies.combined_G, limit, motion.rigid, slope)
+    return bool(math.hypot(*force) >= limit * (1 - 1e-12))
+
+
+def _check_edge(scene: Scene, normal: str, reason: str) -> None:
+    """What part of a touched element bears pressure is known of Hertz's ellipse, not where pressures are computed."""
+    if scene.touched and normal != "hertz":
+        raise SceneError(
+            "grid.edge", "touched", f'"centres", as the pressure is not in closed form: {normal}, {reason}'
+        )
+
+
+def _normal(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
+    if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
+        raise SceneError("normal", wanted, "another method: it is for the tangential problem")
+    available("normal", wanted, ("auto", *normal_methods()))
+    coupled = scene.bodies.K != 0 and not scene.frictionless
+    hertzian = not any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
+    if wanted == "hertz":
+        if not hertzian:
+            raise SceneError(
+                "normal", wanted, "another method: Hertz's pressure is for paraboloids, ellipses and cylinders"
+            )
+        if coupled:
+            raise SceneError(
+                "normal",
+                wanted,
+                f"another method: with friction Hertz's pressure is for K = 0, K is {scene.bodies.K:.3g}",
+            )
+        return wanted, "asked for; closed form"
+    if wanted != "auto":
+        return wanted, "asked for"
+    if hertzian and not coupled:
+        return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
+    reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
+    return ("clarabel", f"{reason}: a QP") if programs else ("norm", f"{reason}: active sets, exact and the fastest")
+
+
+def _one_direction(scene: Scene) -> bool:
+    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along the other.
+
+    Coulomb's disks then are intervals, and all programs quadratic.
+    """
+    motion = scene.motion
+    if not scene.line or not isinstance(motion, (Steady, Shift)):
+        return False
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
+    along_y = motion.rigid[1] != 0 or motion.Fy is not None
+    return not (along_x and along_y)
+
+
+def _tangential(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
+    methods = tangential_methods()
+    if _one_direction(scene):
+        methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
+    if wanted in normal_methods() and wanted not in methods:
+        why = (
+            "Coulomb's disks are second-order cones, no QP" if states_programs(wanted) else "it is for normal problems"
+        )
+        raise SceneError("tangential", wanted, f"one of {', '.join(methods)} or a theory: {why}")
+    available("tangential", wanted, ("auto", *methods, *THEORIES))
+    if scene.motion is None:
+        return "none", "no motion"
+    if scene.frictionless:
+        return "none", "no friction, no traction"
+    if wanted in THEORIES:
+        reason = why_not(wanted, scene)
+        if reason:
+            raise SceneError("tangential", wanted, f"another method: {reason}")
+        return wanted, "asked for: an approximate theory, how wrong is in the certificate"
+    if scene.no_slip:
+        return "no-slip", "friction is infinite: nothing slips, one linear system"
+    if wanted != "auto":
+        return wanted, "asked for"
+    if programs:
+        of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
+        return "clarabel", of_motion.get(type(scene.motion), "the SOCP of a shift")
+    return "tang-safeguarded", "active sets, exact and the fastest; where they fail, the program"
+
+
+def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:
+    choice("formulation", wanted, ("auto", *FORMULATIONS))
+    steady, tangential = isinstance(scene.motion, Steady), chosen["tangential"]
+    allowed: tuple[str, ...]
+    if states_programs(tangential):
+        allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
+        default = "the only convex program of steady rolling" if steady else "the fewest unknowns"
+        refusal = "steady rolling is no minimum of an energy" if steady else "only steady rolling is marched to"
+    elif tangential in ("none", "no-slip") and states_programs(chosen["normal"]):
+        allowed, default = ("complementary", "potential"), "the fewest unknowns"
+        refusal = "there is a normal program only"
+    elif tangential in TANGENTIAL and steady:
+        allowed, default = ("none", "marching"), f"{tangential} states no program"
+        refusal = default
+    else:
+        allowed, default, refusal = ("none",), "no program", "no program is stated"
+    if wanted == "auto":
+        return allowed[0], default
+    if wanted not in allowed:
+        raise SceneError("formulation", wanted, f"{' or '.join(allowed)} here: {refusal}".replace("none", "auto"))
+    return wanted, "asked for"
+
+
+def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
+    choice("coupling", wanted, ("auto", *COUPLING_METHODS))
+    if scene.frictionless:
+        return "none", "no tangential traction"
+    if scene.bodies.K == 0:
+        return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
+    if wanted == "johnson":
+        return wanted, "asked for: one pass, the pressure as without friction"
+    if wanted == "joint":
+        return wanted, "asked for: pressure and tractions together, with only the traction bound fixed in a pass"
+    return "panagiotopoulos", f"unlike bodies (K = {scene.bodies.K:.3g}): normal and tangential problem in turn"

@@ -1,0 +1,219 @@
+"""How large the problems of a plan are: elements, unknowns, matrices, bytes. Nothing is assembled or solved for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.elasticity.operators import table_bytes
+from varcontact.planning import memory
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.gap import DENSE_LIMIT
+from varcontact.problem.mirror import mirror_of
+from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.registry import TANGENTIAL, states_programs
+from varcontact.solving.coupling import ContactState
+
+if TYPE_CHECKING:
+    from varcontact.planning.plan import Plan
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """One block of influence numbers that a plan assembles.
+
+    Attributes
+    ----------
+    name : str
+        As in "A_zz" or "A_tt - C_tt": t is along x and y, z normal.
+    kind : {"table", "dense", "factor"}
+        By offset, for products by FFT, with its transform; element by element; or Cholesky's factor of that.
+    rows, columns : int
+        Of a table: numbers of offsets along y and x.
+    bytes : int
+    reason : str
+    at_most : bool
+        Whether it may turn out smaller.
+    """
+
+    name: str
+    kind: str
+    rows: int
+    columns: int
+    bytes: int
+    reason: str
+    at_most: bool = False
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large the problems of a plan are.
+
+    Attributes
+    ----------
+    grid : (int, int)
+        Rows and columns of the potential contact, (ny, nx).
+    sides : (float, float), optional
+        Of an element [length]; None where the contact has to be looked for first.
+    elements : dict
+        By problem, "normal" and "tangential": the elements that enter it.
+    unknowns : dict
+        By problem: pressures, or traction components.
+    mirrored : bool
+        Whether the tangential problem is solved on one side of its line of symmetry only.
+    matrices : tuple of Matrix
+    memory : dict
+        Bytes at the peak of each stage: "normal", "tangential" (or "joint"), "certificate".
+    exact : bool
+        Whether elements are known; otherwise they, and what follows from them, are upper bounds.
+    """
+
+    grid: tuple[int, int]
+    sides: tuple[float, float] | None
+    elements: dict[str, int]
+    unknowns: dict[str, int]
+    mirrored: bool
+    matrices: tuple[Matrix, ...]
+    memory: dict[str, float]
+    exact: bool
+
+    @property
+    def peak(self) -> float:
+        """Bytes at the peak of the hungriest stage."""
+        return max(self.memory.values())
+
+    @classmethod
+    def of_record(cls, record: dict[str, Any]) -> Sizes:
+        """From what `dataclasses.asdict` and JSON made of it."""
+        sides = record["sides"]
+        lists = {"grid": tuple(record["grid"]), "sides": None if sides is None else tuple(sides)}
+        return cls(**{**record, **lists, "matrices": tuple(Matrix(**one) for one in record["matrices"])})
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Elements of the normal problem, of the contact, and of the tangential problem with its components."""
+
+    normal: int
+    contact: int
+    tangential: int
+    components: int = 2
+    mirrored: bool = False
+    exact: bool = True
+
+
+def sizes_found(disc: Discretisation, plan: Plan, state: ContactState) -> Sizes:
+    """Sizes of what was solved in the end."""
+    traction = state.traction if plan.coupling != "none" and np.any(state.traction) else None
+    contact = int(np.sum(state.pressure > 0))
+    normal = contact if plan.normal == "hertz" else disc.normal_problem(traction).reachable().distance.size
+    if plan.coupling == "joint":
+        normal = disc.grid.size
+    counted = Counted(normal, contact, 0)
+    if plan.tangential != "none":
+        problem = disc.tangential_problem(state.pressure)
+        folded = solves(plan) and mirror_of(problem) is not None
+        counted = Counted(normal, contact, problem.size, len(problem.rigid_shift), folded)
+    return sizes_of(disc.scene, plan, disc.grid.shape, disc.grid.sides, counted)
+
+
+def solves(plan: Plan) -> bool:
+    """Whether the tangential problem is solved, by whatever method, and not left to a theory."""
+    return plan.tangential == "no-slip" or plan.tangential in TANGENTIAL or states_programs(plan.tangential)
+
+
+def _joint_program(plan: Plan) -> bool:
+    """Whether pressure and tractions are the unknowns of one program."""
+    return plan.coupling == "joint" and plan.formulation == "complementary" and states_programs(plan.tangential)
+
+
+def sizes_of(
+    scene: Scene, plan: Plan, shape: tuple[int, int], sides: tuple[float, float] | None, counted: Counted
+) -> Sizes:
+    """The sizes of a plan on a grid of that shape with so many elements, known or at most."""
+    elements = {"normal": counted.normal}
+    unknowns = {"normal": 0 if plan.normal == "hertz" else counted.normal}
+    if plan.tangential != "none":
+        elements["tangential"] = counted.tangential
+        part = 2 if counted.mirrored else 1
+        unknowns["tangential"] = counted.components * counted.tangential // part if solves(plan) else 0
+    matrices = (*_tables(scene, plan, shape), *_blocks(scene, plan, shape[0] * shape[1], counted))
+    tables = float(sum(matrix.bytes for matrix in matrices if matrix.kind == "table"))
+    stages = {name: tables + size for name, size in _stages(plan, unknowns, matrices).items()}
+    return Sizes(shape, sides, elements, unknowns, counted.mirrored, matrices, stages, counted.exact)
+
+
+def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix]:
+    """Influence numbers by offset; each only where it is needed."""
+    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0
+
+    def table(block: str, blocks: int, rolled: bool, reason: str) -> Matrix:
+        name = f"A_{block} - C_{block}" if rolled else f"A_{block}"
+        return Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, table_bytes(*shape, blocks), reason)
+
+    judged = "to judge Hertz's pressure, and for distances" if plan.normal == "hertz" else "distances by pressures"
+    yield table("zz", 1, False, judged)
+    if plan.tangential != "none":
+        yield table("tt", 4, steady, "shifts by tractions")
+    if isinstance(scene.motion, Transient) and plan.tangential != "none":
+        brought = "C_tt and C_tz" if unlike else "C_tt"
+        bytes_ = table_bytes(*shape, 6 if unlike else 4)
+        reason = "what particles bring along, for each distance of a step"
+        yield Matrix(brought, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, bytes_, reason)
+    if plan.formulation == "marching" and steady:
+        yield table("tt", 4, False, "a step of the march")
+    if unlike and scene.motion is not None:
+        yield table("tz", 2, steady, "K != 0: shifts by pressures")
+    if unlike and plan.tangential != "none":
+        yield table("zt", 2, False, "K != 0: distances by tractions")
+
+
+def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[Matrix]:
+    """Dense matrices on the elements of each problem."""
+    name = "A_tt - C_tt" if isinstance(scene.motion, Steady) else "A_tt"
+
+    def block(name: str, kind: str, rows: int, columns: int, reason: str, at_most: bool = False) -> Matrix:
+        return Matrix(name, kind, rows, columns, 8 * rows * columns, reason, at_most or not counted.exact)
+
+    n, m = counted.normal, counted.components * counted.tangential
+    if states_programs(plan.normal):
+        yield block("A_zz", "dense", n, n, "the normal program")
+    if plan.normal != "hertz":
+        yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
+    if plan.tangential == "none" or m == 0:
+        return
+    joint = _joint_program(plan)
+    steps_only = plan.formulation == "marching" and not states_programs(plan.tangential)  # programs are polished whole
+    whole = (solves(plan) and not steps_only) or plan.tangential == "linear"
+    if counted.mirrored and whole:
+        yield block(name, "dense", m // 2, m // 2, "the tangential problem, on one side of its line of symmetry")
+    elif whole:
+        yield block(name, "dense", m, m, "the tangential problem")
+    if plan.formulation == "marching":
+        half = m // 2 if counted.mirrored else m
+        yield block("A_tt", "dense", half, half, "a step of the march")
+    if joint:
+        yield block("A_zt", "dense", size, m, "the joint program")
+    guaranteed = scene.bodies.K == 0 and not scene.under_law and counted.tangential <= DENSE_LIMIT
+    if (joint or guaranteed) and (counted.mirrored or not whole):
+        yield block(name, "dense", m, m, "the joint program" if joint else "the certificate's bound on forces")
+
+
+def _stages(plan: Plan, unknowns: dict[str, int], matrices: tuple[Matrix, ...]) -> dict[str, float]:
+    """Bytes at the peak of each stage without the tables."""
+    stages = {}
+    if plan.normal != "hertz":
+        stages["normal"] = memory.peak(plan.normal, plan.formulation, unknowns["normal"])
+    if unknowns.get("tangential"):
+        stages["tangential"] = memory.peak(plan.tangential, plan.formulation, unknowns["tangential"])
+    blocks = [matrix for matrix in matrices if matrix.kind == "dense"]
+    for matrix in blocks:
+        if matrix.name == "A_zt":
+            stages["joint"] = memory.peak(plan.tangential, "complementary", matrix.rows + matrix.columns)
+    judged = [matrix.bytes for matrix in blocks if matrix.name.startswith("A_tt")]
+    stages["certificate"] = memory.CERTIFICATE_MATRICES * max(judged, default=0.0)
+    return stages

@@ -1,0 +1,1 @@
+"""The discrete, dimensionless problems, and what measures their solutions: arrays and operators."""

@@ -1,0 +1,363 @@
+"""From a scene to dimensionless problems: discretisation and scaling.
+
+Lengths are scaled by the size of the potential contact, tractions by a typical pressure, displacements by
+``pressure * length / G``: the influence numbers then have G = 1 and everything a solver meets is of order one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.operators import GridOperator, influence_operator, strip_operator
+from varcontact.errors import NoContact, SceneError
+from varcontact.problem.problem import NormalProblem, TangentialProblem
+from varcontact.reference.hertz import HertzContact
+from varcontact.reference.line_contact import line_contact
+from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Motion, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+
+_SHARED = (
+    "lattice",
+    "normal_operator",
+    "tangential_operator",
+    "instant_operator",
+    "pressure_to_shift",
+    "traction_to_distance",
+)
+
+LEAST_STEP = 1e-6
+"""Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
+
+FREE_DEPTH = 4.0
+"""Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
+
+From one length on all influence numbers are positive, and A_zz is positive definite.
+"""
+
+
+RANGE = 280
+"""Powers of ten that forces and their work may have: floating point ends at 308."""
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What a step of a history finds, dimensionless.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (2, ny, nx)
+        The displacement differences u' that the particles bring along.
+    force : ndarray, shape (2,)
+        The tangential force of the step before.
+    """
+
+    displacement: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """A scene on an explicit grid, with its scales and the operators it turns out to need.
+
+    Attributes
+    ----------
+    scene : Scene
+    grid : Grid
+        Explicit, physical.
+    hertz : HertzContact or None
+    distance : ndarray, shape (ny, nx)
+        Undeformed distance, physical.
+    length, pressure : float
+        The scales; `displacement` follows.
+    carried : Carried, optional
+        In a step of a history: what the step before left.
+    coefficient : ndarray, shape (ny, nx), optional
+        Coefficient of friction under a law, as it is taken at the moment.
+    """
+
+    scene: Scene
+    grid: Grid
+    hertz: HertzContact | None
+    distance: np.ndarray
+    length: float
+    pressure: float
+    carried: Carried | None = None
+    coefficient: np.ndarray | None = None
+
+    @property
+    def displacement(self) -> float:
+        """Scale of displacements."""
+        return self.pressure * self.length / self.scene.bodies.combined_G
+
+    @property
+    def force(self) -> float:
+        """Scale of forces; in line contact per unit length."""
+        return self.pressure * (self.length if self.scene.line else self.length**2)
+
+    @property
+    def depth(self) -> float:
+        """Dimensionless depth from which displacements count in line contact."""
+        given = self.scene.reference_depth
+        return FREE_DEPTH if given is None else given / self.length
+
+    @property
+    def afloat(self) -> bool:
+        """Whether displacements are known but for a constant: in line contact without a reference depth."""
+        return self.scene.line and self.scene.reference_depth is None
+
+    @property
+    def hertz_approach(self) -> float:
+        """Hertz's approach [length]; of a line contact from the depth that its influence numbers have."""
+        assert self.hertz is not None
+        if not self.scene.line:
+            return self.hertz.approach
+        return line_contact(self.hertz.Rx, self.scene.bodies, a=self.hertz.a).approach(self.depth * self.length)
+
+    @property
+    def base(self) -> float:
+        """Least undeformed distance on the grid: dimensionless distances and approaches count from there."""
+        return float(self.distance.min())
+
+    @cached_property
+    def lattice(self) -> Grid:
+        """The dimensionless grid."""
+        return self.grid.scaled(self.length)
+
+    @property
+    def motion(self) -> Motion:
+        """How the bodies move, where they do."""
+        motion = self.scene.motion
+        assert motion is not None
+        assert not isinstance(motion, Transient)
+        return motion
+
+    @property
+    def step(self) -> float | None:
+        """Dimensionless distance rolled in a step; None where nothing rolls."""
+        motion = self.scene.motion
+        if motion is None or self.motion.rolls == 0:
+            return None
+        dx = self.grid.sides[0]
+        dq = getattr(motion, "dq", None)
+        if isinstance(motion, Steady) and dq is not None and dq < LEAST_STEP * dx:
+            raise SceneError("motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
+        return (dx if dq is None else dq) / self.length
+
+    @property
+    def lag(self) -> float | None:
+        """Dimensionless distance dq of C in the operators A - C of steady rolling, else None."""
+        return self.step if isinstance(self.scene.motion, Steady) else None
+
+    @cached_property
+    def normal_operator(self) -> GridOperator:
+        """A_zz."""
+        return self._operator("z", "z")
+
+    @cached_property
+    def tangential_operator(self) -> GridOperator:
+        """A_tt, or A_tt - C_tt in steady rolling."""
+        return self._operator("xy", "xy", self.lag)
+
+    @cached_property
+    def instant_operator(self) -> GridOperator:
+        """A_tt of steady rolling, which only a march needs by itself."""
+        return self._operator("xy", "xy")
+
+    @cached_property
+    def pressure_to_shift(self) -> GridOperator:
+        """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
+        return self._operator("xy", "z", self.lag)
+
+    @cached_property
+    def traction_to_distance(self) -> GridOperator:
+        """A_zt; needed for K != 0."""
+        return self._operator("z", "xy")
+
+    def carrying_operator(self, distance: float) -> GridOperator:
+        """C: displacements of the particles that come from a distance further along x, by all tractions that count."""
+        return self._operator("xy", "xyz" if self.scene.bodies.K != 0 else "xy", offset=distance)
+
+    def _operator(self, rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> GridOperator:
+        bodies = self.scene.bodies
+        nu, K = bodies.combined_nu, bodies.K
+        if self.scene.line:
+            return strip_operator(self.lattice, rows, columns, nu=nu, K=K, depth=self.depth, lag=lag, offset=offset)
+        return influence_operator(self.lattice, rows, columns, nu=nu, K=K, lag=lag, offset=offset)
+
+    def moved(self, motion: Motion) -> Discretisation:
+        """The same bodies on the same grid with another motion, but the same step: operators are shared."""
+        return self._sharing(replace(self, scene=replace(self.scene, motion=motion)))
+
+    def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
+        """The same bodies in a step of a history, on the same grid and in the same scales: operators are shared."""
+        assert not isinstance(scene.surface, Ellipse)
+        distance = self.distance if scene.surface is self.scene.surface else scene.surface.distance(self.grid)
+        return self._sharing(replace(self, scene=scene, hertz=scene.hertz, distance=distance, carried=carried))
+
+    def rubbing(self, coefficient: np.ndarray) -> Discretisation:
+        """The same with a coefficient of friction (ny, nx) for each element, as a law has it: operators are shared."""
+        return self._sharing(replace(self, coefficient=coefficient))
+
+    @property
+    def friction(self) -> float | np.ndarray:
+        """Coefficient of friction: the scene's, or a law's; where nothing is known of slip yet, the static one."""
+        friction = self.scene.friction
+        assert friction is not None
+        if not isinstance(friction, Law):
+            return friction
+        return friction.static if self.coefficient is None else self.coefficient
+
+    def _sharing(self, other: Discretisation) -> Discretisation:
+        other.__dict__.update({name: value for name, value in self.__dict__.items() if name in _SHARED})
+        return other
+
+    def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
+        """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""
+        distance = ((self.distance - self.base) / self.displacement).ravel()
+        if traction is not None:
+            distance = distance + self.traction_to_distance.apply(traction).ravel()
+        force, approach = self.scene.normal_force, self.scene.approach
+        return NormalProblem(
+            operator=self.normal_operator.on(np.arange(distance.size)),
+            distance=distance,
+            area=self.lattice.area,
+            force=None if force is None else force / self.force,
+            approach=None if approach is None else (approach - self.base) / self.displacement,
+        )
+
+    def tangential_problem(
+        self,
+        pressure: np.ndarray,
+        bearing: np.ndarray | None = None,
+        marching: bool = False,
+        acting: np.ndarray | None = None,
+    ) -> TangentialProblem:
+        """The tangential problem on the elements with a traction bound, for a pressure (ny, nx).
+
+        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
+        `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
+        """
+        scene, motion = self.scene, self.motion
+        pressed = (pressure if bearing is None else bearing).ravel()
+        contact = pressed > 0
+        with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
+            bound = np.broadcast_to(np.asarray(self.friction), pressure.shape).ravel() * pressed
+        elements = np.flatnonzero(contact & (bound > 0))
+        shift = self.known_shift().reshape(2, -1)[:, elements]
+        if scene.bodies.K != 0:
+            shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
+        forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
+        directions = self._directions(shift, forces, acting)
+        return TangentialProblem(
+            operator=self.tangential_operator.between(directions, directions).on(elements),
+            rigid_shift=shift[list(directions)],
+            bound=bound[elements],
+            points=self.points.reshape(2, -1)[:, elements],
+            area=self.lattice.area,
+            force=tuple(forces[i] for i in directions),
+            symmetric=not isinstance(motion, Steady),
+            instant=self.instant_operator.between(directions, directions).on(elements) if marching else None,
+            directions=directions,
+        )
+
+    def _directions(self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None) -> tuple[int, ...]:
+        """Directions in which tractions can arise: both, or, where elasticity couples them not, those that move."""
+        if self.tangential_operator.table[0, 1].any():
+            return (0, 1)
+        moves = [shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)]
+        return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
+
+    @property
+    def points(self) -> np.ndarray:
+        """Dimensionless x and y of the element centres, (2, ny, nx)."""
+        return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
+
+    def rigid_shift(self) -> np.ndarray:
+        """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
+        x, y = self.points
+        return self.motion.shift(x, y, self.step or 0.0, self.length) / self.displacement
+
+    def known_shift(self) -> np.ndarray:
+        """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
+        return self.rigid_shift() if self.carried is None else self.rigid_shift() - self.carried.displacement
+
+
+def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
+    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
+    left, right, bottom, top = grid.box
+    x = y = 0.0
+    surface = scene.surface
+    if isinstance(surface, SampledDistance):
+        iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
+        least = float(surface.samples[iy, ix])
+        if scene.approach is not None and scene.approach <= least:
+            return NoContact("approach", scene.approach, f"above the least undeformed distance, {least:.6g}")
+        if surface.placed:
+            x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
+        else:
+            x, y = left, bottom
+    if not (left <= x <= right and bottom <= y <= top):
+        box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
+        return SceneError("grid", box, f"a potential contact that contains the contact, which is at {where}")
+    return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
+
+
+def discretise(scene: Scene, grid: Grid) -> Discretisation:
+    """A scene on an explicit grid.
+
+    Raises
+    ------
+    SceneError
+        If the grid cannot hold the contact: elements larger than it, or a distance beyond the approach all over;
+        or a reference depth within the potential contact.
+    """
+    hertz, (dx, dy) = scene.hertz, grid.sides
+    along_x, depth = grid.nx * dx, scene.reference_depth
+    if depth is not None and depth < along_x:
+        raise SceneError(
+            "surface.reference_depth", depth, f"no less than the length of the potential contact, {along_x:.6g}"
+        )
+    if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
+        size = f"{2 * hertz.a:.6g}" + ("" if scene.line else f" by {2 * hertz.b:.6g}")
+        raise SceneError(
+            "grid", dx if scene.line else (dx, dy), f"fine enough to hold one contact element: the contact is {size}"
+        )
+    surface = scene.surface
+    if isinstance(surface, Ellipse):
+        assert hertz is not None
+        surface = Paraboloids(hertz.Rx, hertz.Ry)
+    distance = surface.distance(grid)
+    length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
+    if hertz is not None:
+        pressure = hertz.peak_pressure
+    elif scene.normal_force is not None:
+        pressure = scene.normal_force / (length if scene.line else length**2)
+    else:
+        assert scene.approach is not None
+        overlap = scene.approach - float(distance.min())
+        if overlap <= 0:
+            raise out_of_reach(scene, grid)
+        pressure = scene.bodies.combined_G * overlap / length
+    _check_range(scene, length, pressure)
+    return Discretisation(scene, grid, hertz, distance, length, pressure)
+
+
+def _check_range(scene: Scene, length: float, pressure: float) -> None:
+    """Refuse sizes at which forces, or their work, leave the range of floating point."""
+    with np.errstate(divide="ignore"):
+        L, p, G = np.log10([length, pressure, scene.bodies.combined_G])
+    force = p + (1 if scene.line else 2) * L
+    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    if not largest < RANGE:
+        raise SceneError(
+            "scene",
+            f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scene.bodies.combined_G:.3g}",
+            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
+        )

@@ -1,0 +1,1 @@
+"""What comes out: solutions, histories, stresses, reports."""

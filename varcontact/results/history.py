@@ -1,0 +1,175 @@
+"""The answer of a transient scene: one solution after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class History(Sequence[Solution]):
+    """The steps of a transient scene that are solved: ``history[k]`` is the Solution of step k, from 0.
+
+    Attributes
+    ----------
+    scene : Scene
+        The whole, with its `Transient`.
+    grid : Grid
+        The potential contact of all steps.
+    solutions : sequence of Solution
+        In memory, or read from a file one by one when asked for.
+    settings : dict
+        Tolerance and polish that it was solved with: who goes on with it has to ask for the same.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
+    ...     motion=vc.Transient(steps=3, dq=[0, 0.01, 0.01], Fx=-2e-4), grid=vc.Grid(nx=20))
+    >>> history = vc.solve(scene)
+    >>> print(len(history), history.rolled, history[-1].elements)
+    3 [0.   0.01 0.02] {'contact': 20, 'stick': 14, 'slip': 6}
+    """
+
+    scene: Scene
+    grid: Grid
+    solutions: Sequence[Solution]
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    @overload
+    def __getitem__(self, k: int) -> Solution: ...
+
+    @overload
+    def __getitem__(self, k: slice) -> list[Solution]: ...
+
+    def __getitem__(self, k: int | slice) -> Solution | list[Solution]:
+        if isinstance(k, slice):
+            return [self.solutions[each] for each in range(*k.indices(len(self)))]
+        return self.solutions[k]
+
+    @property
+    def dq(self) -> np.ndarray:
+        """Distance rolled in each step [length], shape (steps,)."""
+        dx = self.grid.sides[0]
+        return np.array([self._motion.step(k, dx).dq for k in range(len(self))])
+
+    @property
+    def rolled(self) -> np.ndarray:
+        """Distance rolled since the start at the end of each step [length], whatever its direction; (steps,)."""
+        return np.cumsum(self.dq)
+
+    @property
+    def position(self) -> np.ndarray:
+        """Where the contact has come along x since the start [length]: rolling backward takes it back; (steps,)."""
+        return np.cumsum(self.dq * self._motion.every("direction")[: len(self)])
+
+    @property
+    def force(self) -> np.ndarray:
+        """Tangential force (Fx, Fy) on body 1, shape (steps, 2)."""
+        return self._series("force", (2,))
+
+    @property
+    def normal_force(self) -> np.ndarray:
+        """Total compressive force, shape (steps,)."""
+        return self._series("normal_force")
+
+    @property
+    def moment(self) -> np.ndarray:
+        """Twisting moment Mz on body 1, shape (steps,)."""
+        return self._series("moment")
+
+    @property
+    def approach(self) -> np.ndarray:
+        """Approach of the bodies [length], shape (steps,)."""
+        return self._series("approach")
+
+    @property
+    def creepage(self) -> np.ndarray:
+        """(vx, vy, spin), in steps that do not roll (ux, uy, rotation); shape (steps, 3)."""
+        return self._series("creepage", (3,))
+
+    @property
+    def dissipation(self) -> np.ndarray:
+        """Work lost by friction in each step [force length], shape (steps,)."""
+        dq = self.dq
+        return self._series("friction_work") * np.where(dq > 0, dq, 1.0)
+
+    @property
+    def _motion(self) -> Any:
+        return self.scene.motion
+
+    def _series(self, name: str, shape: tuple[int, ...] = ()) -> np.ndarray:
+        from varcontact.io.history_file import Stored
+
+        if isinstance(self.solutions, Stored):
+            return self.solutions.series(name)
+        return np.array([getattr(sol, name) for sol in self.solutions]).reshape(len(self), *shape)
+
+    def report(self) -> str:
+        """The history in words, for people: forces of some steps, and the last step."""
+        from varcontact.results.report import report_history
+
+        return report_history(self)
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        return f"History({len(self)} of {self._motion.steps} steps)"
+
+    def summary(self) -> dict[str, Any]:
+        """Series of all steps, and the last in full, as plain numbers: what ``varcontact solve --json`` prints."""
+        from varcontact.results.solution import known
+
+        return {
+            "steps": self._motion.steps,
+            "finished": len(self),
+            "rolled": self.rolled.tolist(),
+            "normal_force": [known(F) for F in self.normal_force],
+            "force": [[known(F) for F in both] for both in self.force],
+            "moment": [known(M) for M in self.moment],
+            "approach": [known(d) for d in self.approach],
+            "creepage": [[known(v) for v in three] for three in self.creepage],
+            "dissipation": [known(W) for W in self.dissipation],
+            "last": self[-1].summary() if len(self) else None,
+        }
+
+    def to_xarray(self) -> xr.Dataset:
+        """All fields and forces stacked along ``step``, with coordinates and units; from a file read when used."""
+        from varcontact.io.history_file import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes on from it.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        from varcontact.io.history_file import save
+
+        save(self, path)
+
+    def plot(self) -> Figure:
+        """Picture of the forces over the distance rolled, and of stick and slip along the middle of the contact."""
+        from varcontact.plotting.history import plot_history
+
+        return plot_history(self)

@@ -1,0 +1,323 @@
+"""The answer: fields in physical units, forces, areas, and the certificate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.planning.plan import Plan
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.gap import Certificate
+from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Motion, Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solving.coupling import ContactState
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
+
+    Attributes
+    ----------
+    scene : Scene
+    grid : Grid
+        The potential contact, explicit.
+    plan : Plan
+        The methods used, and why.
+    pressure : ndarray, shape (ny, nx)
+        Normal traction, compression positive [force/area].
+    traction : ndarray, shape (2, ny, nx)
+        Tangential traction on body 1, x and y [force/area].
+    slip : ndarray, shape (2, ny, nx)
+        Relative slip of body 1 over body 2 in the contact: slip velocity by rolling velocity [-] in rolling, the
+        local shift [length] in a shift (also in a step of a history that does not roll); zero outside.
+    distance : ndarray, shape (ny, nx)
+        Deformed distance [length].
+    state : int8 ndarray, shape (ny, nx)
+        0 exterior, 1 stick, 2 slip.
+    approach : float
+        Approach of the bodies [length]; NaN in line contact without a reference depth.
+    creepage : tuple of float
+        (vx, vy, spin); of a shift (ux, uy, rotation). NaN where a force is prescribed in line contact without a
+        reference depth, in a shift or in a step of a history that changes the force; and without contact.
+    certificate : Certificate
+    converged : bool
+        Whether the tolerance was reached.
+    iterations : dict
+        Solver iterations by problem.
+    status : dict
+        The solvers' own words, by problem.
+    timing : dict
+        Seconds by stage, and in total.
+    passes : tuple of (float, float)
+        Of each pass of a coupling loop: how much it changed (of the tractions, or of the pressure in a joint pass),
+        and the residual of the whole after it. Under a law of friction, of each pass of that: how much it changed of
+        the coefficients.
+    branch : str
+        Under a law of friction, which has several solutions at times: where the search began, "stick" or "slip" all
+        over, a "solution", or what the particles did before in a "history"; empty without a law.
+    """
+
+    scene: Scene
+    grid: Grid
+    plan: Plan
+    pressure: np.ndarray
+    traction: np.ndarray
+    slip: np.ndarray
+    distance: np.ndarray
+    state: np.ndarray
+    approach: float
+    creepage: tuple[float, float, float]
+    certificate: Certificate
+    converged: bool
+    iterations: dict[str, int]
+    status: dict[str, str]
+    timing: dict[str, float]
+    passes: tuple[tuple[float, float], ...] = ()
+    branch: str = ""
+
+    @property
+    def normal_force(self) -> float:
+        """Total compressive force; in line contact this and all forces are per unit length."""
+        return float(self.pressure.sum() * self.grid.area)
+
+    @property
+    def force(self) -> np.ndarray:
+        """Total tangential force (Fx, Fy) on body 1 (116)."""
+        return np.asarray(self.traction.sum(axis=(1, 2)) * self.grid.area)
+
+    @property
+    def moment(self) -> float:
+        """Twisting moment Mz on body 1 about the origin (117)."""
+        x, y = self.grid.x[None, :], self.grid.y[:, None]
+        return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+
+    @property
+    def friction(self) -> np.ndarray | None:
+        """Coefficient that the scene's law of friction has at this slip, (ny, nx); None without a law."""
+        law = self.scene.friction
+        if not isinstance(law, Law):
+            return None
+        return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
+
+    @property
+    def traction_bound(self) -> np.ndarray:
+        """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
+        bound, contact = np.zeros(self.grid.shape), self.pressure > 0
+        friction = self.scene.friction if self.friction is None else self.friction
+        if friction is not None:
+            bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
+        return bound
+
+    @property
+    def elements(self) -> dict[str, int]:
+        """Numbers of elements: contact, stick, slip."""
+        stick, slip = int(np.sum(self.state == STICK)), int(np.sum(self.state == SLIP))
+        return {"contact": stick + slip, "stick": stick, "slip": slip}
+
+    @property
+    def areas(self) -> dict[str, float]:
+        """Areas of contact, stick and slip; in line contact per unit length: widths."""
+        return {name: count * self.grid.area for name, count in self.elements.items()}
+
+    @property
+    def motion(self) -> Motion | None:
+        """How the bodies move: the scene's motion."""
+        assert not isinstance(self.scene.motion, Transient)
+        return self.scene.motion
+
+    @property
+    def friction_work(self) -> float:
+        """Work lost by friction: by distance rolled [force], in a shift [force length]."""
+        return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
+
+    def report(self) -> str:
+        """The solution in words, for people."""
+        from varcontact.results.report import report
+
+        return report(self)
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        Fx, Fy = self.force
+        return (
+            f"Solution(normal_force={self.normal_force:.6g}, force=({Fx:.6g}, {Fy:.6g}), moment={self.moment:.6g}, "
+            f"residual={self.certificate.residual:.1e})"
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
+
+        What is not known (an infinite bound), or no number, is None.
+        """
+        certificate = self.certificate
+        return {
+            "normal_force": known(self.normal_force),
+            "force": [known(F) for F in self.force],
+            "moment": known(self.moment),
+            "approach": known(self.approach),
+            "creepage": [known(c) for c in self.creepage],
+            "elements": self.elements,
+            "certificate": {
+                "gap": known(certificate.gap),
+                "relative_gap": known(certificate.relative_gap),
+                "force_bound": [known(bound) for bound in certificate.force_bound],
+                "residual": known(certificate.residual),
+                "normal_relative_gap": known(certificate.normal_relative_gap),
+                "normal_residual": known(certificate.normal_residual),
+                "tangential_residual": known(certificate.tangential_residual),
+            },
+            "converged": self.converged,
+            "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
+            "formulation": self.plan.formulation,
+            "iterations": self.iterations,
+            "status": self.status,
+            "passes": len(self.passes),
+            "convergence": [[known(change), known(residual)] for change, residual in self.passes],
+            "branch": self.branch,
+            "coefficient": self._coefficients(),
+            "seconds": self.timing["total"],
+        }
+
+    def _coefficients(self) -> list[float] | None:
+        """Least and largest coefficient of friction that a law has where it slips."""
+        if self.friction is None or not np.any(self.state == SLIP):
+            return None
+        found = self.friction[self.state == SLIP]
+        return [float(found.min()), float(found.max())]
+
+    def to_xarray(self) -> xr.Dataset:
+        """All fields with coordinates and units, and the forces, as a dataset."""
+        from varcontact.io.solution_file import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        from varcontact.io.solution_file import save
+
+        save(self, path)
+
+    def sensitivity(self) -> np.ndarray:
+        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.
+
+        Returns
+        -------
+        ndarray, shape (2, 3)
+            ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas
+            as they are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave.
+            Unlike bodies: with the change of the pressures. Line contact has no spin: zeros.
+
+        Raises
+        ------
+        SceneError
+            Without a motion, or for an approximate theory.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+        ...     motion=vc.Steady(vx=1e-6), grid=vc.Grid(nx=16, ny=16))
+        >>> print(vc.solve(scene).sensitivity().round(2) + 0.0)
+        [[-4.33  0.    0.  ]
+         [ 0.   -3.87 -1.56]]
+        """
+        from varcontact.results.sensitivity import sensitivity
+
+        return sensitivity(self)
+
+    def plot(self) -> Figure:
+        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x."""
+        from varcontact.plotting.solution import plot
+
+        return plot(self)
+
+    def plot_passes(self) -> Figure:
+        """Picture of how the passes of a coupling loop converged.
+
+        Raises
+        ------
+        SceneError
+            If there was no coupling loop.
+        """
+        from varcontact.plotting.solution import plot_passes
+
+        return plot_passes(self)
+
+
+def known(value: float) -> float | None:
+    """A number as JSON can have it: None where it is no number, or infinite."""
+    return float(value) if np.isfinite(value) else None
+
+
+def solution_of(
+    disc: Discretisation,
+    plan: Plan,
+    state: ContactState,
+    certificate: Certificate,
+    converged: bool,
+    timing: dict[str, float],
+) -> Solution:
+    """A contact state in physical units, with slip, distances and areas."""
+    scene = disc.scene
+    distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
+    if scene.bodies.K != 0 and np.any(state.traction):
+        distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
+    shift, areas = shift_and_areas(disc, state)
+    rolled = unit_slip(disc)
+    unknown = disc.afloat and scene.approach is None
+    return Solution(
+        scene=scene,
+        grid=disc.grid,
+        plan=plan,
+        pressure=state.pressure * disc.pressure,
+        traction=state.traction * disc.pressure,
+        slip=shift / rolled,
+        distance=distance - state.approach * disc.displacement,
+        state=areas,
+        approach=math.nan if unknown else state.approach * disc.displacement + disc.base,
+        creepage=_creepage(disc, state, rolled),
+        certificate=certificate,
+        converged=converged,
+        iterations=state.iterations,
+        status=state.status,
+        timing=timing,
+        passes=state.passes,
+        branch=state.branch,
+    )
+
+
+def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
+    """What is prescribed, and what was found where a force is; NaN where it could be any."""
+    if disc.scene.motion is None:
+        return 0.0, 0.0, 0.0
+    motion, found = disc.motion, state.rigid / rolled
+    along_x, along_y, about_z = motion.rigid
+    prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
+    unknown = np.full(2, disc.scene.frictionless or not state.pressure.any())
+    if disc.afloat and not isinstance(motion, Steady):
+        before = np.zeros(2) if disc.carried is None else disc.carried.force
+        force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
+        unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force))
+    found = np.where(prescribed & unknown, math.nan, found)
+    return along_x + float(found[0]), along_y + float(found[1]), about_z

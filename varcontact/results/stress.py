@@ -1,0 +1,221 @@
+"""Displacements and stresses below the surface of a solution's bodies (paper, section 6.3.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
+from varcontact.errors import SceneError
+
+if TYPE_CHECKING:
+    from varcontact.results.solution import Solution
+
+BODIES = {1: 1, "upper": 1, 2: 2, "lower": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class SubsurfaceStress:
+    """The elastic field at points of one body, in the scene's units and axes (z up into body 1).
+
+    Attributes
+    ----------
+    body : int
+        1, the upper, or 2, the lower.
+    points : ndarray, shape (3, ...)
+        x, y, z [length]; the trailing shape is that of all fields.
+    displacement : ndarray, shape (3, ...)
+        Of the particles [length]; zero in a rigid body, NaN in line contact without a reference depth.
+    gradient : ndarray, shape (3, 3, ...)
+        ``du_i/dx_j`` at ``[i, j]`` [-].
+    stress : ndarray, shape (3, 3, ...)
+        Tension positive [force/area].
+    """
+
+    body: int
+    points: np.ndarray
+    displacement: np.ndarray
+    gradient: np.ndarray
+    stress: np.ndarray
+
+    @property
+    def first_invariant(self) -> np.ndarray:
+        """sigma_ii (252): three times the mean tension."""
+        return np.asarray(np.trace(self.stress))
+
+    @property
+    def deviator(self) -> np.ndarray:
+        """``s_ij = sigma_ij - sigma_hh delta_ij / 3`` (253), shape (3, 3, ...)."""
+        unit = np.eye(3).reshape(3, 3, *(1,) * (self.stress.ndim - 2))
+        return self.stress - unit * self.first_invariant / 3
+
+    @property
+    def ideal_stress(self) -> np.ndarray:
+        """``sigma_I = sqrt(s_ij s_ij)`` (254)."""
+        return np.sqrt(np.sum(self.deviator**2, axis=(0, 1)))
+
+    @property
+    def von_mises(self) -> np.ndarray:
+        """``sqrt(3/2) sigma_I``: the tension that is as dangerous, by von Mises."""
+        return np.sqrt(1.5) * self.ideal_stress
+
+    @property
+    def principal(self) -> np.ndarray:
+        """Principal stresses, the largest first, shape (3, ...)."""
+        values = np.linalg.eigvalsh(np.moveaxis(self.stress, (0, 1), (-2, -1)))
+        return np.moveaxis(values[..., ::-1], -1, 0)
+
+    @property
+    def tresca(self) -> np.ndarray:
+        """Difference of the largest and the smallest principal stress: twice the largest shear stress."""
+        principal = self.principal
+        return np.asarray(principal[0] - principal[2])
+
+
+def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceStress:
+    """The elastic field at any points in or on one body, from a solution's surface tractions.
+
+    Parameters
+    ----------
+    solution : Solution
+    points : array_like, shape (3, ...)
+        x, y, z [length]; ``z >= 0`` in the upper body, ``z <= 0`` in the lower. In line contact y does not matter.
+    body : 1, 2, "upper" or "lower"
+
+    Returns
+    -------
+    SubsurfaceStress
+
+    Raises
+    ------
+    SceneError
+        For what is no Solution, and points that are not finite or outside the body.
+
+    Notes
+    -----
+    Boussinesq's and Cerruti's integrals over every loaded element in closed form. At ``z = 0`` the field is the limit
+    from inside: below an element the tractions themselves come out. On an edge between elements constant tractions
+    jump: what jumps with them has the mean of both sides, and where a stress is infinite (as ``ln|x|``; sigma_xx by
+    a jump of px), its mean over a width of one element is given. Stresses do not depend on G; in a rigid body they
+    are the limit of a stiff one with its nu.
+
+    Examples
+    --------
+    The largest shear stress below a Hertzian circle is 0.31 of the peak pressure, at a depth of 0.48 a (nu = 0.3).
+
+    >>> import numpy as np
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=2.0,
+    ...                  grid=vc.Grid(nx=24, ny=24))
+    >>> depths = np.linspace(0.3, 0.7, 41)
+    >>> below = vc.stress(vc.solve(scene), [0 * depths, 0 * depths, depths])
+    >>> print(f"{below.tresca.max() / 2 / scene.hertz.peak_pressure:.2f} at {depths[below.tresca.argmax()]:.2f}")
+    0.31 at 0.48
+    """
+    side, solution = _body(body), one_solution(solution)
+    given = checks.numbers("points", points)
+    if given.ndim == 0 or given.shape[0] != 3:
+        turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
+        raise SceneError("points", f"array of shape {given.shape}", f"of shape (3, ...): x, y and z{turned}")
+    depth = given[2] if side == 1 else -given[2]
+    outside = np.flatnonzero(depth < 0)
+    if outside.size:
+        name, where = ("upper", "z >= 0") if side == 1 else ("lower", "z <= 0")
+        first = np.unravel_index(outside[0], depth.shape)
+        raise SceneError(
+            f"points[{', '.join([':', *map(str, first)])}]",
+            given.reshape(3, -1)[:, outside[0]].tolist(),
+            f"in the {name} body, {where} ({outside.size} of {depth.size} points are outside)",
+        )
+    flat = np.stack([given[0].ravel(), given[1].ravel(), depth.ravel()])
+    field = field_at(flat, solution.grid, _tractions(solution, side), **_constants(solution, side))
+    return _of_body(solution, side, given, field)
+
+
+def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> SubsurfaceStress:
+    """The elastic field below all element centres at some depths: by FFT, much faster than point by point.
+
+    Parameters
+    ----------
+    solution : Solution
+    depths : array_like, shape (n,), or a number
+        Distances from the surface, ``>= 0`` [length], in either body.
+    body : 1, 2, "upper" or "lower"
+
+    Returns
+    -------
+    SubsurfaceStress
+        Its arrays have the trailing shape (n, ny, nx).
+
+    Raises
+    ------
+    SceneError
+        For what is no Solution, and depths that are negative or not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...                  grid=vc.Grid(nx=16, ny=16))
+    >>> sol = vc.solve(scene)
+    >>> layers = vc.stress_below(sol, [0.0, 0.5])
+    >>> layers.von_mises.shape
+    (2, 18, 18)
+    >>> bool(np.allclose(layers.stress[2, 2, 0], -sol.pressure, rtol=0, atol=1e-14))
+    True
+    """
+    side, solution = _body(body), one_solution(solution)
+    below = np.atleast_1d(checks.numbers("depths", depths))
+    if below.ndim != 1 or below.size == 0:
+        raise SceneError("depths", f"array of shape {below.shape}", "a number or several")
+    if np.any(below < 0):
+        raise SceneError("depths", float(below.min()), "zero or positive: distances from the surface")
+    field = field_below(below, solution.grid, _tractions(solution, side), **_constants(solution, side))
+    z, y, x = np.meshgrid(below if side == 1 else -below, solution.grid.y, solution.grid.x, indexing="ij")
+    return _of_body(solution, side, np.stack([x, y, z]), field)
+
+
+def one_solution(given: Any) -> Solution:
+    """A single Solution, and no History of them."""
+    from varcontact.results.solution import Solution
+
+    if not isinstance(given, Solution):
+        raise SceneError("solution", given, "a Solution; of a History, one of its steps")
+    return given
+
+
+def _body(body: int | str) -> int:
+    if isinstance(body, bool) or not isinstance(body, (int, str)) or body not in BODIES:
+        raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
+    return BODIES[body]
+
+
+def _tractions(solution: Solution, side: int) -> np.ndarray:
+    """On the body, x, y and into it, shape (3, ny, nx): the lower body is seen in the mirror z -> -z."""
+    tangential = solution.traction if side == 1 else -solution.traction
+    return np.concatenate([tangential, solution.pressure[None]])
+
+
+def _constants(solution: Solution, side: int) -> dict[str, float]:
+    G, nu = solution.scene.bodies.pairs
+    return {"G": G[side - 1], "nu": nu[side - 1], "reference": solution.scene.reference_depth or 1.0}
+
+
+def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticField) -> SubsurfaceStress:
+    """The field in the shape of the points and the scene's axes."""
+    trailing = points.shape[1:]
+    mirror = np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
+    vector = mirror.reshape(3, *(1,) * len(trailing))
+    tensor = np.multiply.outer(mirror, mirror).reshape(3, 3, *(1,) * len(trailing))
+    undetermined = solution.scene.line and solution.scene.reference_depth is None
+    return SubsurfaceStress(
+        body=side,
+        points=points,
+        displacement=field.displacement.reshape(points.shape) * (vector * np.nan if undetermined else vector),
+        gradient=field.gradient.reshape(3, 3, *trailing) * tensor,
+        stress=field.stress.reshape(3, 3, *trailing) * tensor,
+    )

@@ -1,0 +1,1 @@
+"""What the user says: frozen dataclasses that check themselves."""

@@ -1,0 +1,362 @@
+"""How the bodies move over each other: steady rolling, a shift, or a history of steps. Each class checks itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.friction import Law
+from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
+
+if TYPE_CHECKING:
+    from varcontact.results.solution import Solution
+
+SPIN_OFFSET = 1 / 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steady:
+    """Steady rolling in the direction of x.
+
+    Parameters
+    ----------
+    vx, vy : float
+        Longitudinal and lateral creepage [-]: rigid slip of body 1 over body 2 by rolling velocity (75).
+    spin : float
+        Spin creepage [1/length].
+    Fx, Fy : float, optional
+        Tangential force on body 1 in place of the creepage of the same direction [force].
+    dq : float, optional
+        Distance rolled in the step that discretises the slip [length]; the element's dx if not given.
+    spin_offset : float
+        Where the rigid slip of spin is sampled: at ``x + spin_offset * dq``; in [0, 1]. The default 1/6 is
+        CONTACT's; 0 keeps the discrete C23 = -C32 exact, 1/2 is the path's middle.
+    """
+
+    vx: float = 0.0
+    vy: float = 0.0
+    spin: float = 0.0
+    Fx: float | None = None
+    Fy: float | None = None
+    dq: float | None = None
+    spin_offset: float = SPIN_OFFSET
+
+    def __post_init__(self) -> None:
+        _check_rigid(self, "vx", "vy", "spin")
+        if self.dq is not None:
+            object.__setattr__(self, "dq", checks.positive("motion.dq", self.dq))
+        _check_offset(self)
+
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """(vx, vy, spin)."""
+        return self.vx, self.vy, self.spin
+
+    @property
+    def rolls(self) -> int:
+        """1: towards positive x."""
+        return 1
+
+    def shift(self, x: np.ndarray, y: np.ndarray, dq: float, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 in a step dq (75), at points, (2, ...) [length].
+
+        Points and dq are in units of `length`.
+        """
+        x, spin = x + self.spin_offset * dq, self.spin * length
+        return np.array([self.vx - spin * y, self.vy + spin * x]) * (dq * length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shift:
+    """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.
+
+    Parameters
+    ----------
+    ux, uy : float
+        Rigid shift of body 1 over body 2 [length].
+    rotation : float
+        Its rotation about the z-axis [rad].
+    Fx, Fy : float, optional
+        Tangential force on body 1 in place of the shift of the same direction [force].
+    """
+
+    ux: float = 0.0
+    uy: float = 0.0
+    rotation: float = 0.0
+    Fx: float | None = None
+    Fy: float | None = None
+
+    def __post_init__(self) -> None:
+        _check_rigid(self, "ux", "uy", "rotation")
+
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """(ux, uy, rotation)."""
+        return self.ux, self.uy, self.rotation
+
+    @property
+    def rolls(self) -> int:
+        """0: nothing rolls."""
+        return 0
+
+    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 at points in units of `length`, (2, ...) [length]."""
+        turn = self.rotation * length
+        return np.array([self.ux - turn * y, self.uy + turn * x])
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeStep:
+    """One step of a history, as `Transient` describes it: the motion of ``history[k].scene``.
+
+    Parameters
+    ----------
+    dq : float
+        Distance rolled [length]; 0: shifted in place.
+    direction : int
+        1 or -1: rolled towards positive or negative x.
+    vx, vy, spin : float
+        Creepages, per distance rolled.
+    ux, uy, rotation : float
+        Rigid shift in place, beside the creepages.
+    Fx, Fy : float, optional
+        Tangential force on body 1 in place of creepage and shift of the same direction.
+    spin_offset : float
+        As of `Steady`.
+    """
+
+    dq: float
+    direction: int = 1
+    vx: float = 0.0
+    vy: float = 0.0
+    spin: float = 0.0
+    ux: float = 0.0
+    uy: float = 0.0
+    rotation: float = 0.0
+    Fx: float | None = None
+    Fy: float | None = None
+    spin_offset: float = SPIN_OFFSET
+
+    @property
+    def rigid(self) -> tuple[float, float, float]:
+        """Shift and creepage in one: by distance rolled (vx, vy, spin), of a step in place (ux, uy, rotation)."""
+        shift, creepage = (self.ux, self.uy, self.rotation), (self.vx, self.vy, self.spin)
+        if self.dq == 0:
+            return shift
+        first, second, third = (v + u / self.dq for v, u in zip(creepage, shift, strict=True))
+        return first, second, third
+
+    @property
+    def rolls(self) -> int:
+        """1 towards positive x, -1 towards negative x, 0 in place."""
+        return self.direction if self.dq > 0 else 0
+
+    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 in the step at points in units of `length`, (2, ...) [length]."""
+        spin, turn = self.spin * length, self.rotation * length
+        along = x + self.spin_offset * self.direction * self.dq / length
+        rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
+        return rolling + np.array([self.ux - turn * y, self.uy + turn * x])
+
+
+Motion = Steady | Shift | TimeStep
+"""What a solution has: the motion of one problem."""
+
+Numbers = float | Sequence[float]
+Choices = float | Sequence[float | None] | None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Transient:
+    """Rolling in time: a history of steps, each of which begins with the tractions of the step before.
+
+    Every entry but `steps`, `surface`, `start`, `interpolate` and `spin_offset` is one number for all steps or a
+    sequence of one for each; None in a sequence of forces leaves the step its creepage, None in one of the load or of
+    friction leaves it the scene's.
+
+    Parameters
+    ----------
+    steps : int
+    dq : float or sequence, optional
+        Distance rolled in each step [length]; 0: a shift in place; the element's dx if not given.
+    direction : int or sequence
+        1: rolling towards positive x; -1: towards negative x.
+    vx, vy, spin : float or sequence
+        Creepages, as of `Steady`: by the distance rolled, whatever its direction.
+    ux, uy, rotation : float or sequence
+        Rigid shift in place in each step, as of `Shift`, added to that of the creepages.
+    Fx, Fy : float or sequence, optional
+        Tangential force on body 1 in place of creepage and shift of the same direction.
+    normal_force, approach : float or sequence, optional
+        The load in place of the scene's, at most one of the two in a step. A force of 0, or an approach at which the
+        bodies are apart, is no contact: all tractions vanish.
+    friction : float, law or sequence, optional
+        Coefficient of friction, or law of it, in place of the scene's.
+    surface : sequence, optional
+        Undeformed distance of each step in place of the scene's: a contact that moves over the grid.
+    start : Solution, optional
+        What the first step goes on from; not given: bodies without tractions.
+    interpolate : bool
+        Whether a start on another grid is interpolated; otherwise it is refused.
+    spin_offset : float
+        The rigid slip of spin is sampled at ``x + spin_offset * direction * dq``, as of `Steady`: then a long
+        history tends to the steady solution.
+
+    Raises
+    ------
+    SceneError
+        Naming the entry (``motion.vx[7]``), its value and what is allowed.
+
+    Examples
+    --------
+    A shift by a force, then rolling under it:
+
+    >>> motion = Transient(steps=4, dq=[0, 0.1, 0.1, 0.1], Fx=-0.1)
+    >>> motion.step(1, dx=0.2)
+    TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1, Fy=None, \
+spin_offset=0.16666666666666666)
+    """
+
+    steps: int
+    dq: Numbers | None = None
+    direction: int | Sequence[int] = 1
+    vx: Numbers = 0.0
+    vy: Numbers = 0.0
+    spin: Numbers = 0.0
+    ux: Numbers = 0.0
+    uy: Numbers = 0.0
+    rotation: Numbers = 0.0
+    Fx: Choices = None
+    Fy: Choices = None
+    normal_force: Choices = None
+    approach: Choices = None
+    friction: float | Law | Sequence[float | Law | None] | None = None
+    surface: Sequence[Surface] | None = None
+    start: Solution | None = None
+    interpolate: bool = False
+    spin_offset: float = SPIN_OFFSET
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "steps", checks.whole("motion.steps", self.steps))
+        for name, check in _ENTRIES.items():
+            set_(self, name, self._checked(name, getattr(self, name), check))
+        for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
+            self._check_apart(force, along_x)
+            self._check_apart(force, along_y)
+        if self.surface is not None:
+            self._check_surfaces()
+        if self.start is not None:
+            from varcontact.results.solution import Solution
+
+            if not isinstance(self.start, Solution):
+                raise SceneError("motion.start", self.start, "a Solution")
+        checks.flag("motion.interpolate", self.interpolate)
+        _check_offset(self)
+
+    def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
+        """One number, or as many as there are steps."""
+        field, optional = f"motion.{name}", name in _OPTIONAL
+        if value is None and (optional or name == "dq"):
+            return None
+        if not checks.is_array(value):
+            return check(field, value)
+        if np.ndim(np.asarray(value, dtype=object)) != 1 or len(value) != self.steps:
+            raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
+        return tuple(
+            None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
+        )
+
+    def _check_apart(self, force: str, rigid: str) -> None:
+        for k in range(self.steps):
+            F, given = self.of(force, k), self.of(rigid, k)
+            if F is not None and given != 0:
+                raise SceneError(f"motion.{force}[{k}], motion.{rigid}[{k}]", (F, given), "one of the two only")
+
+    def _check_surfaces(self) -> None:
+        if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
+            raise SceneError("motion.surface", self.surface, f"one surface for each of the {self.steps} steps")
+        for k, each in enumerate(self.surface):
+            if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
+                raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
+            if is_line(each) != is_line(self.surface[0]):
+                raise SceneError(f"motion.surface[{k}]", each, "a line contact in all steps or in none")
+        object.__setattr__(self, "surface", tuple(self.surface))
+
+    def of(self, name: str, k: int) -> Any:
+        """An entry's value in step k."""
+        value = getattr(self, name)
+        return value[k] if isinstance(value, tuple) else value
+
+    def every(self, name: str) -> list[Any]:
+        """An entry's value in each step."""
+        return [self.of(name, k) for k in range(self.steps)]
+
+    def step(self, k: int, dx: float) -> TimeStep:
+        """Step k on elements of length dx."""
+        entries = {name: self.of(name, k) for name in ("direction", *_RIGID, "Fx", "Fy")}
+        dq = self.of("dq", k)
+        return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
+
+
+_RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation")
+_OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
+
+
+def _at_least_zero(field: str, value: Any) -> float:
+    allowed = "a finite number, zero or positive"
+    number = checks.number(field, value, allowed)
+    if number < 0:
+        raise SceneError(field, value, allowed)
+    return number
+
+
+def coefficient(field: str, value: Any) -> float | Law:
+    """A coefficient of friction, or a law of it."""
+    if isinstance(value, Law):
+        return value
+    allowed = "zero or positive (inf: no slip), or a law"
+    number = checks.real(field, value, allowed)
+    if number < 0:
+        raise SceneError(field, value, allowed)
+    return number
+
+
+def _direction(field: str, value: Any) -> int:
+    allowed = "1 or -1"
+    number = checks.number(field, value, allowed)
+    if abs(number) != 1:
+        raise SceneError(field, value, allowed)
+    return int(number)
+
+
+_ENTRIES: dict[str, Callable[[str, Any], Any]] = {
+    "dq": _at_least_zero,
+    "direction": _direction,
+    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.number),
+    "normal_force": _at_least_zero,
+    "friction": coefficient,
+}
+
+
+def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: str) -> None:
+    for name in (along_x, along_y, about_z):
+        object.__setattr__(motion, name, checks.number(f"motion.{name}", getattr(motion, name)))
+    for force, rigid in (("Fx", along_x), ("Fy", along_y)):
+        value = getattr(motion, force)
+        if value is None:
+            continue
+        object.__setattr__(motion, force, checks.number(f"motion.{force}", value))
+        if getattr(motion, rigid) != 0:
+            raise SceneError(f"motion.{force}, motion.{rigid}", (value, getattr(motion, rigid)), "one of the two only")
+
+
+def _check_offset(motion: Steady | Transient) -> None:
+    offset = checks.number("motion.spin_offset", motion.spin_offset, "a number in [0, 1]")
+    if not 0 <= offset <= 1:
+        raise SceneError("motion.spin_offset", motion.spin_offset, "a number in [0, 1]")

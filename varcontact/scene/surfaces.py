@@ -1,0 +1,256 @@
+"""What is between the undeformed bodies: the distance h(x, y), from body 2 to body 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.grid import Grid
+
+
+@dataclass(frozen=True)
+class Paraboloids:
+    """Undeformed distance ``x^2/(2 Rx) + y^2/(2 Ry)``, (82): a Hertzian contact.
+
+    Parameters
+    ----------
+    Rx, Ry : float
+        Combined radii of curvature along x and y [length], positive and finite.
+
+    Examples
+    --------
+    >>> Paraboloids(Rx=0.46, Ry=0.30)
+    Paraboloids(Rx=0.46, Ry=0.3)
+    """
+
+    Rx: float
+    Ry: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "Rx", checks.positive("surface.Rx", self.Rx))
+        object.__setattr__(self, "Ry", checks.positive("surface.Ry", self.Ry))
+
+    @classmethod
+    def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
+        """From the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is negative.
+
+        Examples
+        --------
+        A ball of radius 10 in a groove that is straight along x, hollow with radius 12 across.
+
+        >>> surface = Paraboloids.from_bodies(Rx=(10.0, float("inf")), Ry=(10.0, -12.0))
+        >>> print(f"{surface.Rx:.6g} {surface.Ry:.6g}")
+        10 60
+        """
+        combined = []
+        for name, pair in (("Rx", Rx), ("Ry", Ry)):
+            if not checks.is_array(pair) or len(pair) != 2:
+                raise SceneError(f"surface.{name}", pair, "a pair of radii, (body 1, body 2)")
+            radii = [checks.real(f"surface.{name}", r, "a radius, not zero (inf is flat)") for r in pair]
+            if 0.0 in radii:
+                raise SceneError(f"surface.{name}", pair, "a pair of radii, not zero (inf is flat)")
+            curvature = 1 / radii[0] + 1 / radii[1]
+            if curvature <= 0:
+                raise SceneError(f"surface.{name}", pair, "such that the sum of the curvatures 1/R is positive")
+            combined.append(1 / curvature)
+        return cls(*combined)
+
+    def distance(self, grid: Grid) -> np.ndarray:
+        """Undeformed distance at the element centres, shape (ny, nx) [length]."""
+        return (grid.x**2 / (2 * self.Rx))[None, :] + (grid.y**2 / (2 * self.Ry))[:, None]
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """A Hertzian contact given by its contact ellipse; the curvatures follow from the load.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along x and y [length], positive and finite.
+
+    Examples
+    --------
+    >>> Ellipse(a=6.8e-3, b=6.5e-3)
+    Ellipse(a=0.0068, b=0.0065)
+    """
+
+    a: float
+    b: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "a", checks.positive("surface.a", self.a))
+        object.__setattr__(self, "b", checks.positive("surface.b", self.b))
+
+
+@dataclass(frozen=True)
+class Cylinders:
+    """Line contact of cylinders with axes along y: undeformed distance ``x^2/(2 R)``, forces per unit length.
+
+    Parameters
+    ----------
+    R : float
+        Combined radius [length], ``1/R = 1/R1 + 1/R2``, positive and finite.
+    reference_depth : float, optional
+        d in the logarithm of plane strain, ``-ln(|x|/d)`` [length]: displacements count from the points of the
+        surface at that distance from a line load. In plane strain they grow without end, and approaches and shifts
+        mean something only with it; needed where one is prescribed. Tractions by prescribed forces, and all of
+        steady rolling, do not depend on it.
+
+    Examples
+    --------
+    >>> Cylinders(R=0.25)
+    Cylinders(R=0.25, reference_depth=None)
+    """
+
+    R: float
+    reference_depth: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "R", checks.positive("surface.R", self.R))
+        _check_depth(self)
+
+    def distance(self, grid: Grid) -> np.ndarray:
+        """Undeformed distance at the element centres, shape (1, nx) [length]."""
+        return (grid.x**2 / (2 * self.R))[None, :]
+
+
+def _check_depth(surface: Cylinders | SampledDistance) -> None:
+    if surface.reference_depth is not None:
+        depth = checks.positive("surface.reference_depth", surface.reference_depth)
+        object.__setattr__(surface, "reference_depth", depth)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledDistance:
+    """Any undeformed distance, measured or computed, by its samples.
+
+    Parameters
+    ----------
+    h : array_like, shape (ny, nx), or (nx,) in line contact
+        Undeformed distance [length], indexed [iy, ix].
+    x, y : array_like, shape (nx,) and (ny,), optional
+        Where the samples were taken [length], ascending. Given, they serve any grid within them, by
+        interpolation (`distance`); not given, the samples are those at the element centres of the scene's
+        explicit grid. Line contact has no y.
+    reference_depth : float, optional
+        In line contact only, see `Cylinders`.
+
+    Raises
+    ------
+    SceneError
+        If a sample is not finite, or the shapes do not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = y = np.linspace(-1.0, 1.0, 41)
+    >>> surface = SampledDistance(x**2 / 2 + y[:, None] ** 2 / 2, x, y)
+    >>> surface.distance(Grid(nx=2, ny=1, dx=0.3, dy=0.2, x0=-0.3, y0=-0.1)).round(6)
+    array([[0.01125, 0.01125]])
+    """
+
+    h: np.ndarray
+    x: np.ndarray | None = None
+    y: np.ndarray | None = None
+    reference_depth: float | None = None
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "h", checks.array("surface.h", self.h, 1 if np.ndim(self.h) == 1 else 2))
+        if self.line and self.y is not None:
+            raise SceneError("surface.y", self.y, "left out in line contact, where h is one row")
+        if not self.line and (self.x is None) != (self.y is None):
+            raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
+        if not self.line and self.reference_depth is not None:
+            raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
+        _check_depth(self)
+        for name, size in (("x", self.h.shape[-1]), ("y", self.h.shape[0])):
+            if getattr(self, name) is None:
+                continue
+            points = checks.array(f"surface.{name}", getattr(self, name), 1)
+            if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
+                raise SceneError(f"surface.{name}", points, f"{size} (2 or more) ascending coordinates, as h has")
+            set_(self, name, points)
+
+    @property
+    def line(self) -> bool:
+        """Whether it is line contact: one row of samples along x."""
+        return self.h.ndim == 1
+
+    @property
+    def samples(self) -> np.ndarray:
+        """The samples as (ny, nx), one row in line contact."""
+        return np.atleast_2d(self.h)
+
+    @property
+    def placed(self) -> bool:
+        """Whether the samples carry their own coordinates."""
+        return self.x is not None
+
+    @property
+    def coordinates(self) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of samples that carry them; y is 0 in line contact."""
+        assert self.x is not None
+        return self.x, np.zeros(1) if self.y is None else self.y
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(left, right, bottom, top) of the samples that carry their own coordinates."""
+        x, y = self.coordinates
+        bottom, top = (-0.5, 0.5) if self.line else (float(y[0]), float(y[-1]))
+        return float(x[0]), float(x[-1]), bottom, top
+
+    def distance(self, grid: Grid) -> np.ndarray:
+        """Undeformed distance at the element centres, shape (ny, nx) [length].
+
+        A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which
+        does not.
+        """
+        if self.x is None:
+            if self.samples.shape != grid.shape:
+                raise SceneError("surface.h", f"array of shape {self.h.shape}", f"of the grid's shape {grid.shape}")
+            return self.samples
+        left, right, bottom, top = self.box
+        slack = 1e-9 * (right - left if self.line else max(right - left, top - bottom))
+        inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
+        if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
+            raise SceneError("grid", tuple(round(v, 12) for v in grid.box), f"within the samples, {self.box}")
+        if self.y is None:  # the same row four times
+            return _interpolated(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)), grid.x, grid.y)
+        return _interpolated(self.x, self.y, self.h, grid.x, grid.y)
+
+
+def _interpolated(x: np.ndarray, y: np.ndarray, h: np.ndarray, at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
+    """Samples h on (y, x) at the points of a grid: see `SampledDistance.distance`."""
+    from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
+    from scipy.ndimage import maximum_filter, minimum_filter
+
+    spline = RectBivariateSpline(y, x, h, s=0, kx=min(3, y.size - 1), ky=min(3, x.size - 1))
+
+    def calm(at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
+        return np.asarray(Akima1DInterpolator(x, Akima1DInterpolator(y, h)(at_y), axis=1)(at_x))
+
+    # A cliff shows in a cell's middle, where the two differ by more than a twentieth of the range of the samples
+    # around; the spline's swing has died out twelve cells from there.
+    middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
+    around = (maximum_filter(h, 4) - minimum_filter(h, 4))[1:, 1:]
+    cliffs = np.abs(spline(middle_y, middle_x) - calm(middle_x, middle_y)) > 0.05 * around
+    if not cliffs.any():
+        return np.asarray(spline(at_y, at_x))
+    at_x, at_y = np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1])
+    column = np.clip(np.searchsorted(x, at_x) - 1, 0, x.size - 2)
+    row = np.clip(np.searchsorted(y, at_y) - 1, 0, y.size - 2)
+    beside = maximum_filter(cliffs, 25)[np.ix_(row, column)]
+    return np.where(beside, calm(at_x, at_y), spline(at_y, at_x))
+
+
+Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
+
+
+def is_line(surface: Surface) -> bool:
+    """Whether a surface makes a line contact."""
+    return isinstance(surface, Cylinders) or (isinstance(surface, SampledDistance) and surface.line)

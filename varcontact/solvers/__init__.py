@@ -1,0 +1,1 @@
+"""Solvers by name: each from a problem, settings and perhaps a start to tractions."""

@@ -1,0 +1,128 @@
+"""NORM: Kalker's active-set algorithm for the normal problem (paper, section 5.2)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from varcontact.problem.problem import NormalProblem, RawSolution
+
+
+def norm(
+    problem: NormalProblem,
+    start: RawSolution | None = None,
+    exchange: Literal["set", "one"] = "set",
+    max_exchanges: int = 10_000,
+) -> RawSolution:
+    """Find the contact area by exchanging elements between contact and exterior.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+        Tangential tractions, where they matter, are in its distance (point 1 of the paper).
+    start : RawSolution, optional
+        Its positive pressures are the first contact area. Without it NORM starts as printed: from no contact
+        at all, or, with the force prescribed, from the lowest element, which carries all of it (5.2.1).
+    exchange : {"set", "one"}
+        "set": all elements of a wrong sign at once, as in CONTACT; no proof of convergence is known.
+        "one": one at a time, each step lowering the energy, so that no contact area comes twice and the end is
+        reached after finitely many (the proof that the paper alludes to).
+    max_exchanges : int
+
+    Returns
+    -------
+    RawSolution
+        `status` is "Solved", "Cycled" (a contact area came twice) or "MaxIterations"; the pressures are
+        admissible in any case.
+    """
+    if exchange == "one":
+        return _one_at_a_time(problem, start, max_exchanges)
+    contact = _first_contact(problem, start)
+    seen: set[bytes] = set()
+    status = "MaxIterations"
+    for _ in range(max_exchanges):
+        if contact.tobytes() in seen:
+            status = "Cycled"
+            break
+        seen.add(contact.tobytes())
+        pressure, approach = _pressure_on(problem, contact)
+        wrong = pressure < 0
+        if wrong.any():  # points 5 and 6: out with all that pull
+            contact = contact & ~wrong
+            continue
+        overlaps = _overlaps(problem, contact, pressure, approach)
+        if not overlaps.any():  # point 7: all signs are right
+            status = "Solved"
+            break
+        contact = contact | overlaps
+    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), len(seen), status, status == "Solved")
+
+
+def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchanges: int) -> RawSolution:
+    """Exchange one element a step: in goes the deepest overlap, out the first pressure that falls to zero.
+
+    Pressures stay admissible, and each step goes down in energy: towards the minimum on the present contact
+    area, as far as no pressure turns negative (Lawson and Hanson's order of exchanges).
+    """
+    contact = _first_contact(problem, start)
+    pressure = np.zeros(contact.size)
+    if start is not None:
+        pressure[contact] = start.traction[contact]
+    elif problem.force is not None:
+        pressure[contact] = problem.force / problem.area
+    status, exchanges = "MaxIterations", 0
+    while exchanges < max_exchanges:
+        exchanges += 1
+        goal, approach = _pressure_on(problem, contact)
+        falling = contact & (goal < 0)
+        if falling.any():
+            reach = np.where(falling, pressure / np.where(falling, pressure - goal, 1.0), np.inf)
+            first = int(np.argmin(reach))
+            pressure = pressure + reach[first] * (goal - pressure)
+            pressure[first], contact[first] = 0.0, False
+            continue
+        pressure = goal
+        distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
+        overlaps = _overlaps(problem, contact, pressure, approach)
+        if not overlaps.any():
+            status = "Solved"
+            break
+        contact[np.argmin(np.where(overlaps, distance, np.inf))] = True
+    return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), exchanges, status, status == "Solved")
+
+
+def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndarray:
+    """The contact area to begin with."""
+    if start is not None and np.any(start.traction > 0):
+        return start.traction > 1e-6 * start.traction.max()
+    contact = np.zeros(problem.distance.size, dtype=bool)
+    if problem.force is not None:
+        contact[np.argmin(problem.distance)] = True
+    return contact
+
+
+def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarray, float]:
+    """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point 4."""
+    from scipy.linalg import cho_solve
+
+    pressure = np.zeros(contact.size)
+    if not contact.any():
+        return pressure, problem.approach or 0.0
+    inside = np.flatnonzero(contact)
+    factor = problem.operator.grid_operator.on(problem.operator.elements[inside]).cholesky
+    if problem.approach is not None:
+        pressure[inside] = cho_solve(factor, problem.approach - problem.distance[inside])
+        return pressure, problem.approach
+    assert problem.force is not None
+    unit, given = cho_solve(factor, np.stack([np.ones(inside.size), problem.distance[inside]], axis=1)).T
+    approach = (problem.force / problem.area + given.sum()) / unit.sum()
+    pressure[inside] = approach * unit - given
+    return pressure, float(approach)
+
+
+def _overlaps(problem: NormalProblem, contact: np.ndarray, pressure: np.ndarray, approach: float) -> np.ndarray:
+    """Exterior elements where the bodies overlap, beyond rounding."""
+    distance = problem.distance - approach + problem.operator.apply(pressure[None])[0]
+    rounding = 1e-13 * float(np.abs(problem.distance - approach).max())
+    return ~contact & (distance < -rounding)

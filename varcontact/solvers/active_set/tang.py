@@ -1,0 +1,377 @@
+"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and variants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from varcontact.problem.gap import magnitude, project, tangential_residual
+from varcontact.problem.problem import RawSolution, TangentialProblem
+
+MAX_EXCHANGES = 200
+MAX_NEWTON = 200
+"""On given areas Newton's method may wander long before it is near: 100 steps leave one in twenty problems unsolved."""
+ROUGH, EXACT, ROUNDING = 1e-3, 1e-13, 1e-9
+"""Errors, by the rigid shift, at which it stops; below the last where they fall no more."""
+ENOUGH = 1e-14
+"""Residual at which the safeguarded version stops: rounding."""
+SOLVED = 1e-11
+"""Residual from which it calls a problem solved: near saturation rounding leaves more."""
+STALLED = 5
+"""Newton steps of the safeguarded version in which the residual does not fall, after which it begins elsewhere."""
+SPLITTING_ROUNDS = (50, 200, 800)
+
+
+def tang(
+    problem: TangentialProblem, start: RawSolution | None = None, newton: Literal["exact", "inexact"] = "inexact"
+) -> RawSolution:
+    """TANG (5.3): active sets, with Newton's method on given areas to the end, as printed, or ended early.
+
+    It begins with every element in the stick area. On given areas it solves ``E = 0`` in the stick area (linear)
+    and ``|p| = g`` with p along E in the slip area (nonlinear, by Newton's method); then it moves all stick
+    elements beyond the bound to the slip area or, where there are none, all slip elements whose slip goes with
+    the traction instead of against it back to the stick area. Prescribed forces are further equations (5.3.1).
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    start : RawSolution, optional
+        Its areas and directions in place of the printed start.
+    newton : {"exact", "inexact"}
+        How far Newton's method goes on given areas. "exact": to the end, as point 3 has it. "inexact", not the
+        paper's: no further than exchanges need, and to the end only where there is nothing left to exchange.
+
+    Returns
+    -------
+    RawSolution
+        The best iterate by its residual. `status` is "Solved", "Cycled" (areas come that were there before),
+        "NewtonFailed" or "MaxIterations": there is no proof of convergence. `iterations` counts Newton steps.
+    """
+    if problem.no_slip:
+        return no_slip(problem)
+    at = _unloaded(problem)
+    sticks = np.ones(problem.size, dtype=bool)
+    if start is not None:
+        at = _Point(start.traction, start.rigid)
+        trial = _trial(problem, at)
+        sticks = magnitude(trial) <= problem.bound
+        at = _on_bound(problem, sticks, at, trial)
+    seen: set[bytes] = set()
+    best, count, status = start or _better(problem, None, at), 0, "MaxIterations"
+    for _ in range(MAX_EXCHANGES):
+        if sticks.tobytes() in seen:
+            status = "Cycled"
+            break
+        seen.add(sticks.tobytes())
+        for enough in (ROUGH, EXACT) if newton == "inexact" else (EXACT,):
+            at, steps, solved = _on_areas(problem, sticks, at, enough)
+            count += steps
+            beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
+            forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
+            if not solved or beyond.any() or forward.any():
+                break
+        best = _better(problem, best, at)
+        if not solved:
+            status = "NewtonFailed"
+            break
+        if not (beyond.any() or forward.any()):
+            status = "Solved"
+            break
+        sticks = sticks & ~beyond if beyond.any() else sticks | forward
+    return replace(best, iterations=count, status=status, solved=status == "Solved")
+
+
+def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60) -> RawSolution:
+    """TANG with the areas renewed after each Newton step, steps shortened until they help, and a way back.
+
+    An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which is the paper's
+    points 4 and 5 in one. Steps are judged by the residual of that map. The start is the tractions of infinite
+    friction, cut off at the bound. Where no way leads down from there, Douglas and Rachford's splitting, which
+    converges from anywhere but slowly, comes near enough for Newton's method. With forces prescribed that friction can
+    just carry, or low friction, it is too slow: there TANG with inexact Newton steps is asked before, and where rigid
+    shifts lead at which forces balance.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    start : RawSolution, optional
+        Where to begin in place of that.
+    max_steps : int
+        Newton steps from one start.
+
+    Returns
+    -------
+    RawSolution
+        The best iterate by its residual; `status` is "Solved" or "MaxIterations". `iterations` counts Newton
+        steps.
+    """
+    if problem.no_slip:
+        return no_slip(problem)
+    if start is not None:
+        return _descend(problem, _Point(project(start.traction, problem.bound), start.rigid), max_steps)
+    sticking = no_slip(problem)
+    at = _Point(project(sticking.traction, problem.bound), sticking.rigid)
+    if not (np.isfinite(at.traction).all() and np.isfinite(at.rigid).all()):  # numbers overflow
+        at = _unloaded(problem)
+    best = _descend(problem, at, max_steps)
+    if best.solved:
+        return best
+    newton = best.iterations
+    if problem.free:
+        rough = tang(problem)
+        raw = _descend(problem, _Point(rough.traction, rough.rigid), max_steps)
+        newton += rough.iterations + raw.iterations
+        if raw.solved:
+            return replace(raw, iterations=newton)
+        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+        raw = _descend(problem, _balanced(problem, at), max_steps)
+        newton += raw.iterations
+        if raw.solved:
+            return replace(raw, iterations=newton)
+        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+    splitting = _Splitting.of(problem)
+    for rounds in SPLITTING_ROUNDS:
+        at = splitting.moved(at, rounds)
+        raw = _descend(problem, at, max_steps)
+        newton += raw.iterations
+        if raw.solved:
+            return replace(raw, iterations=newton)
+        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+    return replace(best, iterations=newton, status="MaxIterations", solved=False)
+
+
+def no_slip(problem: TangentialProblem) -> RawSolution:
+    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
+    sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
+    at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
+    return RawSolution(at.traction, at.rigid, 1, "Solved")
+
+
+@dataclass(frozen=True, eq=False)
+class _Splitting:
+    """Douglas and Rachford's splitting of ``0 in W + M p + normal cone of the disks``: it converges wherever M is
+    monotone, from anywhere, but slowly; one factorisation of ``M + weight`` serves all rounds.
+    """
+
+    problem: TangentialProblem
+    weight: float
+    factors: tuple[np.ndarray, np.ndarray]
+
+    @classmethod
+    def of(cls, problem: TangentialProblem) -> _Splitting:
+        from scipy.linalg import lu_factor
+
+        n, free = problem.size, problem.free
+        size, weight = problem.components * n, problem.operator.row_size
+        system = np.zeros((size + len(free), size + len(free)))
+        system[:size, :size] = problem.operator.matrix + weight * np.eye(size)
+        for i, component in enumerate(free):
+            part = slice(component * n, (component + 1) * n)
+            system[part, size + i] = system[size + i, part] = 1.0
+        return cls(problem, weight, lu_factor(system, overwrite_a=True, check_finite=False))
+
+    def moved(self, at: _Point, rounds: int) -> _Point:
+        """Tractions after so many rounds."""
+        from scipy.linalg import lu_solve
+
+        problem, weight, size = self.problem, self.weight, self.problem.rigid_shift.size
+        forces = np.array([F / problem.area for F in problem.force if F is not None])
+        rigid = at.rigid.copy()
+        auxiliary = at.traction - _shift(problem, at) / weight
+        for _ in range(rounds):
+            traction = project(auxiliary, problem.bound)
+            right = (weight * (2 * traction - auxiliary) - problem.rigid_shift).ravel()
+            step = lu_solve(self.factors, np.concatenate([right, forces]), check_finite=False)
+            auxiliary += step[:size].reshape(auxiliary.shape) - traction
+            rigid[problem.free] = step[size:]
+        return _Point(project(auxiliary, problem.bound), rigid)
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Tractions (c, n) and missing rigid shifts (c,)."""
+
+    traction: np.ndarray
+    rigid: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Changes of the stick tractions (c, nH), of the directions of those that turn (nT,), of the rigid shifts (c,)."""
+
+    stick: np.ndarray
+    angle: np.ndarray
+    rigid: np.ndarray
+
+
+def _unloaded(problem: TangentialProblem) -> _Point:
+    return _Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
+
+
+def _balanced(problem: TangentialProblem, at: _Point, rounds: int = 20) -> _Point:
+    """Rounds of ``p <- Proj_g(p - E/rho)``, each with the rigid shift at which the tractions have the prescribed force.
+
+    Where friction is so low that tractions hardly change the shift, nearly all slips, and no way through stick leads
+    to where forces balance; these rounds are there at once.
+    """
+    for _ in range(rounds):
+        known = _shift(problem, replace(at, rigid=np.zeros_like(at.rigid))) - problem.operator.row_size * at.traction
+        rigid = _balance(problem, known)
+        at = _Point(project(-(known + rigid[:, None]) / problem.operator.row_size, problem.bound), rigid)
+    return at
+
+
+def _balance(problem: TangentialProblem, known: np.ndarray) -> np.ndarray:
+    """The rigid shifts at which ``Proj_g(-(known + rigid)/rho)`` adds up to the forces: there a work is least."""
+    from scipy.optimize import minimize
+
+    free, row, total = problem.free, problem.operator.row_size, float(problem.bound.sum())
+    forces = np.array([F / problem.area for F in problem.force if F is not None])
+    unit = float(np.abs(known).max()) + row * float(problem.bound.max())
+
+    def moved(part: np.ndarray) -> np.ndarray:
+        rigid = np.zeros(problem.components)
+        rigid[free] = unit * part
+        return rigid
+
+    def work(part: np.ndarray) -> tuple[float, np.ndarray]:
+        """Of the bound against the shift, less where it sticks, and of the forces; its slope is the missing force."""
+        shift = known + moved(part)[:, None]
+        size, traction = magnitude(shift), project(-shift / row, problem.bound)
+        held = np.minimum(size, row * problem.bound)
+        lost = np.sum(held**2 / (2 * row) + problem.bound * (size - held)) / unit
+        return float(lost + forces @ part) / total, (forces - traction[free].sum(axis=1)) / total
+
+    return moved(minimize(work, np.zeros(len(free)), jac=True, tol=1e-12).x)
+
+
+def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
+    """E by the dense matrix, which is there anyway."""
+    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
+    return elastic + problem.rigid_shift + at.rigid[:, None]
+
+
+def _trial(problem: TangentialProblem, at: _Point) -> np.ndarray:
+    """The natural map before its projection, ``p - E/rho``.
+
+    Any positive rho has the same solutions. In short steps of rolling an element hardly moves itself, and all around it
+    do: by its own influence areas would change at random, by the whole row they do not.
+    """
+    return at.traction - _shift(problem, at) / problem.operator.row_size
+
+
+def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: _Point, towards: np.ndarray) -> _Point:
+    """The tractions with those of the slip area on the bound, in the directions of `towards`."""
+    size = magnitude(towards)
+    on_bound = towards / np.where(size > 0, size, 1.0) * problem.bound
+    return replace(at, traction=np.where(sticks, at.traction, on_bound))
+
+
+def _turns(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> tuple[np.ndarray, np.ndarray]:
+    """The slip elements, whose traction turns, and unit vectors across it; none where there is but one component."""
+    T = np.flatnonzero(~sticks & (problem.components > 1))
+    across = at.traction[::-1, T] / problem.bound[T]
+    across[0] *= -1
+    return T, across
+
+
+def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Step:
+    """Newton's step for given areas, from tractions on the bound in the slip area.
+
+    Equations: E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the
+    components of the traction where it sticks, its direction where it slips, the missing rigid shifts.
+    """
+    n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
+    H, (T, across) = np.flatnonzero(sticks), _turns(problem, sticks, at)
+    h, g, shift = H.size, problem.bound[T], _shift(problem, at)
+    k, components = c * h + T.size, n * np.arange(c)[:, None]
+    stuck, turning = (components + H).ravel(), components + T
+    rows = np.empty((k, c * n))
+    rows[: c * h] = matrix[stuck]
+    rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
+    jacobian = np.zeros((k + len(free), k + len(free)))
+    jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+    jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
+    slip_rows = np.arange(c * h, k)
+    jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
+    error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), np.zeros(len(free))])
+    for i, component in enumerate(free):
+        force = problem.force[component]
+        assert force is not None
+        part = slice(component * h, (component + 1) * h)
+        jacobian[part, k + i] = jacobian[k + i, part] = 1.0
+        jacobian[c * h : k, k + i] = across[component]
+        jacobian[k + i, c * h : k] = g * across[component]
+        error[k + i] = at.traction[component].sum() - force / problem.area
+    try:
+        step = np.linalg.solve(jacobian, -error)
+    except np.linalg.LinAlgError:
+        step = np.zeros(error.size)
+    rigid = np.zeros(c)
+    rigid[free] = step[k:]
+    return _Step(step[: c * h].reshape(c, h), step[c * h : k], rigid)
+
+
+def _moved(problem: TangentialProblem, sticks: np.ndarray, at: _Point, step: _Step, part: float = 1.0) -> _Point:
+    """A part of a step, turning the slip tractions on their bound."""
+    traction, (T, across), angle = at.traction.copy(), _turns(problem, sticks, at), part * step.angle
+    traction[:, sticks] += part * step.stick
+    traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
+    return _Point(traction, at.rigid + part * step.rigid)
+
+
+def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough: float) -> tuple[_Point, int, bool]:
+    """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
+    at = _on_bound(problem, sticks, at, at.traction)
+    scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
+    error, before, count = np.inf, np.inf, 0
+    while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
+        count, before = count + 1, error
+        at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
+        shift, (T, across) = _shift(problem, at), _turns(problem, sticks, at)
+        turned = np.sum(across * shift[:, T], axis=0)
+        error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
+    return at, count, bool(error < max(enough, ROUNDING))
+
+
+def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:
+    """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
+    best, trial, count, idle = _better(problem, None, at), _trial(problem, at), 0, 0
+    lowest = merit = _merit(problem, at, trial)
+    while count < max_steps and idle < STALLED and tangential_residual(problem, best.traction, best.rigid) > ENOUGH:
+        count += 1
+        sticks = magnitude(trial) <= problem.bound
+        begin = _on_bound(problem, sticks, at, trial)
+        step = _newton_step(problem, sticks, begin)
+        step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))
+        least = np.inf
+        for part in (1.0, 0.5, 0.25, 0.1, 0.03):
+            with np.errstate(over="ignore", invalid="ignore"):  # where all slips, a step for the force has no end
+                there = _moved(problem, sticks, begin, step, part)
+                there_trial = _trial(problem, there)
+                there_merit = _merit(problem, there, there_trial)
+            if there_merit < least:
+                least, at, trial = there_merit, there, there_trial
+            if least < (1 - 0.1 * part) * merit:
+                break
+        merit, best = least, _better(problem, best, at)
+        idle = 0 if merit < 0.99 * lowest else idle + 1
+        lowest = min(lowest, merit)
+    solved = tangential_residual(problem, best.traction, best.rigid) <= SOLVED
+    return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
+
+
+def _merit(problem: TangentialProblem, at: _Point, trial: np.ndarray) -> float:
+    """Size of the natural map's residual."""
+    return float(np.linalg.norm(at.traction - project(trial, problem.bound)))
+
+
+def _better(problem: TangentialProblem, best: RawSolution | None, at: _Point) -> RawSolution:
+    """The better of two by the residual."""
+    traction = project(at.traction, problem.bound)
+    residual = tangential_residual(problem, traction, at.rigid)
+    if best is not None and not residual < tangential_residual(problem, best.traction, best.rigid):
+        return best
+    return RawSolution(traction, at.rigid, 0, "")

@@ -1,0 +1,44 @@
+"""Clarabel: interior points for quadratic objectives over cones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varcontact.problem.problem import RawSolution
+from varcontact.solvers.conic.accuracy import BACKENDS
+from varcontact.solvers.conic.programs import ConicProgram
+from varcontact.solvers.conic.setups import Setups
+
+
+def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+    """Solve a program; a set-up with the same structure takes new numbers, but no start."""
+    import clarabel
+
+    key = ("clarabel", tol)
+    found = setups.find(key, program) if setups is not None else None
+    if found is not None:
+        solver, same = found
+        if same:
+            solver.update(q=program.q, b=program.b)
+        else:
+            solver.update(P=program.P, q=program.q, A=program.A, b=program.b)
+    else:
+        kinds = {
+            "zero": clarabel.ZeroConeT,
+            "nonnegative": clarabel.NonnegativeConeT,
+            "second_order": clarabel.SecondOrderConeT,
+        }
+        options = clarabel.DefaultSettings()
+        options.verbose = False
+        for name, value in BACKENDS["clarabel"].options(tol).items():
+            setattr(options, name, value)
+        cones = [kinds[kind](size) for kind, size in program.cones]
+        solver = clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options)
+    if setups is not None:
+        setups.keep(key, program, solver)
+    recover = program.recover
+    del program  # the solver has its own copy of the dense matrices
+    result = solver.solve()
+    traction, rigid = recover(np.array(result.x), np.array(result.z))
+    solved = bool(result.status == clarabel.SolverStatus.Solved)
+    return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)

@@ -1,0 +1,34 @@
+"""OSQP: operator splitting for quadratic programs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varcontact.problem.problem import RawSolution
+from varcontact.solvers.conic.accuracy import BACKENDS
+from varcontact.solvers.conic.programs import ConicProgram
+from varcontact.solvers.conic.setups import Setups
+
+
+def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+    """Solve a program without cones of two components; a set-up with the same structure starts at its last answer."""
+    import osqp
+
+    key, program = ("osqp", tol), program.polyhedral()
+    lower = np.where(program.kinds == "zero", program.b, -np.inf)
+    found = setups.find(key, program) if setups is not None else None
+    if found is not None:
+        solver, same = found
+        matrices = {} if same else {"Px": program.P.data, "Ax": program.A.data}
+        solver.update(q=program.q, l=lower, u=program.b, **matrices)
+    else:
+        solver = osqp.OSQP()
+        options = BACKENDS["osqp"].options(tol)
+        solver.setup(program.P, program.q, program.A, lower, program.b, verbose=False, **options)
+    if setups is not None:
+        setups.keep(key, program, solver)
+    result = solver.solve(raise_error=False)
+    traction, rigid = program.recover(np.array(result.x), np.array(result.y))
+    info = result.info
+    solved = bool(info.status_val == osqp.SolverStatus.OSQP_SOLVED)
+    return RawSolution(traction, rigid, int(info.iter), str(info.status), solved)

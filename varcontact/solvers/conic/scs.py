@@ -1,0 +1,39 @@
+"""SCS: operator splitting for quadratic objectives over cones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varcontact.problem.problem import RawSolution
+from varcontact.solvers.conic.accuracy import BACKENDS
+from varcontact.solvers.conic.programs import ConicProgram
+from varcontact.solvers.conic.setups import Setups
+
+_ORDER = {"zero": "z", "nonnegative": "l", "second_order": "q"}
+
+
+def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+    """Solve a program; a set-up with the same matrices is used again and starts at its last answer."""
+    import scs
+
+    key = ("scs", tol)
+    rows = np.concatenate([np.flatnonzero(program.kinds == kind) for kind in _ORDER])
+    found = setups.find(key, program) if setups is not None else None
+    if found is not None and found[1]:
+        solver = found[0]
+        solver.update(b=program.b[rows], c=program.q)
+    else:
+        data = {"P": program.P, "A": program.A.tocsr()[rows].tocsc(), "b": program.b[rows], "c": program.q}
+        sizes: dict[str, list[int]] = {}
+        for kind, size in program.cones:
+            sizes.setdefault(_ORDER[kind], []).append(size)
+        cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
+        solver = scs.SCS(data, cone, verbose=False, **BACKENDS["scs"].options(tol))
+    if setups is not None:
+        setups.keep(key, program, solver)
+    result = solver.solve()
+    z = np.empty(rows.size)
+    z[rows] = result["y"]
+    traction, rigid = program.recover(np.array(result["x"]), z)
+    info = result["info"]
+    return RawSolution(traction, rigid, int(info["iter"]), str(info["status"]), info["status_val"] == scs.SOLVED)

@@ -1,0 +1,74 @@
+"""Rolling in time: steps from one state of the tractions to the next, until the steady state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.problem.gap import tangential_residual
+from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
+
+Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
+
+MAX_STEPS = 2000
+IDLE_STEPS, NEARLY_STILL = 5, 1e-4
+"""A march that hardly moves, relative to the largest traction, and comes no nearer in so many steps, is at its end."""
+
+
+def march(solver: Solver, problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
+    """Steady rolling without the gap program: transient steps, from no traction at all, until nothing changes.
+
+    In a step the displacements ``u' = C p'`` of the step before are known, and the problem is that of a shift
+    with the rigid shift ``W - u'``: symmetric, and an optimisation.
+
+    Parameters
+    ----------
+    solver : callable
+        Of the problem of one step.
+    problem : TangentialProblem
+        Of steady rolling, with `instant`.
+    settings : Settings
+    start : RawSolution, optional
+        Tractions to begin with.
+
+    Returns
+    -------
+    RawSolution
+        `iterations` counts the solver's over all steps; `status` is "Steady", the solver's own word where that
+        gave no number or failed in a last step short of the tolerance, or "MaxSteps".
+    """
+    assert problem.instant is not None
+    inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
+    at = (
+        start
+        if start is not None
+        else RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
+    )
+    iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
+    for _ in range(MAX_STEPS):
+        carried = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
+        step = replace(
+            problem,
+            operator=problem.instant,
+            rigid_shift=problem.rigid_shift - carried,
+            symmetric=True,
+            instant=None,
+        )
+        raw = solver(step, inner, at)
+        iterations += raw.iterations
+        if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
+            status = raw.status
+            break
+        change = float(np.abs(raw.traction - at.traction).max())
+        at = raw
+        residual = tangential_residual(problem, raw.traction, raw.rigid)
+        idle = 0 if residual < least else idle + 1
+        least = min(least, residual)
+        still = change <= NEARLY_STILL * float(np.abs(raw.traction).max())
+        if residual <= settings.tol or (still and idle >= IDLE_STEPS):  # the solver comes no nearer
+            # A solver that fails may give back its start: then nothing changes either.
+            status = "Steady" if residual <= settings.tol or raw.solved else raw.status
+            break
+    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady")

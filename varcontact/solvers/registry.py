@@ -1,0 +1,131 @@
+"""The methods by name: one dict per kind, and two families behind an interface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
+
+from varcontact import checks
+from varcontact.errors import SolverUnavailable
+from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.solvers.active_set.norm import norm
+from varcontact.solvers.active_set.tang import tang, tang_safeguarded
+from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
+from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+
+NormalSolver = Callable[[NormalProblem, Settings, RawSolution | None], RawSolution]
+TangentialSolver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
+
+NORMAL: dict[str, NormalSolver] = {
+    "norm": lambda problem, settings, start: norm(problem, start),
+    "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
+}
+TANG_EXACT = partial(tang, newton="exact")
+TANGENTIAL: dict[str, TangentialSolver] = {
+    "tang": lambda problem, settings, start: _from_a_start_or_none(tang, problem, start),
+    "tang-exact": lambda problem, settings, start: _from_a_start_or_none(TANG_EXACT, problem, start),
+    "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(tang_safeguarded, problem, start),
+}
+
+PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
+"""Called directly; others through the families."""
+
+CVXPY_SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "HIGHS")
+
+
+def normal_methods() -> list[str]:
+    """Names of all methods of the normal problem, installed or not; "hertz" is the closed form."""
+    families = [f"qpsolvers:{name}" for name in BACKENDS] + [f"cvxpy:{name}" for name in CVXPY_SOLVERS]
+    return ["hertz", *NORMAL, *PROGRAM_SOLVERS, *families]
+
+
+def tangential_methods() -> list[str]:
+    """Names of the methods that solve the tangential problem itself, installed or not."""
+    conic = [name for name in PROGRAM_SOLVERS if BACKENDS[name].cones]
+    return [*TANGENTIAL, *conic, *(f"cvxpy:{name}" for name in CVXPY_SOLVERS if BACKENDS[name.lower()].cones)]
+
+
+def normal_solver(name: str) -> NormalSolver:
+    """The solver of the normal problem of that name."""
+    return NORMAL[name] if name in NORMAL else partial(_program, partial(solve_normal, name))
+
+
+def tangential_solver(name: str) -> TangentialSolver:
+    """The solver of the tangential problem of that name."""
+    return TANGENTIAL[name] if name in TANGENTIAL else partial(_program, partial(solve_tangential, name))
+
+
+def states_programs(name: str) -> bool:
+    """Whether a method hands a convex program to a solver, whose answer then can be polished."""
+    return name.split(":")[0] in (*PROGRAM_SOLVERS, "qpsolvers", "cvxpy")
+
+
+def available(field: str, name: str, known: Iterable[str]) -> str:
+    """A method's name, if there is such a method and what it needs is installed.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name; the nearest is suggested.
+    SolverUnavailable
+        With what to install.
+    """
+    names = list(known)
+    family, _, solver = str(name).partition(":")
+    behind = family if any(other.startswith(f"{family}:") for other in names) and solver else ""
+    if name not in names and not (behind and _known_to(behind, solver)):
+        checks.choice(field, name, names)
+    if states_programs(name):
+        wheel = BACKENDS[solver.lower()].install if solver.lower() in BACKENDS else OTHERS.get(solver.lower(), "")
+        missing = [package for package in (family, wheel) if package and find_spec(package) is None]
+        if missing:
+            raise SolverUnavailable(name, f"pip install {' '.join(missing)}")
+    return name
+
+
+def _known_to(interface: str, solver: str) -> bool:
+    """Whether a solver that is not in our table is one of an interface, installed or to be had."""
+    if solver.lower() in BACKENDS:
+        return False  # in the table, where it says that it does not suit
+    if solver.lower() in OTHERS and solver == (solver.upper() if interface == "cvxpy" else solver.lower()):
+        return True
+    if interface == "cvxpy":
+        import cvxpy
+
+        return solver in cvxpy.installed_solvers()
+    import qpsolvers
+
+    return solver in qpsolvers.available_solvers
+
+
+def load_packages(*names: str) -> None:
+    """Import what methods need, so that no time measured afterwards contains it."""
+    for name in names:
+        if states_programs(name):
+            import_module(name.partition(":")[0])
+
+
+def _from_a_start_or_none(
+    method: Callable[[TangentialProblem, RawSolution | None], RawSolution],
+    problem: TangentialProblem,
+    start: RawSolution | None,
+) -> RawSolution:
+    """TANG; where a start (the step, the pass or the creepage before) leads nowhere, from its own."""
+    raw = method(problem, start)
+    if start is None or raw.solved:
+        return raw
+    again = method(problem, None)
+    return replace(again, iterations=raw.iterations + again.iterations)
+
+
+def _program(
+    solve: Callable[[NormalProblem | TangentialProblem, Settings], RawSolution],
+    problem: NormalProblem | TangentialProblem,
+    settings: Settings,
+    start: RawSolution | None,
+) -> RawSolution:
+    """Solvers of programs begin where `settings.setups` remembers them to have ended, or nowhere."""
+    return solve(problem, settings)

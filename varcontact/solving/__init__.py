@@ -1,0 +1,1 @@
+"""The road from a scene to its solution."""

@@ -1,0 +1,80 @@
+"""A contact state becomes a solution: certified, and held to the tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.errors import NotConverged, SceneError
+from varcontact.planning.plan import Plan
+from varcontact.planning.sizes import sizes_found
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.gap import Certificate, certify_problems, normal_residual
+from varcontact.results.report import no_guarantee
+from varcontact.results.solution import Solution, solution_of
+from varcontact.scene.friction import Law
+from varcontact.scene.motion import TimeStep
+from varcontact.solving.coupling import ContactState
+from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.subproblems import Steps
+from varcontact.theories.methods import THEORIES
+
+ROUNDED = 1e-3
+"""The part of the approach that the rounding of distances may be."""
+
+
+def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+    """The solution, with its certificate; held to the tolerance."""
+    plan, tol = steps.plan, steps.tol
+    _check_rounding(disc, state)
+    posed = disc
+    if isinstance(disc.scene.friction, Law) and plan.tangential != "none":
+        disc = disc.rubbing(coefficient(disc, state))
+    with steps.clock("certificate"):
+        certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
+    residual = _residual_as_posed(disc, plan, state, certificate)
+    if not isinstance(disc.scene.motion, TimeStep):  # the steps of a history share its plan
+        plan = replace(plan, sizes=sizes_found(posed, plan, state))
+    solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
+    if not solution.converged:
+        raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
+    return solution
+
+
+def _check_rounding(disc: Discretisation, state: ContactState) -> None:
+    """Refuse distances that count from so far away that their rounding is seen in the contact."""
+    approach = state.approach * disc.displacement
+    if np.finfo(float).eps * abs(disc.base) > ROUNDED * approach:
+        raise SceneError(
+            "surface.h",
+            disc.base,
+            f"counted from a level near the contact: such distances are rounded to {np.spacing(abs(disc.base)):.1g}, "
+            f"and the bodies approach by {approach:.3g} only",
+        )
+
+
+def _why(solution: Solution, state: ContactState) -> str:
+    """What is known about why a solution is not one."""
+    if state.passes:
+        change = state.passes[-1][0]
+        return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
+    words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
+    reason = no_guarantee(solution)
+    return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
+
+
+def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
+    """The residual by which a solution is accepted: of the problems that the plan poses.
+
+    Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
+    without tractions, and what the whole then lacks is its own approximation, found in the certificate.
+    """
+    if plan.tangential == "none" or plan.tangential in THEORIES:
+        return 0.0 if plan.normal == "hertz" else certificate.normal_residual
+    if plan.normal == "hertz":  # also where friction is zero all over the contact, and there is nothing but pressure
+        return certificate.tangential_residual
+    if plan.coupling != "johnson":
+        return certificate.residual
+    alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
+    return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is

@@ -1,0 +1,181 @@
+"""Friction laws: an outer loop of problems with a given coefficient of friction in each element (paper, 1.7).
+
+A pass solves the contact with the coefficients as they are, then gives each element that slips the coefficient that
+the law has at its slip. An element that sticks keeps its own: where ``|p| <= f pz`` and nothing slips, any larger
+coefficient has the same tractions, the static one too.
+
+The less friction, the more slip, and the less friction: solutions may be several. From stick all over (the static
+coefficient) the passes come down to one with much friction, from slip all over (the kinetic one) they rise to one with
+little. With a static and a kinetic coefficient an element changes from static to kinetic once and for all, so that the
+passes are no more than there are elements; and the solution for the kinetic one alone is always one of the solutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.errors import Saturated, SceneError
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.gap import magnitude, project
+from varcontact.problem.slip import SLIP, own_influence, shift_and_areas, unit_slip
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import BRANCHES, Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
+from varcontact.scene.scene import Scene
+from varcontact.solving.coupling import ContactState, fixed_point
+
+Contact = Callable[[Discretisation, ContactState, float], ContactState]
+Judge = Callable[[Discretisation, ContactState], float]
+
+PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 300
+"""Passes without acceleration before the residual is so small, and all passes, under a law that is continuous.
+
+Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
+"""
+
+
+def under_law(
+    disc: Discretisation, solve: Contact, judge: Judge, state: ContactState, start: str | Solution | None, tol: float
+) -> ContactState:
+    """The contact under the law of friction of its scene.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    solve : callable
+        Of the contact with given coefficients, `Discretisation.rubbing`, from a state that is near, to a residual.
+    judge : callable
+        The residual of a state with given coefficients.
+    state : ContactState
+        With the pressure without tractions, and in a history the coefficients to begin with.
+    start : "stick", "slip", Solution or None
+        Where to begin otherwise: see `solve`.
+    tol : float
+        Residual of the whole to stop at.
+
+    Returns
+    -------
+    ContactState
+        That of the least residual; `passes` tells how it went.
+
+    Raises
+    ------
+    Saturated
+        If a prescribed force is beyond what the coefficients of a pass can carry.
+    """
+    law = _law(disc)
+
+    def one_pass(state: ContactState) -> ContactState:
+        assert state.friction is not None
+        trial = disc.rubbing(state.friction)
+        enough = max(tol, 0.01 * state.passes[-1][1] if state.passes else 1e-3)  # the next pass sees no more
+        after = solve(trial, state, enough)
+        shift, areas = shift_and_areas(trial, after)
+        return replace(after, friction=np.where(areas == SLIP, _at_slip(trial, shift), state.friction))
+
+    def with_friction(state: ContactState, friction: np.ndarray) -> ContactState:
+        return replace(state, friction=np.clip(friction, law.kinetic, law.static))
+
+    def residual(state: ContactState) -> float:
+        return judge(disc.rubbing(coefficient(disc, state)), state)
+
+    elements = int(np.count_nonzero(state.pressure)) + 2
+    passes = MAX_PASSES if law.continuous else elements
+    if state.friction is None:
+        state = replace(state, friction=_start(law, disc.grid, start), branch=branch_of(start))
+    try:
+        return fixed_point(
+            one_pass(replace(state, passes=())),
+            one_pass,
+            lambda state: np.asarray(state.friction),
+            with_friction,
+            residual,
+            tol,
+            max_passes=passes,
+            patience=passes,
+            plain=PLAIN if law.continuous else passes,
+            near=NEAR if law.continuous else 0.0,
+        )
+    except Saturated as error:
+        raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[state.branch]})") from None
+
+
+def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """The law's own coefficient at the slip of a state from any source, (ny, nx): the static one where it sticks.
+
+    An element slips where its traction is nearer to the law's at its shift than its shift is to none; and where it
+    would slip even under the static coefficient: then that is not what it should have.
+    """
+    law = _law(disc)
+    shift, _ = shift_and_areas(disc, replace(state, slips=None))
+    moved = shift / own_influence(disc)
+    own = _at_slip(disc, shift)
+    trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
+    beyond = magnitude(trial) > law.static * state.pressure.ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
+    image = project(trial, (own * state.pressure).ravel())
+    nearer = magnitude(state.traction.reshape(2, -1) - image) < size
+    return np.where((beyond | nearer).reshape(own.shape), own, law.static)
+
+
+def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
+    """Refuse a start that is none, or that nothing asks for."""
+    if start is None:
+        return
+    if not scene.under_law:
+        raise SceneError("start", start, "left out: it chooses between the solutions under a law of friction")
+    if isinstance(scene.motion, Transient):
+        raise SceneError("start", start, "left out: in a history each particle goes on as it did in the step before")
+    if isinstance(start, Solution) and not theory:
+        return
+    if not (isinstance(start, str) and start in ("stick", "slip")):
+        raise SceneError("start", start, '"stick" or "slip"' + ("" if theory else ", or a Solution"))
+
+
+def branch_of(start: str | Solution | None) -> str:
+    """What the branch is called that is found from a start."""
+    return "solution" if isinstance(start, Solution) else start or "stick"
+
+
+def _law(disc: Discretisation) -> Law:
+    law = disc.scene.friction
+    assert isinstance(law, Law)
+    return law
+
+
+def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
+    """The law's coefficient at a local shift (2, ny, nx)."""
+    return _law(disc)(np.hypot(*shift) / unit_slip(disc))
+
+
+def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
+    """The coefficients to begin with."""
+    if not isinstance(start, Solution):
+        return np.full(grid.shape, law.kinetic if start == "slip" else law.static)
+    if start.grid.shape != grid.shape:
+        raise SceneError("start", f"Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}")
+    return known_from(law, start)
+
+
+def known_from(law: Law, solution: Solution) -> np.ndarray:
+    """The coefficients of a solution where it slips, the static one where it sticks, (ny, nx)."""
+    known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
+    return np.clip(np.where(solution.state == SLIP, known, law.static), law.kinetic, law.static)
+
+
+def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
+    """The coefficients that particles bring along into a step of a history: who slipped, goes on as it slipped."""
+    law, step = disc.scene.friction, disc.step
+    if not isinstance(law, Law):
+        return None
+    way = 0 if step is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
+    known = known_from(law, before)
+    came = np.full(known.shape, law.static)
+    nx = known.shape[1]
+    if abs(way) < nx:
+        here = slice(max(-way, 0), nx - max(way, 0))
+        came[:, here] = known[:, here.start + way : here.stop + way]
+    return came

@@ -1,0 +1,241 @@
+"""The road from a scene to its solution, from top to bottom."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import Saturated, SceneError
+from varcontact.planning.plan import Plan, make_plan
+from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.gap import Certificate, certify_problems
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.conic.setups import Setups
+from varcontact.solving.certify import judged
+from varcontact.solving.coupling import ContactState
+from varcontact.solving.friction_loop import check_start, coefficient
+from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloaded
+from varcontact.solving.timing import Clock
+from varcontact.solving.transient import solve_transient
+from varcontact.theories.methods import THEORIES
+
+
+def solve(
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    tol: float = 1e-8,
+    polish: bool = True,
+    start: str | Solution | None = None,
+    progress: Callable[[str], None] | None = None,
+    store: str | Path | None = None,
+) -> Solution | History:
+    """Solve a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal : str
+        Method of the normal problem: "auto"; "hertz", closed form; "clarabel", "osqp", "scs", "qpsolvers:<name>"
+        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets. Hertz's pressure is sampled at the element
+        centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force; or
+        averaged over them, see `Grid`.
+    tangential : str
+        Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
+        "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
+        sets; or an approximate theory: "fastsim", "fastsim-elliptic", "linear", "vermeulen-johnson".
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint"}
+        How the two meet where the bodies differ (K != 0): one pass; both problems in turn; or pressure and tractions
+        together with only the traction bound fixed, in a shift one convex program a pass.
+    formulation : {"auto", "complementary", "potential", "gap", "marching"}
+        The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
+        rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but
+        "marching".
+    tol : float
+        Natural-map residual to reach, relative to the largest traction.
+    polish : bool
+        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it.
+        Without it an interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol`
+        is not reached. Active-set methods and theories are never polished.
+    start : {"stick", "slip"} or Solution, optional
+        Under a law of friction, which of the solutions is sought: that with much friction, from the static
+        coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
+        over; or that near a solution with as many elements either way, from the coefficients found there. In a
+        history each particle goes on as it did in the step before.
+    progress : callable, optional
+        Told the name of each stage as it starts; of a history, how many steps are done.
+    store : str or Path, optional
+        Of a history: the file its steps are added to as they are finished, so that memory does not grow with them.
+        Called again with the same scene, methods and file, an interrupted history goes on where it stopped.
+
+    Returns
+    -------
+    Solution or History
+        A History where the motion is `Transient`.
+
+    Raises
+    ------
+    SceneError
+        For arguments or scenes that cannot be treated: no element in contact, or contact beyond the grid.
+    SolverUnavailable
+        If the package of a method is not installed.
+    Saturated
+        If a prescribed tangential force is beyond what friction can carry.
+    Interrupted
+        A history by Ctrl-C; its `partial` is what is finished. The errors above, where a step of a history raises
+        them, have the steps before as their `history`, and the step's number as `step`.
+    NotConverged
+        If the tolerance is not reached; its `solution` is the best iterate. Johnson's process is held to the two
+        problems as it poses them; what the whole lacks stands in the certificate.
+    TooLarge
+        If the matrices would not fit into memory.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> sol = vc.solve(scene)
+    >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
+    -0.392 True
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    plan = make_plan(scene, normal, tangential, coupling, formulation)
+    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    check_start(scene, start, plan.tangential in THEORIES)
+    if isinstance(scene.motion, Transient):
+        return solve_transient(scene, plan, tol, polish, progress, store)
+    if store is not None:
+        raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
+    _check_saturation(scene)
+    repeats = (
+        isinstance(scene.friction, Law)
+        or plan.coupling in ("panagiotopoulos", "joint")
+        or plan.formulation == "marching"
+    )
+    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
+    disc, state = on_a_grid_that_holds_it(scene, steps)
+    return judged(disc, state, steps)
+
+
+def solve_many(
+    scene: Scene,
+    motions: Iterable[Steady | Shift | None],
+    plan: Plan,
+    tol: float,
+    polish: bool,
+    progress: Callable[[str], None] | None = None,
+) -> Iterator[Solution]:
+    """Solve a scene for one motion after the other, which differ in creepages or forces only.
+
+    Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
+    each solution is where the next begins, with methods that can begin somewhere.
+    """
+    setups, disc, state = Setups(), None, None
+    for motion in motions:
+        _check_saturation(replace(scene, motion=motion))
+        steps = Steps(plan, tol, polish, Clock(progress), setups)
+        if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+            disc = disc.moved(motion)
+            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
+        else:
+            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
+        yield judged(disc, state, steps)
+
+
+def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
+    """Judge tractions from any source by the gap and the residuals of the scene's own problem, by FFT.
+
+    Parameters
+    ----------
+    scene : Scene
+        With an explicit grid, or a Hertzian surface; no prescribed tangential force.
+    traction : array_like, shape (2, ny, nx)
+        Tangential tractions on body 1 [force/area].
+    pressure : array_like, shape (ny, nx), optional
+        Pressures [force/area]; Hertz's, where the surface is Hertzian and none are given.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    SceneError
+        If the arrays are not of the grid's shape, or the scene lacks what is needed.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=16, ny=16))
+    >>> sol = vc.solve(scene)
+    >>> vc.certify(scene, 0.99 * sol.traction).relative_gap > vc.certify(scene, sol.traction).relative_gap
+    True
+    """
+    motion = scene.motion
+    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
+        raise SceneError("motion", motion, "given, with creepages and no prescribed force, to judge tractions")
+    if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
+        raise SceneError("grid", scene.grid, "explicit, to judge tractions on it")
+    plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
+    grid = first_grid(scene, lambda disc: unloaded(disc.grid))
+    disc = discretise(scene, grid)
+    if pressure is None:
+        state = hertz_pressure(disc, unloaded(grid))
+    else:
+        pressures = _field("pressure", pressure, grid.shape)
+        if np.any(pressures < 0) or not np.any(pressures):
+            raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
+        state = _given_pressure(disc, pressures / disc.pressure)
+    tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
+    if isinstance(scene.friction, Law):
+        disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
+    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
+
+
+def _check_saturation(scene: Scene) -> None:
+    """Before any work: forces beyond f Fz, where both are numbers."""
+    motion = scene.motion
+    if not isinstance(motion, Steady | Shift):
+        return
+    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+    limit = 0.0 if scene.frictionless else np.inf
+    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
+    if isinstance(friction, float) and scene.normal_force is not None:
+        limit = friction * scene.normal_force
+    if size > 0 and size >= limit:
+        raise Saturated(size, limit)
+
+
+def _field(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    array = checks.array(name, values, len(shape))
+    if array.shape != shape:
+        raise SceneError(name, f"array of shape {array.shape}", f"of shape {shape}")
+    return array
+
+
+def _given_pressure(disc: Discretisation, pressure: np.ndarray) -> ContactState:
+    """A state with a pressure from outside: the approach is that of the elements it acts on, weighted."""
+    problem = disc.normal_problem()
+    approach = problem.approach
+    if approach is None:
+        level = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]
+        approach = float(pressure.ravel() @ level / pressure.sum())
+    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)

@@ -1,0 +1,269 @@
+"""Rolling in time: each step is a problem like that of a shift, from what the step before left (paper, 4.2, 6.2, 6.4).
+
+The particle now at x was at ``x + dq`` a step ago and brings its displacement difference along, so the local shift is
+``E = W - u' + A p`` with ``u' = C p'`` known: the operator is symmetric, and each step a convex program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, MutableSequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from varcontact.elasticity.operators import GridOperator
+from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
+from varcontact.planning.plan import Plan
+from varcontact.problem.contact_grid import outside
+from varcontact.problem.discretisation import Carried, Discretisation, discretise
+from varcontact.problem.gap import Certificate
+from varcontact.results.history import History
+from varcontact.results.solution import Solution, solution_of
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solving.certify import judged
+from varcontact.solving.coupling import ContactState
+from varcontact.solving.friction_loop import remembered
+from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
+from varcontact.solving.subproblems import Steps, contact, unloaded
+from varcontact.solving.timing import Clock
+
+KEPT_LAGS = 4
+"""Operators C that are kept, by the distance of their step."""
+
+
+def solve_transient(
+    scene: Scene,
+    plan: Plan,
+    tol: float,
+    polish: bool,
+    progress: Callable[[str], None] | None = None,
+    store: str | Path | None = None,
+) -> History:
+    """Solve a transient scene step by step, see `solve`."""
+    from varcontact.io.history_file import Stored
+
+    motion = _motion(scene)
+    stored = None if store is None else Stored.opened(Path(store), scene, plan, tol, polish)
+    steps = Steps(plan, tol, polish, Clock())
+    contacts = _largest_contacts(scene)
+    grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
+    march = _March(scene, _discretisation(contacts[0], grid), steps)
+    solutions: MutableSequence[Solution] | Stored = [] if stored is None else stored
+    history = History(scene, grid, solutions, {"tol": tol, "polish": polish})
+    before = march.start() if len(history) == 0 else history[-1]
+    for k in range(len(history), motion.steps):
+        try:
+            if progress is not None:
+                progress(f"{k} of {motion.steps} steps")
+            before = march.step(k, before)
+            solutions.append(before)
+        except VarcontactError as error:
+            raise error.in_step(k, history) from error.__cause__
+        except KeyboardInterrupt:
+            raise Interrupted(history, f" after {len(history)} steps") from None
+    return history
+
+
+@dataclass(frozen=True, eq=False)
+class _March:
+    """What all steps share: the grid and its scales, the operators, the methods.
+
+    A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
+    is the same, bit for bit, as one that was not interrupted.
+    """
+
+    scene: Scene
+    disc: Discretisation
+    steps: Steps
+    lags: dict[float, GridOperator] = field(default_factory=dict)
+
+    def start(self) -> Solution | None:
+        """What the first step goes on from."""
+        motion, grid = _motion(self.scene), self.disc.grid
+        start = motion.start
+        if start is None or _same(start.grid, grid):
+            return start
+        if not motion.interpolate or start.grid.line != grid.line:
+            remedy = "" if start.grid.line != grid.line else ", or interpolate = True given"
+            allowed = f"on the grid of the history, {_words(grid)}{remedy}"
+            raise SceneError("motion.start", f"Solution on {_words(start.grid)}", allowed)
+        fields = np.concatenate([start.traction, start.pressure[None]])
+        fields = _interpolated(start.grid, fields, grid)
+        state = _sampled(start.grid, start.state, grid)
+        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state)
+
+    def step(self, k: int, before: Solution | None) -> Solution:
+        """Solve step k."""
+        steps = replace(self.steps, clock=Clock())
+        with steps.clock("carried"):
+            scene = self.scene.step(k, self.disc.grid)
+            disc = self.disc.at_step(scene, self._carried(scene, before))
+        state = _state(disc, before)
+        if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
+            # As printed it does best from its own start: on the areas of the step before its Newton's method fails.
+            state = replace(state, traction=np.zeros_like(state.traction))
+        if _apart(disc, closed_form=steps.plan.normal == "hertz"):
+            return _without_contact(disc, steps)
+        if steps.plan.coupling == "johnson":
+            bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
+            state = replace(bare, traction=state.traction)
+        else:
+            state = steps.pressure(disc, state)
+        state = contact(disc, steps, state)
+        with steps.clock("grid"):
+            overlap = outside(disc, state, steps.plan.normal == "hertz")
+        if overlap is not None:
+            enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
+        return judged(disc, state, steps)
+
+    def _carried(self, scene: Scene, before: Solution | None) -> Carried | None:
+        """Displacement differences that the particles bring along: u' = C p'."""
+        if before is None:
+            return None
+        disc, motion = self.disc, scene.motion
+        assert isinstance(motion, TimeStep)
+        fields = before.traction
+        if scene.bodies.K != 0:
+            fields = np.concatenate([fields, before.pressure[None]])
+        if not fields.any():
+            return None
+        distance = motion.direction * motion.dq / disc.length
+        if distance not in self.lags:
+            if len(self.lags) >= KEPT_LAGS:
+                del self.lags[next(iter(self.lags))]
+            self.lags[distance] = disc.carrying_operator(distance)
+        force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
+        return Carried(self.lags[distance].apply(fields / disc.pressure), force)
+
+
+def _motion(scene: Scene) -> Transient:
+    assert isinstance(scene.motion, Transient)
+    return scene.motion
+
+
+def _largest_contacts(scene: Scene) -> list[Scene]:
+    """The steps with the largest load on each surface, as frictionless scenes."""
+    largest: dict[tuple[int, bool], Scene] = {}
+    for k in range(_motion(scene).steps):
+        surface, force, approach = scene.contact(k)
+        load = approach if force is None else force
+        assert load is not None
+        key = (id(surface), force is None)
+        known = largest.get(key)
+        before = None if known is None else known.approach if force is None else known.normal_force
+        if force == 0 or (before is not None and before >= load):
+            continue
+        try:
+            still = replace(scene, normal_force=force, approach=approach, friction=None, motion=None, surface=surface)
+        except NoContact:
+            continue
+        largest[key] = still
+    if not largest:
+        raise NoContact("motion", "no load in any step", "a history in which the bodies touch once at least")
+    return list(largest.values())
+
+
+def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
+    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact."""
+    motion = _motion(scene)
+    if isinstance(scene.grid, Grid) and scene.grid.explicit:
+        return scene.grid
+    if motion.start is not None and scene.grid == "auto" and not motion.interpolate:
+        closed_form = steps.plan.normal == "hertz"
+        return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
+    plan = replace(steps.plan, tangential="none", coupling="none")
+    discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
+    grid = common_grid(scene, [disc.grid for disc in discs])
+    if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
+        return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around
+    return grid
+
+
+def _discretisation(scene: Scene, grid: Grid) -> Discretisation:
+    """The grid with scales for all steps, and with the operators that they share.
+
+    Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
+    """
+    disc = discretise(replace(scene, grid=grid), grid)
+    disc = replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
+    shared = [disc.lattice, disc.normal_operator, disc.tangential_operator]
+    if scene.bodies.K != 0:
+        shared += [disc.pressure_to_shift, disc.traction_to_distance]
+    return disc
+
+
+def _state(disc: Discretisation, before: Solution | None) -> ContactState:
+    """The state of the step before, in the scales of the discretisation: where the methods begin."""
+    if before is None:
+        return unloaded(disc.grid)
+    motion, was = disc.motion, before.scene.motion
+    rigid = np.zeros(2)
+    if motion.rolls and isinstance(was, TimeStep) and was.rolls:
+        assert disc.step is not None
+        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.length / disc.displacement
+        prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
+        rigid = np.where(prescribed, creepage, 0.0)
+    approach = (before.approach - disc.base) / disc.displacement if np.isfinite(before.approach) else 0.0
+    state = ContactState(before.pressure / disc.pressure, approach, before.traction / disc.pressure, rigid)
+    known = remembered(disc, before)
+    return state if known is None else replace(state, friction=known, branch="history")
+
+
+def _apart(disc: Discretisation, closed_form: bool) -> bool:
+    """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
+    scene = disc.scene
+    if scene.approach is None:
+        return scene.normal_force == 0
+    if scene.approach <= disc.base:
+        return True
+    if not closed_form:
+        return False
+    assert disc.hertz is not None
+    return not disc.hertz.on_elements(disc.grid).any()
+
+
+def _without_contact(disc: Discretisation, steps: Steps) -> Solution:
+    """A step in which the bodies are apart, or just touch: no tractions."""
+    motion, scene = disc.motion, disc.scene
+    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+    if size > 0:
+        raise Saturated(size, 0.0)
+    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
+    exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+    state = replace(unloaded(disc.grid), approach=level)
+    return solution_of(disc, steps.plan, state, exact, True, steps.clock.timing())
+
+
+def _words(grid: Grid) -> str:
+    return f"{grid.nx} x {grid.rows} elements over {tuple(float(f'{side:.6g}') for side in grid.box)}"
+
+
+def _same(one: Grid, other: Grid) -> bool:
+    """Whether two lattices are the same but for rounding."""
+    size = max(abs(side) for side in other.box)
+    return one.shape == other.shape and bool(np.allclose(one.box, other.box, rtol=0, atol=1e-9 * size))
+
+
+def _sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
+    """A field (ny, nx) of one grid in the elements where the centres of another lie; zero outside."""
+    x0, _, y0, _ = grid.box
+    dx, dy = grid.sides
+    ix = np.floor((other.x - x0) / dx).astype(int)
+    iy = np.zeros(1, dtype=int) if grid.line else np.floor((other.y - y0) / dy).astype(int)
+    inside = ((iy >= 0) & (iy < grid.rows))[:, None] & ((ix >= 0) & (ix < grid.nx))
+    return np.where(inside, field[np.ix_(np.clip(iy, 0, grid.rows - 1), np.clip(ix, 0, grid.nx - 1))], 0)
+
+
+def _interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
+    """Fields (k, ny, nx) of one grid, linearly, at the element centres of another; zero outside."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    if grid.line:
+        values = [np.interp(other.x, grid.x, each[0], left=0.0, right=0.0) for each in fields]
+        return np.array(values)[:, None, :]
+    y, x = np.meshgrid(other.y, other.x, indexing="ij")
+    known = RegularGridInterpolator((grid.y, grid.x), np.moveaxis(fields, 0, -1), bounds_error=False, fill_value=0.0)
+    return np.moveaxis(known(np.stack([y, x], axis=-1)), -1, 0)
