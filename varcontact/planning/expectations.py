@@ -83,9 +83,7 @@ def _at_most(scene: Scene, plan: Plan, elements: int) -> Counted:
 
 def _reachable(disc: Discretisation) -> int:
     """The number of elements of the normal problem, which takes one influence number: of an element on itself."""
-    one = replace(disc, grid=disc.grid.window(0, 1, 0, 1))
-    posed = replace(disc)
-    posed.__dict__["normal_operator"] = one.normal_operator
+    posed = replace(disc, operators=disc.operators.on(disc.lattice.window(0, 1, 0, 1)))
     reachable = posed.normal_problem().reachable().distance.size
     if reachable == 0:
         raise out_of_reach(disc.scene, disc.grid)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,7 +55,7 @@ def _rim(grid: Grid) -> np.ndarray:
 
 def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
     """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
-    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid))
+    wider = disc.extended(_distance_beyond(disc, grid))
     distance = (wider.distance - disc.base) / disc.displacement - state.approach
     around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
     distance = distance + wider.normal_operator.apply(np.pad(state.pressure[None], around))[0]
@@ -114,7 +113,7 @@ def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndar
     constants: dict[str, Any] = {"nu": bodies.combined_nu, "K": bodies.K, "components": loads}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
     if disc.scene.line:
-        numbers = strip_influence_numbers(from_x, dx, depth=disc.depth, **constants)
+        numbers = strip_influence_numbers(from_x, dx, depth=disc.operators.depth, **constants)
     else:
         numbers = influence_numbers(from_x, from_y, dx, dy, **constants)
     return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
@@ -142,7 +141,9 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
         r = np.hypot(from_x, from_y)
         if disc.scene.line:
-            raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.depth)) + np.pi * K * load_x @ np.sign(from_x)
+            raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.operators.depth)) + np.pi * K * load_x @ np.sign(
+                from_x
+            )
         else:
             raised[part] = (1 - nu) * load_z @ (1 / r) + K * (load_x @ (from_x / r**2) + load_y @ (from_y / r**2))
     return raised / np.pi

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, influence_operator, strip_operator
+from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NoContact, SceneError
+from varcontact.problem.operators import Operators
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
@@ -22,15 +22,6 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
-
-_SHARED = (
-    "lattice",
-    "normal_operator",
-    "tangential_operator",
-    "instant_operator",
-    "pressure_to_shift",
-    "traction_to_distance",
-)
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -76,6 +67,8 @@ class Discretisation:
         Undeformed distance, physical.
     length, pressure : float
         The scales; `displacement` follows.
+    operators : Operators
+        Influence numbers on the dimensionless grid.
     carried : Carried, optional
         In a step of a history: what the step before left.
     coefficient : ndarray, shape (ny, nx), optional
@@ -88,6 +81,7 @@ class Discretisation:
     distance: np.ndarray
     length: float
     pressure: float
+    operators: Operators
     carried: Carried | None = None
     coefficient: np.ndarray | None = None
 
@@ -102,12 +96,6 @@ class Discretisation:
         return self.pressure * (self.length if self.scene.line else self.length**2)
 
     @property
-    def depth(self) -> float:
-        """Dimensionless depth from which displacements count in line contact."""
-        given = self.scene.reference_depth
-        return FREE_DEPTH if given is None else given / self.length
-
-    @property
     def afloat(self) -> bool:
         """Whether displacements are known but for a constant: in line contact without a reference depth."""
         return self.scene.line and self.scene.reference_depth is None
@@ -118,17 +106,19 @@ class Discretisation:
         assert self.hertz is not None
         if not self.scene.line:
             return self.hertz.approach
-        return line_contact(self.hertz.Rx, self.scene.bodies, a=self.hertz.a).approach(self.depth * self.length)
+        return line_contact(self.hertz.Rx, self.scene.bodies, a=self.hertz.a).approach(
+            self.operators.depth * self.length
+        )
 
     @property
     def base(self) -> float:
         """Least undeformed distance on the grid: dimensionless distances and approaches count from there."""
         return float(self.distance.min())
 
-    @cached_property
+    @property
     def lattice(self) -> Grid:
         """The dimensionless grid."""
-        return self.grid.scaled(self.length)
+        return self.operators.lattice
 
     @property
     def motion(self) -> Motion:
@@ -155,55 +145,39 @@ class Discretisation:
         """Dimensionless distance dq of C in the operators A - C of steady rolling, else None."""
         return self.step if isinstance(self.scene.motion, Steady) else None
 
-    @cached_property
+    @property
     def normal_operator(self) -> GridOperator:
         """A_zz."""
-        return self._operator("z", "z")
+        return self.operators.normal
 
-    @cached_property
+    @property
     def tangential_operator(self) -> GridOperator:
         """A_tt, or A_tt - C_tt in steady rolling."""
-        return self._operator("xy", "xy", self.lag)
+        return self.operators.tangential(self.lag)
 
-    @cached_property
-    def instant_operator(self) -> GridOperator:
-        """A_tt of steady rolling, which only a march needs by itself."""
-        return self._operator("xy", "xy")
-
-    @cached_property
+    @property
     def pressure_to_shift(self) -> GridOperator:
         """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
-        return self._operator("xy", "z", self.lag)
+        return self.operators.pressure_to_shift(self.lag)
 
-    @cached_property
+    @property
     def traction_to_distance(self) -> GridOperator:
         """A_zt; needed for K != 0."""
-        return self._operator("z", "xy")
-
-    def carrying_operator(self, distance: float) -> GridOperator:
-        """C: displacements of the particles that come from a distance further along x, by all tractions that count."""
-        return self._operator("xy", "xyz" if self.scene.bodies.K != 0 else "xy", offset=distance)
-
-    def _operator(self, rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> GridOperator:
-        bodies = self.scene.bodies
-        nu, K = bodies.combined_nu, bodies.K
-        if self.scene.line:
-            return strip_operator(self.lattice, rows, columns, nu=nu, K=K, depth=self.depth, lag=lag, offset=offset)
-        return influence_operator(self.lattice, rows, columns, nu=nu, K=K, lag=lag, offset=offset)
+        return self.operators.traction_to_distance
 
     def moved(self, motion: Motion) -> Discretisation:
-        """The same bodies on the same grid with another motion, but the same step: operators are shared."""
-        return self._sharing(replace(self, scene=replace(self.scene, motion=motion)))
+        """The same bodies on the same grid with another motion, but the same step."""
+        return replace(self, scene=replace(self.scene, motion=motion))
 
     def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
-        """The same bodies in a step of a history, on the same grid and in the same scales: operators are shared."""
+        """The same bodies in a step of a history, on the same grid and in the same scales."""
         assert not isinstance(scene.surface, Ellipse)
         distance = self.distance if scene.surface is self.scene.surface else scene.surface.distance(self.grid)
-        return self._sharing(replace(self, scene=scene, hertz=scene.hertz, distance=distance, carried=carried))
+        return replace(self, scene=scene, hertz=scene.hertz, distance=distance, carried=carried)
 
     def rubbing(self, coefficient: np.ndarray) -> Discretisation:
-        """The same with a coefficient of friction (ny, nx) for each element, as a law has it: operators are shared."""
-        return self._sharing(replace(self, coefficient=coefficient))
+        """The same with a coefficient of friction (ny, nx) for each element, as a law has it."""
+        return replace(self, coefficient=coefficient)
 
     @property
     def friction(self) -> float | np.ndarray:
@@ -214,9 +188,9 @@ class Discretisation:
             return friction
         return friction.static if self.coefficient is None else self.coefficient
 
-    def _sharing(self, other: Discretisation) -> Discretisation:
-        other.__dict__.update({name: value for name, value in self.__dict__.items() if name in _SHARED})
-        return other
+    def extended(self, distance: np.ndarray) -> Discretisation:
+        """The same with one more element on every side, with the undeformed distance there too (ny, nx)."""
+        return replace(self, grid=self.grid.extended(), distance=distance, operators=self.operators.around)
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
         """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""
@@ -263,7 +237,7 @@ class Discretisation:
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
             symmetric=not isinstance(motion, Steady),
-            instant=self.instant_operator.between(directions, directions).on(elements) if marching else None,
+            instant=self.operators.tangential().between(directions, directions).on(elements) if marching else None,
             directions=directions,
         )
 
@@ -309,8 +283,8 @@ def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
     return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
 
 
-def discretise(scene: Scene, grid: Grid) -> Discretisation:
-    """A scene on an explicit grid.
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
+    """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
 
     Raises
     ------
@@ -346,7 +320,18 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
             raise out_of_reach(scene, grid)
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
-    return Discretisation(scene, grid, hertz, distance, length, pressure)
+    operators = _operators(scene, grid.scaled(length), length, known)
+    return Discretisation(scene, grid, hertz, distance, length, pressure, operators)
+
+
+def _operators(scene: Scene, lattice: Grid, length: float, known: Operators | None) -> Operators:
+    """The operators of a lattice, those already known where they are the same."""
+    nu, K, depth = scene.bodies.combined_nu, scene.bodies.K, FREE_DEPTH
+    if scene.reference_depth is not None:
+        depth = scene.reference_depth / length
+    if known is not None and known.same(lattice, nu, K, depth):
+        return known
+    return Operators(lattice, nu, K, depth)
 
 
 def _check_range(scene: Scene, length: float, pressure: float) -> None:

@@ -146,7 +146,9 @@ def solve_many(
     Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
     each solution is where the next begins, with methods that can begin somewhere.
     """
-    setups, disc, state = Setups(), None, None
+    setups = Setups()
+    disc: Discretisation | None = None
+    state: ContactState | None = None
     for motion in motions:
         _check_saturation(replace(scene, motion=motion))
         steps = Steps(plan, tol, polish, Clock(progress), setups)
@@ -154,7 +156,8 @@ def solve_many(
             disc = disc.moved(motion)
             state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
         else:
-            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
+            known = None if disc is None else disc.operators
+            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps, known)
         yield judged(disc, state, steps)
 
 

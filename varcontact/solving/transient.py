@@ -7,12 +7,11 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 from __future__ import annotations
 
 from collections.abc import Callable, MutableSequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.planning.plan import Plan
 from varcontact.problem.contact_grid import outside
@@ -29,9 +28,6 @@ from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
-
-KEPT_LAGS = 4
-"""Operators C that are kept, by the distance of their step."""
 
 
 def solve_transient(
@@ -78,7 +74,6 @@ class _March:
     scene: Scene
     disc: Discretisation
     steps: Steps
-    lags: dict[float, GridOperator] = field(default_factory=dict)
 
     def start(self) -> Solution | None:
         """What the first step goes on from."""
@@ -131,12 +126,8 @@ class _March:
         if not fields.any():
             return None
         distance = motion.direction * motion.dq / disc.length
-        if distance not in self.lags:
-            if len(self.lags) >= KEPT_LAGS:
-                del self.lags[next(iter(self.lags))]
-            self.lags[distance] = disc.carrying_operator(distance)
         force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
-        return Carried(self.lags[distance].apply(fields / disc.pressure), force)
+        return Carried(disc.operators.carrying(distance).apply(fields / disc.pressure), force)
 
 
 def _motion(scene: Scene) -> Transient:
@@ -183,16 +174,12 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
 
 
 def _discretisation(scene: Scene, grid: Grid) -> Discretisation:
-    """The grid with scales for all steps, and with the operators that they share.
+    """The grid with scales for all steps.
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
     disc = discretise(replace(scene, grid=grid), grid)
-    disc = replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
-    shared = [disc.lattice, disc.normal_operator, disc.tangential_operator]
-    if scene.bodies.K != 0:
-        shared += [disc.pressure_to_shift, disc.traction_to_distance]
-    return disc
+    return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
 
 
 def _state(disc: Discretisation, before: Solution | None) -> ContactState:
