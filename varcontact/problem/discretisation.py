@@ -256,7 +256,7 @@ class Discretisation:
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
         x, y = self.points
-        return self.motion.shift(x, y, self.step or 0.0, self.length) / self.displacement
+        return self.motion.step((self.step or 0.0) * self.length).shift(x, y, self.length) / self.displacement
 
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""

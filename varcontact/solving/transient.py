@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, MutableSequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -42,6 +43,8 @@ def solve_transient(
     from varcontact.io.history_file import Stored
 
     motion = _motion(scene)
+    if not isinstance(motion.start, Solution | None):
+        raise SceneError("motion.start", motion.start, "a Solution")
     stored = None if store is None else Stored.opened(Path(store), scene, plan, tol, polish)
     steps = Steps(plan, tol, polish, Clock())
     contacts = _largest_contacts(scene)
@@ -78,7 +81,7 @@ class _March:
     def start(self) -> Solution | None:
         """What the first step goes on from."""
         motion, grid = _motion(self.scene), self.disc.grid
-        start = motion.start
+        start = cast(Solution | None, motion.start)
         if start is None or _same(start.grid, grid):
             return start
         if not motion.interpolate or start.grid.line != grid.line:
