@@ -35,8 +35,10 @@ def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
         certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.scene.motion, TimeStep):  # the steps of a history share its plan
-        plan = replace(plan, sizes=sizes_found(posed, plan, state))
-    solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
+        found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
+        plan = replace(plan, sizes=sizes_found(posed, plan, state), reasons=plan.reasons | found)
+    clock = steps.clock
+    solution = solution_of(disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
     if not solution.converged:
         raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution
