@@ -319,19 +319,3 @@ def test_table_and_picture_of_a_comparison_are_two_files(folder):
     assert done.returncode == 2
     assert "--plot" in done.stderr
     assert not (folder / "a.png").exists()
-
-
-def test_extremes(folder):
-    done = run("extremes", "--only", "approach 1e-12", "--out", "table.csv", folder=folder)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "pressing, approach 1e-12" in done.stdout and "0 FAILED" in done.stdout
-    again = run("extremes", "--only", "approach 1e-12", "--out", "table.csv", "--json", folder=folder)
-    rows = json.loads(again.stdout)
-    assert {row["verdict"] for row in rows} == {"passed"}
-    assert {row["family"] for row in rows} >= {"default", "conic", "active set"}
-
-
-def test_extremes_of_which_there_are_none(folder):
-    done = run("extremes", "--only", "nonsense", folder=folder)
-    assert done.returncode == 2
-    assert "only = 'nonsense' is not allowed" in done.stderr
