@@ -11,9 +11,9 @@ from varcontact.planning.sizes import Counted, Sizes, sizes_of, solves
 from varcontact.problem.contact_grid import outside
 from varcontact.problem.discretisation import Discretisation, discretise, out_of_reach
 from varcontact.problem.mirror import mirror
+from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.grid_search import enlarged, known_grid, wanted_grid
 
 

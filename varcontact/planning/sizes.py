@@ -13,10 +13,10 @@ from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import DENSE_LIMIT
 from varcontact.problem.mirror import mirror_of
+from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import TANGENTIAL, states_programs
-from varcontact.solving.coupling import ContactState
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan

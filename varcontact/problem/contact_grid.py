@@ -9,9 +9,9 @@ import numpy as np
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solving.coupling import ContactState
 
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from varcontact.problem.discretisation import Discretisation
-from varcontact.solving.coupling import ContactState
+from varcontact.problem.state import ContactState
 
 EXTERIOR, STICK, SLIP = 0, 1, 2
 

@@ -13,11 +13,11 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState
 
 if TYPE_CHECKING:
     import xarray as xr

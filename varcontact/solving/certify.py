@@ -11,11 +11,11 @@ from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import Certificate, certify_problems, normal_residual
+from varcontact.problem.state import ContactState
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution, solution_of
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import TimeStep
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.subproblems import Steps
 from varcontact.theories.methods import THEORIES

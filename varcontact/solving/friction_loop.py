@@ -21,12 +21,13 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import magnitude, project
 from varcontact.problem.slip import SLIP, own_influence, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState, fixed_point
+from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
 
 Contact = Callable[[Discretisation, ContactState, float], ContactState]
 Judge = Callable[[Discretisation, ContactState], float]
@@ -77,29 +78,18 @@ def under_law(
         shift, areas = shift_and_areas(trial, after)
         return replace(after, friction=np.where(areas == SLIP, _at_slip(trial, shift), state.friction))
 
-    def with_friction(state: ContactState, friction: np.ndarray) -> ContactState:
-        return replace(state, friction=np.clip(friction, law.kinetic, law.static))
-
     def residual(state: ContactState) -> float:
         return judge(disc.rubbing(coefficient(disc, state)), state)
 
+    coefficients = Unknown("friction", law.kinetic, law.static)
     elements = int(np.count_nonzero(state.pressure)) + 2
-    passes = MAX_PASSES if law.continuous else elements
+    limits = Limits(tol, elements, patience=elements, plain=elements)
+    if law.continuous:
+        limits = Limits(tol, MAX_PASSES, patience=MAX_PASSES, plain=PLAIN, near=NEAR)
     if state.friction is None:
         state = replace(state, friction=_start(law, disc.grid, start), branch=branch_of(start))
     try:
-        return fixed_point(
-            one_pass(replace(state, passes=())),
-            one_pass,
-            lambda state: np.asarray(state.friction),
-            with_friction,
-            residual,
-            tol,
-            max_passes=passes,
-            patience=passes,
-            plain=PLAIN if law.continuous else passes,
-            near=NEAR if law.continuous else 0.0,
-        )
+        return fixed_point(one_pass(replace(state, passes=())), one_pass, coefficients, residual, limits)
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[state.branch]})") from None
 

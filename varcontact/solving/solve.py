@@ -13,6 +13,7 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.planning.plan import Plan, make_plan
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.gap import Certificate, certify_problems
+from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -21,7 +22,6 @@ from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloaded

@@ -17,6 +17,7 @@ from varcontact.problem.discretisation import Discretisation, out_of_reach
 from varcontact.problem.gap import magnitude, normal_residual, project, residuals, tangential_residual
 from varcontact.problem.mirror import mirror_of
 from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
@@ -26,7 +27,7 @@ from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.marching import march
 from varcontact.solvers.registry import normal_solver, states_programs, tangential_solver
-from varcontact.solving.coupling import ContactState, alternating, joint, panagiotopoulos
+from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.timing import Clock
 from varcontact.theories.methods import THEORIES

@@ -18,13 +18,13 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.contact_grid import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.gap import Certificate
+from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution, solution_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, unloaded

@@ -9,13 +9,13 @@ import numpy as np
 
 from varcontact.errors import Saturated
 from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.tang import no_slip
-from varcontact.solving.coupling import ContactState
 from varcontact.theories.fastsim import fastsim_on_grid
 from varcontact.theories.fastsim_law import on_grid as fastsim_on_grid_under_law
 from varcontact.theories.no_slip import no_slip_coefficients
