@@ -131,9 +131,8 @@ def branch_of(start: str | Solution | None) -> str:
 
 
 def _law(disc: Discretisation) -> Law:
-    law = disc.scene.friction
-    assert isinstance(law, Law)
-    return law
+    assert disc.law is not None
+    return disc.law
 
 
 def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
@@ -158,10 +157,10 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     """The coefficients that particles bring along into a step of a history: who slipped, goes on as it slipped."""
-    law, step = disc.scene.friction, disc.step
-    if not isinstance(law, Law):
+    law, step = disc.law, disc.step
+    if law is None:
         return None
-    way = 0 if step is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
+    way = 0 if step is None or disc.motion is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
     known = known_from(law, before)
     came = np.full(known.shape, law.static)
     nx = known.shape[1]
