@@ -35,13 +35,6 @@ BACK = {
 """Imports against the order that may stay: in a function, or for types only."""
 
 TO_BE_CUT = {
-    # ContactState, and what is of the state only, belong to the problem
-    ("planning.expectations", "solving.coupling"),
-    ("planning.sizes", "solving.coupling"),
-    ("problem.contact_grid", "solving.coupling"),
-    ("problem.slip", "solving.coupling"),
-    ("results.solution", "solving.coupling"),
-    ("theories.methods", "solving.coupling"),
     # the grid that a scene asks for is known before anything is solved
     ("planning.expectations", "solving.grid_search"),
     # the gap is of arrays only; set-ups are the solvers'
@@ -50,10 +43,6 @@ TO_BE_CUT = {
     ("problem.problem", "solvers.conic.setups"),
     # a plan prints itself: its report belongs to planning
     ("planning.plan", "results.report"),
-    # an error carries the answer as far as there is one; a motion begins at one
-    ("errors", "results.history"),
-    ("errors", "results.solution"),
-    ("scene.motion", "results.solution"),
     # operators and fields take a scene's grid; nothing of a scene takes them, so these rooms could change places
     ("elasticity.operators", "scene.grid"),
     ("elasticity.subsurface", "scene.grid"),
