@@ -581,3 +581,23 @@ def test_short_steps(dq):
     sol = vc.solve(scene)
     assert sol.certificate.residual < 1e-9
     assert sol.force[0] == pytest.approx(carter(contact, 0.3, creepage=scene.motion.vx).force, rel=0.03)
+
+
+def test_the_program_where_active_sets_fail(check_kkt):
+    """Nearly saturated, in steps of a small part of an element: active sets alone give up, and auto goes on."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.5),
+        surface=vc.Ellipse(a=0.25, b=4.0),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5),
+        grid=vc.Grid(nx=12, ny=4),
+    )
+    with pytest.raises(vc.NotConverged, match="tang-safeguarded says 'MaxIterations'") as failure:
+        vc.solve(scene, tangential="tang-safeguarded")
+    assert failure.value.solution.certificate.residual > 1e-4
+    sol = vc.solve(scene)
+    assert (sol.plan.tangential, sol.plan.fallback) == ("tang-safeguarded", "clarabel")
+    assert sol.certificate.residual < 1e-10
+    check_kkt(sol, 1e-8, closed_form=True)
+    np.testing.assert_allclose(sol.traction, vc.solve(scene, tangential="clarabel").traction, rtol=0, atol=1e-9)

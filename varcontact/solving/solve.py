@@ -14,6 +14,7 @@ from varcontact.planning.plan import Plan, make_plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.gap import Certificate, certify_problems
+from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -22,15 +23,16 @@ from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloaded
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
+from varcontact.threads import one_blas_thread
 
 
+@one_blas_thread()
 def solve(
     scene: Scene,
     normal: str = "auto",
@@ -140,7 +142,7 @@ def solve(
     )
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
     disc, state = on_a_grid_that_holds_it(scene, steps)
-    return judged(disc, state, steps)
+    return judged(scene, disc, state, steps)
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
@@ -169,15 +171,18 @@ def solve_many(
     disc: Discretisation | None = None
     state: ContactState | None = None
     for motion in motions:
-        _check_saturation(replace(scene, motion=motion))
+        posed = replace(scene, motion=motion)
+        _check_saturation(posed)
         steps = Steps(plan, tol, polish, Clock(progress), setups)
-        if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-            disc = disc.moved(motion)
-            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
-        else:
-            known = None if disc is None else disc.operators
-            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps, known)
-        yield judged(disc, state, steps)
+        with one_blas_thread():
+            if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+                disc = disc.moved(motion)
+                state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
+            else:
+                known = None if disc is None else disc.operators
+                disc, state = on_a_grid_that_holds_it(posed, steps, known)
+            solution = judged(posed, disc, state, steps)
+        yield solution
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:

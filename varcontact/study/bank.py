@@ -111,13 +111,14 @@ def unlike_bank(cells: int = 12) -> dict[str, Scene]:
 
 def _moved(motion: str, limit: float, unit: float) -> Steady | Shift:
     """Motions with stick and slip; a creepage (or shift) of about one unit is full slip."""
-    return {
+    motions: dict[str, Steady | Shift] = {
         "free rolling": Steady(),
         "creepage and spin": Steady(vx=0.3 * unit, vy=-0.1 * unit, spin=0.3 * unit),
         "spin": Steady(spin=0.6 * unit),
         "force": Steady(Fx=-0.6 * limit, vy=0.1 * unit),
         "shift": Shift(ux=0.2 * unit, uy=0.1 * unit, rotation=0.2 * unit),
-    }[motion]
+    }
+    return motions[motion]
 
 
 def _two_arcs() -> SampledDistance:
