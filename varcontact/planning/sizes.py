@@ -182,12 +182,13 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     n, m = counted.normal, counted.components * counted.tangential
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
-    if plan.normal != "hertz":
+    if plan.normal != "hertz" and plan.method != "convex":
         yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
     if plan.tangential == "none" or m == 0:
         return
     joint = _joint_program(plan)
-    steps_only = plan.formulation == "marching" and not states_programs(plan.tangential)  # programs are polished whole
+    polished = states_programs(plan.tangential) and plan.method != "convex"  # and that the whole, not a step
+    steps_only = plan.formulation == "marching" and not polished
     whole = (solves(plan) and not steps_only) or plan.tangential == "linear"
     if counted.mirrored and whole:
         yield block(name, "dense", m // 2, m // 2, "the tangential problem, on one side of its line of symmetry")
