@@ -329,11 +329,7 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
         raise SceneError(
             "grid", dx if scene.line else (dx, dy), f"fine enough to hold one contact element: the contact is {size}"
         )
-    surface = scene.surface
-    if isinstance(surface, Ellipse):
-        assert hertz is not None
-        surface = Paraboloids(hertz.Rx, hertz.Ry)
-    distance = surface.distance(grid)
+    distance = undeformed_distance(scene, grid)
     length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
     if hertz is not None:
         pressure = hertz.peak_pressure
@@ -347,6 +343,15 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
     return Discretisation(scene, grid, hertz, distance, length, pressure)
+
+
+def undeformed_distance(scene: Scene, grid: Grid) -> np.ndarray:
+    """Undeformed distance of the bodies at the element centres, (ny, nx) [length]."""
+    surface = scene.surface
+    if isinstance(surface, Ellipse):
+        assert scene.hertz is not None
+        surface = Paraboloids(scene.hertz.Rx, scene.hertz.Ry)
+    return surface.distance(grid)
 
 
 def _check_range(scene: Scene, length: float, pressure: float) -> None:
