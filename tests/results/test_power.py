@@ -138,7 +138,7 @@ def test_unlike_spheres_meet_too():
 
 
 def test_power_where_nothing_is_carried(rolling):
-    """Without friction a creepage under a force of zero could be any, and costs nothing; without motion there is none."""
+    """Without friction the creepage under a force of zero could be any, and costs nothing."""
     free = vc.solve(rolling(friction=0.0, motion=vc.Steady(Fx=0.0, vy=0.01, spin=0.1)))
     assert (free.power, free.friction_work) == (0.0, 0.0)
     assert vc.solve(rolling(motion=None, friction=None)).power == 0.0
