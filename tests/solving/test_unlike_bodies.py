@@ -222,7 +222,12 @@ def test_a_saved_solution_keeps_its_passes(tmp_path):
 
 def test_picture_of_the_passes():
     sol = vc.solve(SCENES[0], normal="norm", tangential="tang")
-    residuals, _ = sol.plot_passes().axes[0].lines
+    (ax,) = sol.plot_passes().axes
+    residuals, changes = ax.lines
     assert residuals.get_ydata()[-1] == sol.passes[-1][1]
-    with pytest.raises(vc.SceneError, match="coupling loop"):
+    assert ax.get_title() == f"Passes: panagiotopoulos, K = {sol.scene.bodies.K:.3g}"
+    assert changes.get_label() == "change of the tractions"
+    with pytest.raises(
+        vc.SceneError, match=r"coupling johnson, no passes.*coupling loop .* or under a law of friction"
+    ):
         vc.solve(SCENES[0], coupling="johnson").plot_passes()

@@ -92,6 +92,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
 def save(sol: Solution, path: str | Path, field: str = "path") -> None:
     """Write a solution to a netCDF file, whole or not at all."""
     path = Path(path)
+    check_ending(field, path, ".nc")
     check_writable(field, path)
     write_whole(field, path, solution_to_bytes(sol))
 
@@ -219,6 +220,15 @@ def assembled(
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
     )
+
+
+FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}
+
+
+def check_ending(field: str, path: Path, ending: str) -> None:
+    """Raise `OutputError` where a name promises another format than the one that is written."""
+    if path.suffix.lower() != ending:
+        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
 
 
 def check_writable(field: str, path: Path) -> None:

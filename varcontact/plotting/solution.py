@@ -8,6 +8,7 @@ import numpy as np
 
 from varcontact.checks import choice, number, positive
 from varcontact.errors import SceneError
+from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
@@ -121,18 +122,24 @@ def draw_section(ax: Axes, sol: Solution) -> None:
 
 
 def plot_passes(sol: Solution) -> Figure:
-    """Change and residual of the whole against the passes of a coupling loop, see `Solution.plot_passes`."""
+    """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
     from matplotlib import pyplot as plt
 
     if not sol.passes:
-        raise SceneError("solution", sol.plan.coupling, "of a coupling loop (panagiotopoulos or joint)")
+        found = f"coupling {sol.plan.coupling}, no passes"
+        raise SceneError("solution", found, "of a coupling loop (panagiotopoulos or joint), or under a law of friction")
+    if isinstance(sol.scene.friction, Law):
+        shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
+    else:
+        shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
+        changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
     figure, ax = plt.subplots(figsize=(5.2, 4.0), layout="constrained")
     changes, residuals = np.array(sol.passes).T
     passes = np.arange(1, len(residuals) + 1)
     ax.semilogy(passes, residuals, "o-", color=TRACTION_COLOUR, markersize=4, label="residual of the whole")
-    ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", markersize=3, label="change of the pass")
+    ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", markersize=3, label=f"change of the {changed}")
     ax.set_xlabel("pass")
-    ax.set_title(f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}" + ("" if sol.converged else ": not converged"))
+    ax.set_title(f"Passes: {shown}" + ("" if sol.converged else " (not converged)"))
     ax.legend(frameon=False)
     return figure
 

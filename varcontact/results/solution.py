@@ -177,7 +177,7 @@ class Solution:
         if rolls == 0 or self.scene.bodies.K == 0 or not self.pressure.any() or self.grid.nx == 1:
             return 0.0
         distance = undeformed_distance(self.scene, self.grid)
-        slope = np.gradient(distance, self.grid.sides[0], axis=1, edge_order=min(2, self.grid.nx - 1))
+        slope = np.gradient(distance, self.grid.sides[0], axis=1, edge_order=2 if self.grid.nx > 2 else 1)
         return rolls * float(np.sum(self.pressure * slope) * self.grid.area)
 
     def report(self) -> str:
@@ -251,7 +251,7 @@ class Solution:
         Raises
         ------
         OutputError
-            If the file cannot be written.
+            If the file cannot be written, or its name does not end in ``.nc``.
         """
         from varcontact.io.solution_file import save
 
@@ -293,12 +293,12 @@ class Solution:
         return plot(self)
 
     def plot_passes(self) -> Figure:
-        """Picture of how the passes of a coupling loop converged.
+        """Picture of how the passes of a coupling loop, or under a law of friction, converged.
 
         Raises
         ------
         SceneError
-            If there was no coupling loop.
+            If there were no passes.
         """
         from varcontact.plotting.solution import plot_passes
 

@@ -116,7 +116,7 @@ def solve(
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling, formulation)
-    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    tol, polish, progress = checks.positive("tol", tol), checks.flag("polish", polish), checks.progress(progress)
     check_start(scene, start, plan.tangential in THEORIES)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store)

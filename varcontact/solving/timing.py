@@ -6,15 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from varcontact import checks
-
 
 class Clock:
     """Adds up the time of named stages: ``with clock("normal"): ...``."""
 
     def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self._begun = time.perf_counter()
-        self._progress = checks.progress(progress)
+        self._progress = progress
         self._stages: dict[str, float] = {}
 
     @contextmanager

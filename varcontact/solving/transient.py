@@ -63,7 +63,7 @@ def solve_transient(
         except VarcontactError as error:
             raise error.in_step(k, history) from error.__cause__
         except KeyboardInterrupt:
-            raise Interrupted(history, f" after {len(history)} steps") from None
+            raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
     return history
 
 

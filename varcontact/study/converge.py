@@ -122,7 +122,8 @@ def converge(
             if store is not None:
                 keep(store, rows, COLUMNS)
     except KeyboardInterrupt:
-        raise Interrupted(Convergence.of(rows, numbers, names, offsets)) from None
+        finished = f" after {len(rows)} of {len(wanted)} solves"
+        raise Interrupted(Convergence.of(rows, numbers, names, offsets), finished) from None
     return Convergence.of(rows, numbers, names, offsets)
 
 

@@ -159,7 +159,9 @@ def extremes(
                 if store is not None:
                     keep(store, rows, COLUMNS)
     except KeyboardInterrupt:
-        raise Interrupted(pd.DataFrame(rows, columns=list(COLUMNS))) from None
+        table = pd.DataFrame(rows, columns=list(COLUMNS))
+        finished = f" after {len(table.groupby(['group', 'case']))} of {len(wanted)} scenes"
+        raise Interrupted(table, finished) from None
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 

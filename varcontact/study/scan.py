@@ -65,13 +65,22 @@ def scan(
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, to scan over creepages")
-    triples = checks.array("creepages", creepages, 2)
-    if triples.shape[1] != 3:
-        raise SceneError("creepages", f"array of shape {triples.shape}", "of shape (k, 3)")
+    triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
     motions = [_with_rigid(motion, triple) for triple in triples]
     plans = [make_plan(replace(scene, motion=each), normal, tangential, coupling, formulation) for each in motions]
-    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    tol, polish, progress = checks.positive("tol", tol), checks.flag("polish", polish), checks.progress(progress)
     return list(solve_many(scene, motions, plans[0], tol, polish, progress))
+
+
+def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
+    """One row of three for each solution."""
+    given = checks.numbers("creepages", creepages)
+    if given.ndim != 2 or given.shape[1] != 3 or given.size == 0:
+        words = ", ".join(names)
+        meant = f"; a single solution is [[{words}]]" if given.shape == (3,) else ""
+        shape = f"array of shape {given.shape}"
+        raise SceneError("creepages", shape, f"of shape (k, 3), a row of {words} for each solution{meant}")
+    return given
 
 
 def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:
