@@ -13,11 +13,11 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation, undeformed_distance
 from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -176,7 +176,7 @@ class Solution:
         rolls = 0 if self.motion is None else self.motion.rolls
         if rolls == 0 or self.scene.bodies.K == 0 or not self.pressure.any() or self.grid.nx == 1:
             return 0.0
-        distance = undeformed_distance(self.scene, self.grid)
+        distance = undeformed_distance(self.scene.surface, self.scene.hertz, self.grid)
         slope = np.gradient(distance, self.grid.sides[0], axis=1, edge_order=2 if self.grid.nx > 2 else 1)
         return rolls * float(np.sum(self.pressure * slope) * self.grid.area)
 
@@ -311,6 +311,7 @@ def known(value: float) -> float | None:
 
 
 def solution_of(
+    scene: Scene,
     disc: Discretisation,
     plan: Plan,
     state: ContactState,
@@ -319,7 +320,6 @@ def solution_of(
     timing: dict[str, float],
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
-    scene = disc.scene
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
     if scene.bodies.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
@@ -349,12 +349,12 @@ def solution_of(
 
 def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """What is prescribed, and what was found where a force is; NaN where it could be any."""
-    if disc.scene.motion is None:
+    if disc.motion is None:
         return 0.0, 0.0, 0.0
     motion, found = disc.motion, state.rigid / rolled
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
-    unknown = np.full(2, disc.scene.frictionless or not state.pressure.any())
+    unknown = np.full(2, disc.frictionless or not state.pressure.any())
     if disc.afloat and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.carried is None else disc.carried.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
