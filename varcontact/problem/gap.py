@@ -1,4 +1,4 @@
-"""Energies, the duality gap, and the certificate: how exact given tractions are (paper, section 4).
+"""The duality gap, and the certificate: how exact given tractions are (paper, section 4).
 
 Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
 no solver's word enters.
@@ -188,19 +188,6 @@ def gap(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> 
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
     total = float(np.sum(np.maximum(shares, 0.0)))
     return total * problem.area, _relative(total, float(work))
-
-
-def complementary_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
-    """C of a shift (215): ``-(1/2 p'A p + W'p)`` over the elements, dimensionless."""
-    elastic = problem.operator.apply(traction)
-    return -problem.area * float(np.sum(traction * (0.5 * elastic + problem.rigid_shift)))
-
-
-def potential_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
-    """U of a shift (214), of the displacements that the tractions cause: ``1/2 p'A p + sum(g |E|)``."""
-    elastic = problem.operator.apply(traction)
-    shift = magnitude(elastic + problem.rigid_shift)
-    return problem.area * float(0.5 * np.sum(traction * elastic) + problem.bound @ shift)
 
 
 def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
