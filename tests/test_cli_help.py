@@ -20,7 +20,7 @@ def said(*arguments):
 
 
 def test_commands():
-    assert COMMANDS == ["compare", "converge", "extremes", "plan", "solve"]
+    assert COMMANDS == ["compare", "converge", "plan", "solve"]
     assert all(f"\n  {command} " in said("--help") for command in COMMANDS)
 
 
