@@ -33,6 +33,7 @@ DEFAULT_METHODS = (
     "tang-exact",
     "tang-safeguarded",
     "fastsim",
+    "fastsim-weighted",
     "linear",
     "vermeulen-johnson",
 )
