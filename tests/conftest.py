@@ -10,6 +10,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.elasticity.operators import influence_operator
+from varcontact.problem import operators
 
 DATA = Path(__file__).parent / "data"
 
@@ -40,6 +41,22 @@ def paper_table():
             return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
 
     return read
+
+
+@pytest.fixture
+def built(monkeypatch):
+    """The tables of influence numbers that are built from now on: (name, operator), named as in a plan."""
+    tables, make = [], operators.influence_operator
+
+    def counted(grid, rows, columns, **constants):
+        operator = make(grid, rows, columns, **constants)
+        block = f"{'z' if rows == 'z' else 't'}{'z' if columns == 'z' else 't'}"
+        name = f"A_{block}" + (f" - C_{block}" if constants.get("lag") is not None else "")
+        tables.append((f"C_{block}" if constants.get("offset") else name, operator))
+        return operator
+
+    monkeypatch.setattr(operators, "influence_operator", counted)
+    return tables
 
 
 @pytest.fixture(scope="session")

@@ -172,7 +172,7 @@ def test_linear_limit(bound, mixture):
     creepage = 1e-5 * UNITS * mixture
     expected = linear_forces(A, B, G, creepage, TABLE).force
     found = fastsim(*CONTACT, creepage, TABLE, m=1000, n=400, bound=bound).force
-    np.testing.assert_allclose(found, expected, rtol=3e-3, atol=1e-10 * np.hypot(*expected))
+    assert np.hypot(*(found - expected)) < 2e-3 * np.hypot(*expected)
 
 
 @bounds
@@ -184,7 +184,7 @@ def test_linear_limit_of_the_weighted_flexibility(bound, mixture):
     by_L = flexibilities(A, B, G, TABLE) / flexibility(A, B, G, creepage, TABLE)
     expected = linear_forces(A, B, G, creepage * by_L, TABLE).force
     found = fastsim(*CONTACT, creepage, TABLE, m=1000, n=400, bound=bound, flexibility="weighted").force
-    np.testing.assert_allclose(found, expected, rtol=3e-3, atol=1e-10 * np.hypot(*right))
+    assert np.hypot(*(found - expected)) < 2e-3 * np.hypot(*expected)
     alone = np.count_nonzero(mixture) == 1
     assert (np.hypot(*(expected - right)) < 1e-12 * np.hypot(*right)) == alone
 
