@@ -136,6 +136,9 @@ def test_scenes_that_they_cannot_treat(rolling, name, changes, words):
 def test_more_that_they_cannot_treat(rolling):
     with pytest.raises(vc.SceneError, match=r"no spin, spin is 0\.05"):
         vc.solve(rolling(), tangential="vermeulen-johnson")
+    for name in FASTSIM:
+        with pytest.raises(vc.SceneError, match="creepages are needed, not forces"):
+            vc.solve(rolling(friction=vc.StaticKinetic(0.3, 0.2), motion=vc.Steady(Fx=-0.1)), tangential=name)
     for name in (*FASTSIM, "vermeulen-johnson"):
         with pytest.raises(vc.SceneError, match="one finite coefficient of friction"):
             vc.solve(rolling(friction=np.inf, motion=vc.Steady(vx=0.1)), tangential=name)
