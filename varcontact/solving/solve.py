@@ -28,8 +28,10 @@ from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloa
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
+from varcontact.threads import one_blas_thread
 
 
+@one_blas_thread()
 def solve(
     scene: Scene,
     normal: str = "auto",
@@ -153,13 +155,15 @@ def solve_many(
         posed = replace(scene, motion=motion)
         _check_saturation(posed)
         steps = Steps(plan, tol, polish, Clock(progress), setups)
-        if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-            disc = disc.moved(motion)
-            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
-        else:
-            known = None if disc is None else disc.operators
-            disc, state = on_a_grid_that_holds_it(posed, steps, known)
-        yield judged(posed, disc, state, steps)
+        with one_blas_thread():
+            if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+                disc = disc.moved(motion)
+                state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
+            else:
+                known = None if disc is None else disc.operators
+                disc, state = on_a_grid_that_holds_it(posed, steps, known)
+            solution = judged(posed, disc, state, steps)
+        yield solution
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
