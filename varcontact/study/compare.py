@@ -35,6 +35,7 @@ DEFAULT_METHODS = (
     "cvxpy:CLARABEL",
     "tang",
     "fastsim",
+    "fastsim-weighted",
     "linear",
     "vermeulen-johnson",
 )
