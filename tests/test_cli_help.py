@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 import varcontact as vc
 from varcontact.cli import app
 from varcontact.planning.plan import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.theories.methods import THEORIES
 
@@ -44,7 +45,15 @@ def test_brackets_are_not_markup():
 def test_help_names_all_methods(command):
     """Whole, and not broken at a hyphen."""
     words = set(said(command, "--help").replace(",", " ").replace(".", " ").split())
-    assert words >= {*normal_methods(), *tangential_methods(), *THEORIES, *COUPLING_METHODS, *FORMULATIONS, "auto"}
+    assert words >= {
+        *normal_methods(),
+        *tangential_methods(),
+        *THEORIES,
+        *COUPLING_METHODS,
+        *FORMULATIONS,
+        *ROADS,
+        "auto",
+    }
 
 
 def test_version():

@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 from varcontact import __version__
 from varcontact.errors import Interrupted, NotConverged, OutputError, SceneError, VarcontactError
 from varcontact.planning.plan import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.theories.methods import THEORIES
 
@@ -48,9 +49,9 @@ app = typer.Typer(
     epilog="Examples:\n\n"
     "  varcontact solve scene.toml\n\n"
     "  varcontact solve scene.toml --json --out solution.nc\n\n"
-    "  varcontact solve scene.toml --normal clarabel --plot picture.png\n\n"
+    "  varcontact solve scene.toml --method convex --plot picture.png\n\n"
     "  varcontact plan scene.toml\n\n"
-    "  varcontact compare scene.toml --methods clarabel,tang,fastsim\n\n"
+    "  varcontact compare scene.toml --methods convex,kalker,fastsim\n\n"
     "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
     "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported), "
     "130 interrupted (standard error says what is kept).",
@@ -79,6 +80,7 @@ def _listed(kind: str, names: Iterable[str]) -> str:
 
 METHODS = "\b\n" + "\n".join(
     (
+        _listed("Method, the road as one choice", ROADS),
         _listed("Normal problem", ("auto", *normal_methods())),
         _listed("Tangential problem", ("auto", *tangential_methods())),
         _listed("Approximate theories of the tangential problem", THEORIES),
@@ -92,6 +94,7 @@ METHODS = "\b\n" + "\n".join(
 @app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
 def solve(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    method: Annotated[str | None, typer.Option(help="The road as one choice, one of those below.")] = None,
     normal: Annotated[str | None, typer.Option(help="Method of the normal problem, one of those below.")] = None,
     tangential: Annotated[
         str | None, typer.Option(help="Method of the tangential problem, or a theory, one of those below.")
@@ -119,7 +122,7 @@ def solve(
 
     _check_outputs(out, plot, ".nc")
     described, options = read_scene(scene)
-    given: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
+    given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
@@ -144,6 +147,7 @@ def solve(
 )
 def plan(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    method: Annotated[str | None, typer.Option(help="The road as one choice, as for solve.")] = None,
     normal: Annotated[str | None, typer.Option(help="Normal problem, as for solve.")] = None,
     tangential: Annotated[str | None, typer.Option(help="Tangential problem, as for solve.")] = None,
     coupling: Annotated[str | None, typer.Option(help="For unlike bodies, as for solve.")] = None,
@@ -155,7 +159,8 @@ def plan(
     from varcontact.planning.plan import plan as plan_scene
 
     described, options = read_scene(scene)
-    given = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
+    given = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
+    given |= {"formulation": formulation}
     chosen = {name: options.get(name, "auto") if value is None else value for name, value in given.items()}
     planned = plan_scene(described, **chosen)
     _print(json.dumps(planned.summary(), indent=2, allow_nan=False) if as_json else str(planned))
@@ -170,7 +175,9 @@ def compare(
     bank: Annotated[bool, typer.Option("--bank", help="The standard bank of scenes as well.")] = False,
     methods: Annotated[
         str | None,
-        typer.Option(help="Names with commas between, each [normal|]tangential[/formulation][+polish]."),
+        typer.Option(
+            help="Names with commas between: convex, active-set, kalker, [normal|]tangential[/formulation][+polish]."
+        ),
     ] = None,
     tol: Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")] = 1e-6,
     out: Annotated[

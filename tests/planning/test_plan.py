@@ -44,6 +44,8 @@ HERTZIAN = {
     "law": ({"friction": FALLING}, {}),
     "law, pure vx": ({"friction": FALLING, "motion": vc.Steady(vx=0.05)}, {}),
     "law, fastsim": ({"friction": FALLING}, {"tangential": "fastsim"}),
+    "fastsim-weighted": ({}, {"tangential": "fastsim-weighted"}),
+    "law, fastsim-weighted-elliptic": ({"friction": FALLING}, {"tangential": "fastsim-weighted-elliptic"}),
     "linear": ({}, {"tangential": "linear"}),
     "line": ({**LINE, "motion": vc.Steady(vx=0.05, vy=0.02)}, {}),
     "line, vx": ({**LINE, "motion": vc.Steady(vx=0.05)}, {}),

@@ -15,7 +15,8 @@ from varcontact.errors import OutputError, VarcontactError
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import Certificate
-from varcontact.results.solution import Solution
+from varcontact.problem.tally import Calls
+from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
@@ -86,6 +87,8 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "timing": sol.timing,
         "passes": sol.passes,
         "branch": sol.branch,
+        "solved_by": sol.solved_by,
+        "calls": plain_calls(sol.calls),
     }
 
 
@@ -219,6 +222,11 @@ def assembled(
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
+        solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
+        calls={
+            problem: {name: Calls(**each) for name, each in solvers.items()}
+            for problem, solvers in record.get("calls", {}).items()
+        },
     )
 
 

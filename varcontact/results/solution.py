@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from varcontact.problem.discretisation import Discretisation, undeformed_distanc
 from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
+from varcontact.problem.tally import Calls
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
@@ -58,6 +59,12 @@ class Solution:
         Solver iterations by problem.
     status : dict
         The solvers' own words, by problem.
+    solved_by : dict
+        The solver whose answer it is, by problem: not that of the plan, where active sets polished its answer or
+        another had to be asked.
+    calls : dict of dict of Calls
+        By problem ("normal", "tangential"; "joint" for both in one program, "grid" before an automatic grid was found)
+        and by solver: how often it was called, polish, fallback and safeguards included, its iterations and seconds.
     timing : dict
         Seconds by stage, and in total.
     passes : tuple of (float, float)
@@ -86,6 +93,8 @@ class Solution:
     timing: dict[str, float]
     passes: tuple[tuple[float, float], ...] = ()
     branch: str = ""
+    solved_by: dict[str, str] = field(default_factory=dict)
+    calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
 
     @property
     def normal_force(self) -> float:
@@ -222,9 +231,12 @@ class Solution:
             },
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
+            "road": self.plan.method,
             "formulation": self.plan.formulation,
             "iterations": self.iterations,
             "status": self.status,
+            "solved_by": self.solved_by,
+            "calls": plain_calls(self.calls),
             "passes": len(self.passes),
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
@@ -305,6 +317,14 @@ class Solution:
         return plot_passes(self)
 
 
+def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
+    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
+    return {
+        problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
+        for problem, solvers in calls.items()
+    }
+
+
 def known(value: float) -> float | None:
     """A number as JSON can have it: None where it is no number, or infinite."""
     return float(value) if np.isfinite(value) else None
@@ -318,6 +338,7 @@ def solution_of(
     certificate: Certificate,
     converged: bool,
     timing: dict[str, float],
+    calls: dict[str, dict[str, Calls]],
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
@@ -344,6 +365,8 @@ def solution_of(
         timing=timing,
         passes=state.passes,
         branch=state.branch,
+        solved_by=state.solved_by,
+        calls=calls,
     )
 
 

@@ -83,8 +83,10 @@ def on_a_grid_that_holds_it(
     """
     closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
     with steps.clock("grid"):
-        looks = Steps(replace(steps.plan, normal="norm"), 1e-6, True, Clock())
+        normal = steps.plan.normal if steps.plan.method == "convex" else "norm"
+        looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+        steps.clock.adopt("grid", looks.clock.tally("normal"))
     moved = 0
     for attempt in range(20):
         disc = discretise(scene, grid, known)

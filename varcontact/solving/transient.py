@@ -225,7 +225,7 @@ def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Soluti
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
     exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
     state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing())
+    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
 
 
 def _words(grid: Grid) -> str:
