@@ -12,14 +12,14 @@ ORDER = (
     {"reference"},
     {"scene"},
     {"elasticity"},
-    {"problem", "energy"},
+    {"problem"},
     {"solvers"},
     {"theories"},
     {"planning"},
     {"results", "plotting", "io"},
     {"solving"},
     {"study"},
-    {"cli", "__init__", "__main__"},
+    {"energy", "cli", "__init__", "__main__"},
 )
 """The rooms and the modules beside them, in the order of the data; those of one line may import each other."""
 
