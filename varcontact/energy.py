@@ -1,7 +1,7 @@
 """Energies, duality gap and residuals of the discrete problems: see `varcontact.problem.gap`."""
 
+from varcontact.problem.certificate import Certificate
 from varcontact.problem.gap import (
-    Certificate,
     complementary_energy,
     gap,
     normal_gap,

@@ -9,8 +9,9 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
+from varcontact.problem.certificate import Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import Certificate, certify_problems, normal_residual
+from varcontact.problem.gap import normal_residual
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution, solution_of
 from varcontact.scene.friction import Law
@@ -32,7 +33,9 @@ def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
     if isinstance(disc.scene.friction, Law) and plan.tangential != "none":
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
-        certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
+        certificate = certify_problems(
+            disc, state.pressure, state.approach, state.traction, state.rigid, plan, steps.certify
+        )
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.scene.motion, TimeStep):  # the steps of a history share its plan
         plan = replace(plan, sizes=sizes_found(posed, plan, state))
@@ -60,7 +63,7 @@ def _why(solution: Solution, state: ContactState) -> str:
         change = state.passes[-1][0]
         return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
     words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
-    reason = no_guarantee(solution)
+    reason = no_guarantee(solution) if solution.certificate.level == "full" else ""
     return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
 
 

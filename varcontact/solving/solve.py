@@ -11,8 +11,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Saturated, SceneError
 from varcontact.planning.plan import Plan, make_plan
+from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise
-from varcontact.problem.gap import Certificate, certify_problems
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -40,6 +40,7 @@ def solve(
     tol: float = 1e-8,
     polish: bool = True,
     start: str | Solution | None = None,
+    certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
 ) -> Solution | History:
@@ -75,6 +76,10 @@ def solve(
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
         over; or that near a solution with as many elements either way, from the coefficients found there. In a
         history each particle goes on as it did in the step before.
+    certify : {"auto", "full", "gap", "none"} or None
+        How much of the certificate is computed: "full", with guaranteed bounds on the forces; "gap", without them;
+        "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
+        friction and "gap" beyond. The report says what is left out.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -117,9 +122,10 @@ def solve(
         raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling, formulation)
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    certify = level(certify)
     check_start(scene, start, plan.tangential in THEORIES)
     if isinstance(scene.motion, Transient):
-        return solve_transient(scene, plan, tol, polish, progress, store)
+        return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
     _check_saturation(scene)
@@ -128,7 +134,7 @@ def solve(
         or plan.coupling in ("panagiotopoulos", "joint")
         or plan.formulation == "marching"
     )
-    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
+    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
     disc, state = on_a_grid_that_holds_it(scene, steps)
     return judged(disc, state, steps)
 
@@ -140,6 +146,7 @@ def solve_many(
     tol: float,
     polish: bool,
     progress: Callable[[str], None] | None = None,
+    certify: str = "auto",
 ) -> Iterator[Solution]:
     """Solve a scene for one motion after the other, which differ in creepages or forces only.
 
@@ -151,7 +158,7 @@ def solve_many(
     state: ContactState | None = None
     for motion in motions:
         _check_saturation(replace(scene, motion=motion))
-        steps = Steps(plan, tol, polish, Clock(progress), setups)
+        steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify)
         if disc is not None and state is not None and motion is not None and plan.coupling == "none":
             disc = disc.moved(motion)
             state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
@@ -159,6 +166,11 @@ def solve_many(
             known = None if disc is None else disc.operators
             disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps, known)
         yield judged(disc, state, steps)
+
+
+def level(certify: str | None) -> str:
+    """How much of a certificate is wanted, checked."""
+    return checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:

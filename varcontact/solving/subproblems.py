@@ -61,6 +61,8 @@ class Steps:
         Where solvers keep their set-ups.
     start : str or Solution, optional
         Where the passes under a law of friction begin.
+    certify : str
+        How much of a certificate is wanted.
     """
 
     plan: Plan
@@ -69,6 +71,7 @@ class Steps:
     clock: Clock
     setups: Setups | None = None
     start: str | Solution | None = None
+    certify: str = "auto"
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions."""

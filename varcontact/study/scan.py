@@ -13,7 +13,7 @@ from varcontact.planning.plan import make_plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.solve import solve_many
+from varcontact.solving.solve import level, solve_many
 
 
 def scan(
@@ -26,6 +26,7 @@ def scan(
     formulation: str = "auto",
     tol: float = 1e-8,
     polish: bool = True,
+    certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
 ) -> list[Solution]:
     """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
@@ -38,7 +39,7 @@ def scan(
         With a motion, whose creepages are replaced; no prescribed tangential force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, tol, polish, progress
+    normal, tangential, coupling, formulation, tol, polish, certify, progress
         As for `solve`.
 
     Returns
@@ -71,7 +72,7 @@ def scan(
     motions = [_with_rigid(motion, triple) for triple in triples]
     plans = [make_plan(replace(scene, motion=each), normal, tangential, coupling, formulation) for each in motions]
     tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
-    return list(solve_many(scene, motions, plans[0], tol, polish, progress))
+    return list(solve_many(scene, motions, plans[0], tol, polish, progress, level(certify)))
 
 
 def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:
