@@ -256,7 +256,7 @@ def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(rollin
 
 
 def test_no_force_bound_even_where_the_gap_is_zero(rolling):
-    """Full slip, the gap as good as zero: without a positive definite part that says nothing, and must read infinite."""
+    """Full slip, the gap as good as zero: it says nothing where S is not positive definite, and must read infinite."""
     motion = vc.Steady(vx=1e6, dq=0.1 * np.sqrt(5) / 5)
     scene = rolling(surface=vc.Ellipse(a=np.sqrt(5), b=1 / np.sqrt(5)), motion=motion, grid=vc.Grid(nx=10, ny=10))
     grid = first_grid(scene, None)

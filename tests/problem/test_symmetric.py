@@ -56,7 +56,7 @@ def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
     assert positive_definite(M) is None
 
 
-@pytest.mark.parametrize(("ratio", "nu", "part"), [(1.0, 0.5, 0.22), (1.5, 0.28, 0.4)])
+@pytest.mark.parametrize(("ratio", "nu", "part"), [(1.5, 0.28, 0.4)])
 def test_barely_positive_definite(ratio, nu, part):
     """The same contacts in slightly longer steps: positive definite, and found to be, with a least eigenvalue."""
     M = on_ellipse(ratio, nu, 42, part)

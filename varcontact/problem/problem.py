@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,10 +112,13 @@ class TangentialProblem:
         """Whether the traction bound is infinite."""
         return bool(np.isinf(self.bound).all())
 
-    @cached_property
+    @property
     def symmetric_part(self) -> PositiveDefinite | None:
-        """The symmetric part of M, where it is found to be positive definite."""
-        return positive_definite(self.operator)
+        """The symmetric part of M, where it is positive definite: found once for an operator, which steps share."""
+        kept: dict[str, PositiveDefinite | None] = self.operator.__dict__
+        if "_symmetric_part" not in kept:
+            kept["_symmetric_part"] = positive_definite(self.operator)
+        return kept["_symmetric_part"]
 
     @property
     def monotone(self) -> bool:

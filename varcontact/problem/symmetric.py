@@ -99,34 +99,29 @@ def norm(operator: GridOperator) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Factored:
-    """S with its factor, ``S = L L'``."""
+    """S = L L' with the inverse of its factor."""
 
-    factor: np.ndarray
-
-    @cached_property
-    def _inverse(self) -> np.ndarray:
-        from scipy.linalg.lapack import dtrtri
-
-        inverse: np.ndarray = dtrtri(self.factor, lower=1)[0]
-        return inverse
+    inverse: np.ndarray
 
     @cached_property
     def least(self) -> float:
         """By ``|S^-1| <= |L^-1|_1 |L^-1|_inf``, which is 2 to 4 times too large on contacts."""
-        sizes = np.abs(self._inverse)
+        sizes = np.abs(self.inverse)
         return float(1 / (sizes.sum(axis=0).max() * sizes.sum(axis=1).max()))
 
     def energies(self, right: np.ndarray) -> np.ndarray:
-        return np.asarray(np.sum((self._inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
+        return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
 
 
 def _factored(matrix: np.ndarray) -> _Factored | None:
     from scipy.linalg import LinAlgError, cholesky
+    from scipy.linalg.lapack import dtrtri
 
     try:
-        return _Factored(cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False))
+        factor = cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False)
     except LinAlgError:
         return None
+    return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
 
 
 # ----------------------------------------------------------------------------- by conjugate gradients
