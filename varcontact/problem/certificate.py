@@ -20,7 +20,6 @@ from varcontact.problem.gap import (
     worst,
 )
 from varcontact.problem.problem import NormalProblem, TangentialProblem
-from varcontact.scene.friction import Law
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan
@@ -89,10 +88,10 @@ def certify_problems(
     Both problems are judged with the other's final tractions: the residual is that of the whole. The `level` is
     one of `LEVELS`, or "auto".
     """
-    coupled = disc.scene.bodies.K != 0
+    coupled = disc.K != 0
     normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
     normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
-    tangential = None if disc.scene.frictionless else disc.tangential_problem(pressure, acting=traction)
+    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
     if level == "auto":
         level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
     absolute = normal_relative = np.nan
@@ -141,7 +140,7 @@ def _force_bounds(
     plan: Plan,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds on the errors of Fx, Fy, Mz, and what of them is for the pressure's own error, (3,) each."""
-    if disc.scene.bodies.K != 0 or isinstance(disc.scene.friction, Law):
+    if disc.K != 0 or disc.law is not None:
         return unknown(outputs_of(tangential)), np.full(3, np.nan)
     if plan.normal == "hertz":
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
@@ -151,7 +150,7 @@ def _force_bounds(
     if error is None:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.full(3, np.nan)
     wider = disc.tangential_problem(pressure, acting=traction, possible=error.possible.reshape(pressure.shape))
-    part = pressure_part(wider, float(np.max(disc.friction)) * error.size)
+    part = pressure_part(wider, error.size * float(np.max(np.asarray(disc.coefficient))))
     return force_bound(wider, *wider.of_grid(traction, rigid)) + part, part
 
 

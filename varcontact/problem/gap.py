@@ -21,7 +21,7 @@ def residuals(
     disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray, rigid: np.ndarray
 ) -> tuple[float, float]:
     """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions."""
-    coupled = disc.scene.bodies.K != 0 and np.any(traction)
+    coupled = disc.K != 0 and np.any(traction)
     normal = disc.normal_problem(traction if coupled else None)
     normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
     tangential = disc.tangential_problem(pressure, acting=traction)
