@@ -5,13 +5,16 @@ import dataclasses
 from pathlib import Path
 
 import hypothesis
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import varcontact as vc
 from varcontact.elasticity.operators import influence_operator
 from varcontact.problem import operators
 
+mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
 
 hypothesis.settings.register_profile("default", deadline=None, derandomize=True, print_blob=True)
@@ -30,6 +33,19 @@ def rolling():
         grid=vc.Grid(nx=12, ny=12),
     )
     return lambda **changes: dataclasses.replace(base, **changes)
+
+
+@pytest.fixture
+def pictures(monkeypatch):
+    """The figures that are written to files during a test, in their order."""
+    written, write = [], Figure.savefig
+
+    def savefig(figure, *arguments, **options):
+        write(figure, *arguments, **options)
+        written.append(figure)
+
+    monkeypatch.setattr(Figure, "savefig", savefig)
+    return written
 
 
 @pytest.fixture(scope="session")

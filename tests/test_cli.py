@@ -1,14 +1,17 @@
-"""The command line as a process: output, files, exit statuses, and no traceback ever."""
+"""The command line: output, files, exit statuses, and no traceback ever; as a process where that matters."""
 
 import json
 import os
 import subprocess
 import sys
+import sysconfig
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.command import run
 
 SCENE = """
 normal_force = 1.0
@@ -27,13 +30,6 @@ vx = 0.05
 nx = 8
 ny = 8
 """
-
-
-def run(*arguments, folder):
-    return subprocess.run(
-        [sys.executable, "-m", "varcontact", *map(str, arguments)],
-        cwd=folder, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "MPLBACKEND": "Agg"},
-    )  # fmt: skip
 
 
 def test_law_of_friction(folder):
@@ -58,6 +54,23 @@ def test_law_of_friction(folder):
 def folder(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)
     return tmp_path
+
+
+def untimed(report):
+    """The lines of a report but for that of seconds, which differ from run to run."""
+    return [line for line in report.splitlines() if not line.startswith("  time ")]
+
+
+def test_installed_command(folder):
+    """As processes: the report that this one makes, and an error on one line with its exit status."""
+    script = str(Path(sysconfig.get_path("scripts")) / "varcontact")
+    done = subprocess.run([script, "solve", "scene.toml"], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert untimed(done.stdout) == untimed(run("solve", "scene.toml", folder=folder).stdout)
+    module = [sys.executable, "-m", "varcontact", "plan", "none.toml"]
+    refused = subprocess.run(module, cwd=folder, capture_output=True, text=True, check=False)
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert len(refused.stderr.splitlines()) == 1 and "none.toml" in refused.stderr
 
 
 def test_json(folder):
@@ -118,13 +131,14 @@ def test_bad_input_of_a_plan(folder, scene, options, words):
     assert all(word in done.stderr for word in words)
 
 
-def test_report_file_and_picture(folder):
+def test_report_file_and_picture(folder, pictures):
     done = run("solve", "scene.toml", "--out", "result.nc", "--plot", "result.png", folder=folder)
     assert done.returncode == 0, done.stderr
     assert "certificate" in done.stdout
     assert "relative gap" in done.stdout
     assert vc.load(folder / "result.nc").normal_force == pytest.approx(1.0)
     assert (folder / "result.png").read_bytes().startswith(b"\x89PNG")
+    assert pictures[0].axes[0].images[0].get_array().max() == vc.load(folder / "result.nc").pressure.max()
     assert sorted(os.listdir(folder)) == ["result.nc", "result.png", "scene.toml"], "nothing half-written is left"
 
 
@@ -252,7 +266,7 @@ def test_unwritable_place(folder):
     assert np.all([name in ("scene.toml", "locked") for name in os.listdir(folder)])
 
 
-def test_compare(folder):
+def test_compare(folder, pictures):
     """A table for people and one for programs, with the reason of each method that did not run."""
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
     done = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--plot", "t.png", folder=folder)
@@ -266,6 +280,7 @@ def test_compare(folder):
     ]
     assert "pip install cvxopt" in lines[5]
     assert (folder / "t.png").read_bytes()[:4] == b"\x89PNG"
+    assert [entry.get_text() for entry in pictures[0].legends[0].get_texts()] == ["tang-safeguarded", "fastsim"]
     again = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--json", folder=folder)
     rows = json.loads(again.stdout)
     assert [row["method"] for row in rows] == methods.split(",")
@@ -319,22 +334,6 @@ def test_table_and_picture_of_a_comparison_are_two_files(folder):
     assert done.returncode == 2
     assert "--plot" in done.stderr
     assert not (folder / "a.png").exists()
-
-
-def test_extremes(folder):
-    done = run("extremes", "--only", "approach 1e-12", "--out", "table.csv", folder=folder)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "pressing, approach 1e-12" in done.stdout and "0 FAILED" in done.stdout
-    again = run("extremes", "--only", "approach 1e-12", "--out", "table.csv", "--json", folder=folder)
-    rows = json.loads(again.stdout)
-    assert {row["verdict"] for row in rows} == {"passed"}
-    assert {row["family"] for row in rows} >= {"default", "conic", "active set"}
-
-
-def test_extremes_of_which_there_are_none(folder):
-    done = run("extremes", "--only", "nonsense", folder=folder)
-    assert done.returncode == 2
-    assert "only = 'nonsense' is not allowed" in done.stderr
 
 
 def test_how_much_of_the_certificate(folder):

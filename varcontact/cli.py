@@ -1,4 +1,4 @@
-"""The command line: ``varcontact solve SCENE.toml``, ``plan``, ``compare``, ``converge`` and ``extremes``."""
+"""The command line: ``varcontact solve SCENE.toml``, ``plan``, ``compare`` and ``converge``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ app = typer.Typer(
     "  varcontact plan scene.toml\n\n"
     "  varcontact compare scene.toml --methods clarabel,tang,fastsim\n\n"
     "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
-    "  varcontact extremes --short\n\n"
     "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported).",
 )
 
@@ -202,32 +201,6 @@ def converge(
     _print(study.to_json() if as_json else study.report())
     if plot is not None:
         _write_picture(study.plot(), plot)
-
-
-@app.command(epilog="Example: varcontact extremes --out extremes.csv")
-def extremes(
-    short: Annotated[bool, typer.Option("--short", help="Some scenes of each group only.")] = False,
-    only: Annotated[str, typer.Option(help="Only scenes with this in their name or group.")] = "",
-    out: Annotated[
-        Path | None, typer.Option(help="Table (.csv); scenes that it has already are not solved again.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the tables.")] = False,
-) -> None:
-    """Solve scenes at the extremes by every family of solvers: what passes, and what is refused."""
-    from varcontact.study import extremes as study
-
-    _check_outputs(out, None)
-    show = study.as_json if as_json else study.report
-    try:
-        table = _with_progress(lambda progress: study.extremes(short=short, only=only, store=out, progress=progress))
-    except Interrupted as stopped:
-        if len(stopped.partial):
-            _print(show(stopped.partial))
-        _fail("interrupted" + ("" if out is None else f"; what is finished is kept in {out}"), INTERRUPTED)
-    _print(show(table))
-    failed = int((table["verdict"] == study.FAILED).sum())
-    if failed:
-        _fail(f"{failed} of {len(table)} FAILED", NOT_SOLVED)
 
 
 def main() -> None:

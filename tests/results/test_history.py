@@ -319,7 +319,7 @@ def write(folder, last="0.02", more=""):
     return str(folder / "scene.toml")
 
 
-def test_from_the_command_line(tmp_path):
+def test_from_the_command_line(tmp_path, pictures):
     """A TOML scene, its file and its JSON; another call has nothing to do; a start from the file."""
     out = tmp_path / "history.nc"
     call = ["solve", write(tmp_path), "--json", "--out", str(out), "--plot", str(tmp_path / "history.png")]
@@ -332,6 +332,8 @@ def test_from_the_command_line(tmp_path):
     assert result["creepage"][1][0] == 2e-3
     assert result["last"] == history[-1].summary()
     assert (tmp_path / "history.png").read_bytes()[:4] == b"\x89PNG"
+    forces = next(line for line in pictures[0].axes[0].get_lines() if line.get_label() == "$F_x$")
+    np.testing.assert_array_equal(forces.get_data(), [history.rolled, history.force[:, 0]])
     assert json.loads(CliRunner().invoke(app, call).stdout) == result
     later, _ = vc.read_scene(write(tmp_path, more='start = "history.nc"'))
     np.testing.assert_array_equal(later.motion.start.traction, history[-1].traction)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from varcontact.problem.gap import (
     worst,
 )
 from varcontact.problem.problem import NormalProblem, TangentialProblem
-
-if TYPE_CHECKING:
-    from varcontact.planning.plan import Plan
 
 LEVELS = ("full", "gap", "none")
 """What there can be of a certificate: everything; no bound on the forces; the residuals alone."""
@@ -80,13 +76,13 @@ def certify_problems(
     approach: float,
     traction: np.ndarray,
     rigid: np.ndarray,
-    plan: Plan,
+    closed_form: bool,
     level: str = "full",
 ) -> Certificate:
     """The certificate of pressures (ny, nx) and tractions (2, ny, nx), given dimensionless.
 
-    Both problems are judged with the other's final tractions: the residual is that of the whole. The `level` is
-    one of `LEVELS`, or "auto".
+    Both problems are judged with the other's final tractions: the residual is that of the whole, without the normal one
+    where the pressure is a `closed_form` that is asked for. The `level` is one of `LEVELS`, or "auto".
     """
     coupled = disc.K != 0
     normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
@@ -110,17 +106,17 @@ def certify_problems(
         if level != "none":
             absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
         if level == "full":
-            own, part = _force_bounds(disc, normal, tangential, pressure, approach, traction, rigid, plan)
+            own, part = _force_bounds(disc, normal, tangential, pressure, approach, traction, rigid, closed_form)
             bound = bound + own
     if level != "full":
         bound, part = np.full(3, np.inf), np.full(3, np.nan)
-    closed_form = plan.normal == "hertz" and tangential is not None and tangential.size > 0
+    asked_for = closed_form and tangential is not None and tangential.size > 0
     scales = disc.force * np.array([1.0, 1.0, disc.length])
     return Certificate(
         gap=absolute * disc.force * disc.displacement,
         relative_gap=relative_gap,
         force_bound=bound * scales,
-        residual=residual if closed_form else worst(residual, normal_error),
+        residual=residual if asked_for else worst(residual, normal_error),
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
         tangential_residual=residual,
@@ -137,12 +133,12 @@ def _force_bounds(
     approach: float,
     traction: np.ndarray,
     rigid: np.ndarray,
-    plan: Plan,
+    closed_form: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds on the errors of Fx, Fy, Mz, and what of them is for the pressure's own error, (3,) each."""
     if disc.K != 0 or disc.law is not None:
         return unknown(outputs_of(tangential)), np.full(3, np.nan)
-    if plan.normal == "hertz":
+    if closed_form:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
     error = None
     if not (tangential.no_slip or tangential.free):

@@ -33,9 +33,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     if disc.law is not None and plan.tangential != "none":
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
-        certificate = certify_problems(
-            disc, state.pressure, state.approach, state.traction, state.rigid, plan, steps.certify
-        )
+        fields = state.pressure, state.approach, state.traction, state.rigid
+        certificate = certify_problems(disc, *fields, plan.normal == "hertz", steps.certify)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state))

@@ -28,8 +28,10 @@ from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloa
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
+from varcontact.threads import one_blas_thread
 
 
+@one_blas_thread()
 def solve(
     scene: Scene,
     normal: str = "auto",
@@ -160,13 +162,15 @@ def solve_many(
         posed = replace(scene, motion=motion)
         _check_saturation(posed)
         steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify)
-        if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-            disc = disc.moved(motion)
-            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
-        else:
-            known = None if disc is None else disc.operators
-            disc, state = on_a_grid_that_holds_it(posed, steps, known)
-        yield judged(posed, disc, state, steps)
+        with one_blas_thread():
+            if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+                disc = disc.moved(motion)
+                state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
+            else:
+                known = None if disc is None else disc.operators
+                disc, state = on_a_grid_that_holds_it(posed, steps, known)
+            solution = judged(posed, disc, state, steps)
+        yield solution
 
 
 def level(certify: str | None) -> str:
@@ -223,7 +227,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
     if isinstance(scene.friction, Law):
         disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
-    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
+    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.normal == "hertz")
 
 
 def _check_saturation(scene: Scene) -> None:

@@ -269,16 +269,17 @@ def _neighbour(motion: Steady | Shift) -> Steady | Shift:
     return replace(motion, **smaller)
 
 
+def carried(sol: Solution) -> dict[str, float]:
+    """Forces, moment and creepages of a solution, by the names of the tables."""
+    (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
+    return {"Fx": float(Fx), "Fy": float(Fy), "Mz": sol.moment, "vx": vx, "vy": vy, "spin": spin}
+
+
 def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
-    certificate, (Fx, Fy), (vx, vy, spin) = sol.certificate, sol.force, sol.creepage
+    certificate = sol.certificate
     work = sol.timing.get("normal", 0.0) + sol.timing.get("tangential", 0.0)
     row = {
-        "Fx": float(Fx),
-        "Fy": float(Fy),
-        "Mz": sol.moment,
-        "vx": vx,
-        "vy": vy,
-        "spin": spin,
+        **carried(sol),
         "approach": sol.approach,
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,

@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from varcontact.errors import SceneError
 from varcontact.io.scene_file import scene_to
 from varcontact.io.solution_file import write_whole
+from varcontact.results.solution import known
 from varcontact.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -107,9 +106,7 @@ def as_json(table: pd.DataFrame) -> str:
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table as JSON can have them: None where nothing is known."""
-    return [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
-
-
-def _plain(value: Any) -> Any:
-    """What JSON can say: no infinity, no NaN."""
-    return value if not isinstance(value, float) or np.isfinite(value) else None
+    return [
+        {name: known(value) if isinstance(value, float) else value for name, value in row.items()}
+        for row in table.to_dict("records")
+    ]
