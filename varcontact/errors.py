@@ -19,14 +19,14 @@ class VarcontactError(Exception):
     step : int or None
         The step of a history in which it happened, counted from 0.
     history : History or None
-        The steps before.
+        The steps before; None where the error came before any work.
     """
 
     step: int | None = None
     history: History | None = None
 
-    def in_step(self, step: int, history: History) -> Self:
-        """The same error, saying in which step of a history."""
+    def in_step(self, step: int, history: History | None) -> Self:
+        """The same error, saying in which step of a history; None where it is known before any step is solved."""
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
