@@ -8,6 +8,7 @@ from typing import Any
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
+from varcontact.planning.likeness import almost_like, left_out
 from varcontact.planning.sizes import Sizes
 from varcontact.scene.friction import Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -32,7 +33,8 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos" or "joint".
+        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
+        "joint".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
@@ -40,7 +42,7 @@ class Plan:
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
-        "quasi-identical" (K = 0) or "unlike".
+        "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
     surface : str
         "Hertzian" or "sampled".
     motion : str
@@ -52,6 +54,9 @@ class Plan:
         What is simpler than the general case: "frictionless", "no slip", "full slip".
     fallback : str
         The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
+    left_out : float
+        Where the coupling of almost like bodies is left out: what that changes of the tangential forces at given
+        creepages at most, in parts of f Fz, see `varcontact.planning.likeness`; else 0.
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
     """
@@ -69,6 +74,7 @@ class Plan:
     special: tuple[str, ...] = ()
     sizes: Sizes | None = None
     fallback: str = "none"
+    left_out: float = 0.0
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
@@ -173,6 +179,9 @@ def make_plan(
     if isinstance(scene.motion, TimeStep):
         raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
     chosen, reasons = {}, {}
+    K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
+    if effect:
+        scene = replace(scene, bodies=scene.bodies.alike)
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     programs = coupling == "joint" or not (formulation == "auto" or steps)  # what is asked for, only programs have
     chosen["normal"], reasons["normal"] = _normal(scene, normal, programs)
@@ -181,6 +190,8 @@ def make_plan(
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = _kinds(scene, chosen), _special(scene)
+    if effect:
+        kinds["bodies"], reasons["coupling"] = almost_like(K, effect)
     reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
     dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
     return Plan(
@@ -196,6 +207,7 @@ def make_plan(
         friction,
         tuple(special),
         fallback="clarabel" if (tangential, chosen["tangential"]) == ("auto", "tang-safeguarded") else "none",
+        left_out=effect,
     )
 
 

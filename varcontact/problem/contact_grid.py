@@ -59,7 +59,7 @@ def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) ->
     distance = (wider.distance - disc.base) / disc.displacement - state.approach
     around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
     distance = distance + wider.normal_operator.apply(np.pad(state.pressure[None], around))[0]
-    if disc.scene.bodies.K != 0 and np.any(state.traction):
+    if disc.K != 0 and np.any(state.traction):
         distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, around))[0]
     return distance
 
@@ -92,10 +92,10 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
 
     Pressures only push them apart.
     """
-    if disc.scene.bodies.K == 0 or not np.any(state.traction):
+    if disc.K == 0 or not np.any(state.traction):
         return 0.0
     load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return abs(disc.scene.bodies.K) * load / (1.0 if disc.scene.line else np.pi * min(disc.lattice.sides))
+    return abs(disc.K) * load / (1.0 if disc.scene.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
@@ -108,9 +108,9 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Normal displacement difference at points."""
     (centre_x, centre_y), tractions = _loaded(disc, state)
-    (dx, dy), bodies = disc.lattice.sides, disc.scene.bodies
-    loads = {"zz": tractions[2]} if bodies.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
-    constants: dict[str, Any] = {"nu": bodies.combined_nu, "K": bodies.K, "components": loads}
+    dx, dy = disc.lattice.sides
+    loads = {"zz": tractions[2]} if disc.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
+    constants: dict[str, Any] = {"nu": disc.scene.bodies.combined_nu, "K": disc.K, "components": loads}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
     if disc.scene.line:
         numbers = strip_influence_numbers(from_x, dx, depth=disc.operators.depth, **constants)
@@ -135,7 +135,7 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
     """Normal displacement difference at points away from the contact, each element's load as a point or line force."""
     centres, tractions = _loaded(disc, state)
     load_x, load_y, load_z = tractions * disc.lattice.area
-    nu, K = disc.scene.bodies.combined_nu, disc.scene.bodies.K
+    nu, K = disc.scene.bodies.combined_nu, disc.K
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 2_000_000):
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]

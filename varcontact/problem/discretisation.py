@@ -86,6 +86,11 @@ class Discretisation:
     coefficient: np.ndarray | None = None
 
     @property
+    def K(self) -> float:
+        """Difference parameter (60) that counts: zero, too, where the coupling of almost like bodies is left out."""
+        return self.operators.K
+
+    @property
     def displacement(self) -> float:
         """Scale of displacements."""
         return self.pressure * self.length / self.scene.bodies.combined_G
@@ -218,14 +223,14 @@ class Discretisation:
         The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
         `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
         """
-        scene, motion = self.scene, self.motion
+        motion = self.motion
         pressed = (pressure if bearing is None else bearing).ravel()
         contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
             bound = np.broadcast_to(np.asarray(self.friction), pressure.shape).ravel() * pressed
         elements = np.flatnonzero(contact & (bound > 0))
         shift = self.known_shift().reshape(2, -1)[:, elements]
-        if scene.bodies.K != 0:
+        if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
         directions = self._directions(shift, forces, acting)
@@ -283,8 +288,10 @@ def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
     return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
 
 
-def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
+
+    Unless it is `coupled`, pressure and tractions do not depend on each other, whatever K is.
 
     Raises
     ------
@@ -320,13 +327,13 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
             raise out_of_reach(scene, grid)
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
-    operators = _operators(scene, grid.scaled(length), length, known)
+    operators = _operators(scene, grid.scaled(length), length, scene.bodies.K if coupled else 0.0, known)
     return Discretisation(scene, grid, hertz, distance, length, pressure, operators)
 
 
-def _operators(scene: Scene, lattice: Grid, length: float, known: Operators | None) -> Operators:
+def _operators(scene: Scene, lattice: Grid, length: float, K: float, known: Operators | None) -> Operators:
     """The operators of a lattice, those already known where they are the same."""
-    nu, K, depth = scene.bodies.combined_nu, scene.bodies.K, FREE_DEPTH
+    nu, depth = scene.bodies.combined_nu, FREE_DEPTH
     if scene.reference_depth is not None:
         depth = scene.reference_depth / length
     if known is not None and known.same(lattice, nu, K, depth):

@@ -43,8 +43,10 @@ class Certificate:
         slip, and where S is not positive definite.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
-        tangential and the normal one. With Hertz's closed form as the pressure of a tangential problem the
-        normal one is left out: it is the grid's error, and found in `normal_residual`.
+        tangential and the normal one. For unlike bodies also what the normal one does to the tractions, which grows
+        like K by friction: the tangential residual under the pressures that the natural map has in place of these.
+        With Hertz's closed form as the pressure of a tangential problem the normal one is left out: it is the grid's
+        error, and found in `normal_residual`.
     normal_relative_gap, normal_residual, tangential_residual : float
         The same measures of the two problems.
     """
@@ -70,7 +72,7 @@ def certify_problems(
 
     Both problems are judged with the other's final tractions: the residual is that of the whole.
     """
-    coupled = disc.scene.bodies.K != 0
+    coupled = disc.K != 0
     normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
     level = np.array([approach])
     normal_error = normal_residual(normal, pressure.ravel(), level)
@@ -94,6 +96,7 @@ def certify_problems(
             normal_residual=normal_error,
             tangential_residual=residual,
         )
+    handed_on = _handed_on(disc, normal, pressure, level, traction, rigid)
     tractions, shifts = tangential.of_grid(traction, rigid)
     residual = _worst(residual, tangential_residual(tangential, tractions, shifts))
     absolute, relative = gap(tangential, project(tractions, tangential.bound), shifts)
@@ -103,7 +106,7 @@ def certify_problems(
         gap=absolute * energy,
         relative_gap=relative,
         force_bound=(bound + excess) * scales,
-        residual=residual if plan.normal == "hertz" else _worst(residual, normal_error),
+        residual=residual if plan.normal == "hertz" else _worst(residual, normal_error, handed_on),
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
         tangential_residual=residual,
@@ -112,18 +115,57 @@ def certify_problems(
 
 def residuals(
     disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray, rigid: np.ndarray
-) -> tuple[float, float]:
-    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions."""
-    coupled = disc.scene.bodies.K != 0 and np.any(traction)
-    normal = disc.normal_problem(traction if coupled else None)
-    normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
+) -> tuple[float, float, float]:
+    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions.
+
+    The third is what the normal one does to the tractions of unlike bodies.
+    """
+    coupled = disc.K != 0 and np.any(traction)
+    normal, level = disc.normal_problem(traction if coupled else None), np.array([approach])
+    normal_error = normal_residual(normal, pressure.ravel(), level)
+    tangential_error = _of_tractions(disc, pressure, traction, rigid)
+    return normal_error, tangential_error, _handed_on(disc, normal, pressure, level, traction, rigid)
+
+
+def _of_tractions(disc: Discretisation, pressure: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> float:
+    """Residual of the tangential problem under a pressure (ny, nx)."""
     tangential = disc.tangential_problem(pressure, acting=traction)
     size = magnitude(traction.reshape(2, -1))
     stray = np.delete(size, tangential.operator.elements).max(initial=0.0)  # where no friction can carry it
     error = _relative(float(stray), float(size.max()))
     if tangential.size:
         error = _worst(error, tangential_residual(tangential, *tangential.of_grid(traction, rigid)))
-    return normal_error, error
+    return error
+
+
+def _handed_on(
+    disc: Discretisation,
+    normal: NormalProblem,
+    pressure: np.ndarray,
+    level: np.ndarray,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+) -> float:
+    """What the residual of the normal problem does to the tractions of unlike bodies.
+
+    A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as large a part of the
+    tractions: the less friction, the more exact the pressures have to be. So the tractions are judged under the
+    pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
+    that moves the elements that stick, in the mean: that changes the creepage, and no traction.
+    """
+    if disc.K == 0 or not np.any(traction):
+        return 0.0
+    image = _normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
+    tangential = disc.tangential_problem(pressure, acting=traction)
+    if tangential.size and tangential.free:
+        tractions, shifts = tangential.of_grid(traction, rigid)
+        trial = tractions - tangential.shift(tractions, shifts) / tangential.operator.diagonal
+        sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
+        free = [tangential.directions[i] for i in tangential.free]
+        if sticks.size:
+            moved = disc.pressure_to_shift.apply((image - pressure)[None]).reshape(2, -1)[:, sticks].mean(axis=1)
+            rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
+    return _of_tractions(disc, image, traction, rigid)
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
@@ -140,12 +182,17 @@ def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
 
 def normal_residual(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> float:
     """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks."""
-    distance = problem.distance - rigid[0] + problem.operator.apply(pressure[None])[0]
-    image = np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
+    image = _normal_image(problem, pressure, rigid)
     residual = _relative(np.abs(pressure - image).max(), _worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
         residual = _worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
     return residual
+
+
+def _normal_image(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+    """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
+    distance = problem.distance - rigid[0] + problem.operator.apply(pressure[None])[0]
+    return np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
 
 
 def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> float:

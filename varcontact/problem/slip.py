@@ -24,7 +24,7 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
     shift[:] = disc.known_shift() + state.rigid[:, None, None]
     if not disc.scene.frictionless:
         shift += disc.tangential_operator.apply(state.traction)
-    if disc.scene.bodies.K != 0:
+    if disc.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
     if state.slips is not None:

@@ -183,6 +183,7 @@ class Solution:
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
             "formulation": self.plan.formulation,
+            "left_out": self.plan.left_out,
             "iterations": self.iterations,
             "status": self.status,
             "passes": len(self.passes),
@@ -281,7 +282,7 @@ def solution_of(
     """A contact state in physical units, with slip, distances and areas."""
     scene = disc.scene
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
-    if scene.bodies.K != 0 and np.any(state.traction):
+    if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)

@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.planning import memory
+from varcontact.planning.likeness import left_out
 from varcontact.problem.contact_grid import Box, contact_box, outside
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.operators import Operators
@@ -87,7 +88,7 @@ def on_a_grid_that_holds_it(
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
     moved = 0
     for attempt in range(20):
-        disc = discretise(scene, grid, known)
+        disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
         state = steps.pressure(disc, unloaded(grid))
         with steps.clock("grid"):
@@ -148,7 +149,8 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
     spec = _given(scene)
-    if spec.explicit or not isinstance(scene.motion, Transient) or scene.bodies.K == 0 or scene.frictionless:
+    coupled = scene.bodies.K != 0 and not scene.frictionless and not left_out(scene)
+    if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
 

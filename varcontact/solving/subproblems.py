@@ -75,7 +75,7 @@ class Steps:
         with self.clock("normal"):
             if self.plan.normal == "hertz":
                 return hertz_pressure(disc, state)
-            coupled = disc.scene.bodies.K != 0 and np.any(state.traction)
+            coupled = disc.K != 0 and np.any(state.traction)
             problem = disc.normal_problem(state.traction if coupled else None).reachable()
             elements = problem.operator.elements
             if elements.size == 0:

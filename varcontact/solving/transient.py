@@ -46,7 +46,7 @@ def solve_transient(
     steps = Steps(plan, tol, polish, Clock())
     contacts = _largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
-    march = _March(scene, _discretisation(contacts[0], grid), steps)
+    march = _March(scene, _discretisation(contacts[0], grid, coupled=not plan.left_out), steps)
     solutions: MutableSequence[Solution] | Stored = [] if stored is None else stored
     history = History(scene, grid, solutions, {"tol": tol, "polish": polish})
     before = march.start() if len(history) == 0 else history[-1]
@@ -121,7 +121,7 @@ class _March:
         disc, motion = self.disc, scene.motion
         assert isinstance(motion, TimeStep)
         fields = before.traction
-        if scene.bodies.K != 0:
+        if disc.K != 0:
             fields = np.concatenate([fields, before.pressure[None]])
         if not fields.any():
             return None
@@ -173,12 +173,12 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     return grid
 
 
-def _discretisation(scene: Scene, grid: Grid) -> Discretisation:
+def _discretisation(scene: Scene, grid: Grid, coupled: bool) -> Discretisation:
     """The grid with scales for all steps.
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
-    disc = discretise(replace(scene, grid=grid), grid)
+    disc = discretise(replace(scene, grid=grid), grid, coupled=coupled)
     return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
 
 
