@@ -51,16 +51,18 @@ def test_looks_beyond_the_edge_build_each_table_once(rolling, built):
 
 def test_what_is_derived_shares_what_any_builds(rolling):
     """Also what a child builds, its parent and its siblings have."""
-    disc = discretise(rolling(grid=EXPLICIT), EXPLICIT)
+    scene = rolling(grid=EXPLICIT)
+    disc = discretise(scene, EXPLICIT)
     child, sibling = disc.rubbing(np.full(EXPLICIT.shape, 0.2)), disc.moved(vc.Steady(vx=0.1))
     assert child.tangential_operator is sibling.tangential_operator is disc.tangential_operator
-    assert discretise(disc.scene, EXPLICIT, disc.operators).operators is disc.operators
+    assert discretise(scene, EXPLICIT, disc.operators).operators is disc.operators
 
 
 @pytest.mark.parametrize(
     "changes", [{"grid": vc.Grid(nx=10, ny=8, dx=0.3, dy=0.25, x0=-1.5, y0=-1.0)}, {"bodies": UNLIKE}]
 )
 def test_another_lattice_or_other_bodies_have_their_own(rolling, changes):
-    disc = discretise(rolling(grid=EXPLICIT), EXPLICIT)
-    other = dataclasses.replace(disc.scene, **changes)
+    scene = rolling(grid=EXPLICIT)
+    disc = discretise(scene, EXPLICIT)
+    other = dataclasses.replace(scene, **changes)
     assert discretise(other, other.grid, disc.operators).operators is not disc.operators

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
@@ -244,7 +244,7 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
         variable = file.createVariable(name, "c", (name, "letters"))
         variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
     if start is not None and begin is not None:
-        content = np.frombuffer(solution_to_bytes(start), dtype=np.int8)
+        content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
     for name, (dims, quantity, words) in _SERIES.items():

@@ -8,10 +8,10 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation, undeformed_distance
+from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solving.coupling import ContactState
 
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top."""
@@ -66,7 +66,7 @@ def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) ->
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
     """The box of the samples away from the contact elements where the bodies would overlap."""
-    surface = disc.scene.surface
+    surface = disc.surface
     if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
     distance = (surface.samples - disc.base) / disc.displacement - state.approach
@@ -95,7 +95,7 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
     if disc.K == 0 or not np.any(state.traction):
         return 0.0
     load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return abs(disc.K) * load / (1.0 if disc.scene.line else np.pi * min(disc.lattice.sides))
+    return abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
@@ -108,11 +108,11 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Normal displacement difference at points."""
     (centre_x, centre_y), tractions = _loaded(disc, state)
-    dx, dy = disc.lattice.sides
-    loads = {"zz": tractions[2]} if disc.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
-    constants: dict[str, Any] = {"nu": disc.scene.bodies.combined_nu, "K": disc.K, "components": loads}
+    (dx, dy), K = disc.lattice.sides, disc.K
+    loads = {"zz": tractions[2]} if K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
+    constants: dict[str, Any] = {"nu": disc.operators.nu, "K": K, "components": loads}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
-    if disc.scene.line:
+    if disc.line:
         numbers = strip_influence_numbers(from_x, dx, depth=disc.operators.depth, **constants)
     else:
         numbers = influence_numbers(from_x, from_y, dx, dy, **constants)
@@ -135,12 +135,12 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
     """Normal displacement difference at points away from the contact, each element's load as a point or line force."""
     centres, tractions = _loaded(disc, state)
     load_x, load_y, load_z = tractions * disc.lattice.area
-    nu, K = disc.scene.bodies.combined_nu, disc.K
+    nu, K = disc.operators.nu, disc.K
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 2_000_000):
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
         r = np.hypot(from_x, from_y)
-        if disc.scene.line:
+        if disc.line:
             raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.operators.depth)) + np.pi * K * load_x @ np.sign(
                 from_x
             )
@@ -163,9 +163,9 @@ def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
-    surface = disc.scene.surface
+    surface = disc.surface
     if disc.hertz is not None:
-        return discretise(disc.scene, grid).distance
+        return undeformed_distance(surface, disc.hertz, grid)
     assert isinstance(surface, SampledDistance)
     if surface.placed:
         left, right, bottom, top = surface.box

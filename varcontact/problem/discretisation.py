@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,11 +18,12 @@ from varcontact.problem.operators import Operators
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -55,65 +57,95 @@ class Carried:
 
 @dataclass(frozen=True, eq=False)
 class Discretisation:
-    """A scene on an explicit grid, with its scales and the operators it turns out to need.
+    """A contact on an explicit grid, with its scales and the operators it turns out to need.
 
     Attributes
     ----------
-    scene : Scene
+    bodies : Bodies
+    surface : Surface
     grid : Grid
         Explicit, physical.
     hertz : HertzContact or None
     distance : ndarray, shape (ny, nx)
         Undeformed distance, physical.
+    normal_force, approach : float or None
+        One of the two, physical.
+    motion : Steady, Shift, TimeStep or None
+        How the bodies move; None: normal contact only.
+    law : Law or None
+        Of friction.
+    coefficient : float or ndarray, shape (ny, nx), or None
+        Coefficient of friction: under a law that taken at the moment, the static one where nothing is known of slip.
     length, pressure : float
         The scales; `displacement` follows.
     operators : Operators
         Influence numbers on the dimensionless grid.
     carried : Carried, optional
         In a step of a history: what the step before left.
-    coefficient : ndarray, shape (ny, nx), optional
-        Coefficient of friction under a law, as it is taken at the moment.
     """
 
-    scene: Scene
+    bodies: Bodies
+    surface: Surface
     grid: Grid
     hertz: HertzContact | None
     distance: np.ndarray
+    normal_force: float | None
+    approach: float | None
+    motion: Motion | None
+    law: Law | None
+    coefficient: float | np.ndarray | None
     length: float
     pressure: float
     operators: Operators
     carried: Carried | None = None
-    coefficient: np.ndarray | None = None
 
     @property
     def K(self) -> float:
-        """Difference parameter (60) that counts: zero, too, where the coupling of almost like bodies is left out."""
+        """The constant (60) by which the problems couple; 0: like bodies, or almost like ones that count as such."""
         return self.operators.K
+
+    @property
+    def line(self) -> bool:
+        """Whether it is a line contact."""
+        return self.grid.line
+
+    @property
+    def steady(self) -> bool:
+        """Whether the bodies roll steadily."""
+        return isinstance(self.motion, Steady)
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether no tangential traction can arise."""
+        return self.motion is None or (self.law is None and not np.any(self.coefficient))
+
+    @property
+    def no_slip(self) -> bool:
+        """Whether friction is infinite."""
+        return isinstance(self.coefficient, float) and math.isinf(self.coefficient)
 
     @property
     def displacement(self) -> float:
         """Scale of displacements."""
-        return self.pressure * self.length / self.scene.bodies.combined_G
+        return self.pressure * self.length / self.bodies.combined_G
 
     @property
     def force(self) -> float:
         """Scale of forces; in line contact per unit length."""
-        return self.pressure * (self.length if self.scene.line else self.length**2)
+        return self.pressure * (self.length if self.line else self.length**2)
 
     @property
     def afloat(self) -> bool:
         """Whether displacements are known but for a constant: in line contact without a reference depth."""
-        return self.scene.line and self.scene.reference_depth is None
+        return self.line and getattr(self.surface, "reference_depth", None) is None
 
     @property
     def hertz_approach(self) -> float:
         """Hertz's approach [length]; of a line contact from the depth that its influence numbers have."""
         assert self.hertz is not None
-        if not self.scene.line:
+        if not self.line:
             return self.hertz.approach
-        return line_contact(self.hertz.Rx, self.scene.bodies, a=self.hertz.a).approach(
-            self.operators.depth * self.length
-        )
+        return line_contact(self.hertz.Rx, self.bodies, a=self.hertz.a).approach(self.operators.depth * self.length)
 
     @property
     def base(self) -> float:
@@ -126,29 +158,21 @@ class Discretisation:
         return self.operators.lattice
 
     @property
-    def motion(self) -> Motion:
-        """How the bodies move, where they do."""
-        motion = self.scene.motion
-        assert motion is not None
-        assert not isinstance(motion, Transient)
-        return motion
-
-    @property
     def step(self) -> float | None:
         """Dimensionless distance rolled in a step; None where nothing rolls."""
-        motion = self.scene.motion
-        if motion is None or self.motion.rolls == 0:
+        motion = self.motion
+        if motion is None or motion.rolls == 0:
             return None
         dx = self.grid.sides[0]
         dq = getattr(motion, "dq", None)
-        if isinstance(motion, Steady) and dq is not None and dq < LEAST_STEP * dx:
+        if self.steady and dq is not None and dq < LEAST_STEP * dx:
             raise SceneError("motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
         return (dx if dq is None else dq) / self.length
 
     @property
     def lag(self) -> float | None:
         """Dimensionless distance dq of C in the operators A - C of steady rolling, else None."""
-        return self.step if isinstance(self.scene.motion, Steady) else None
+        return self.step if self.steady else None
 
     @property
     def normal_operator(self) -> GridOperator:
@@ -172,26 +196,19 @@ class Discretisation:
 
     def moved(self, motion: Motion) -> Discretisation:
         """The same bodies on the same grid with another motion, but the same step."""
-        return replace(self, scene=replace(self.scene, motion=motion))
+        return replace(self, motion=motion)
 
     def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
         """The same bodies in a step of a history, on the same grid and in the same scales."""
-        assert not isinstance(scene.surface, Ellipse)
-        distance = self.distance if scene.surface is self.scene.surface else scene.surface.distance(self.grid)
-        return replace(self, scene=scene, hertz=scene.hertz, distance=distance, carried=carried)
+        surface = scene.surface
+        assert not isinstance(surface, Ellipse)
+        distance = self.distance if surface is self.surface else surface.distance(self.grid)
+        posed = _posed(scene)
+        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, carried=carried, **posed)
 
     def rubbing(self, coefficient: np.ndarray) -> Discretisation:
         """The same with a coefficient of friction (ny, nx) for each element, as a law has it."""
         return replace(self, coefficient=coefficient)
-
-    @property
-    def friction(self) -> float | np.ndarray:
-        """Coefficient of friction: the scene's, or a law's; where nothing is known of slip yet, the static one."""
-        friction = self.scene.friction
-        assert friction is not None
-        if not isinstance(friction, Law):
-            return friction
-        return friction.static if self.coefficient is None else self.coefficient
 
     def extended(self, distance: np.ndarray) -> Discretisation:
         """The same with one more element on every side, with the undeformed distance there too (ny, nx)."""
@@ -202,7 +219,7 @@ class Discretisation:
         distance = ((self.distance - self.base) / self.displacement).ravel()
         if traction is not None:
             distance = distance + self.traction_to_distance.apply(traction).ravel()
-        force, approach = self.scene.normal_force, self.scene.approach
+        force, approach = self.normal_force, self.approach
         return NormalProblem(
             operator=self.normal_operator.on(np.arange(distance.size)),
             distance=distance,
@@ -224,10 +241,11 @@ class Discretisation:
         `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
         """
         motion = self.motion
+        assert motion is not None
         pressed = (pressure if bearing is None else bearing).ravel()
         contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            bound = np.broadcast_to(np.asarray(self.friction), pressure.shape).ravel() * pressed
+            bound = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel() * pressed
         elements = np.flatnonzero(contact & (bound > 0))
         shift = self.known_shift().reshape(2, -1)[:, elements]
         if self.K != 0:
@@ -241,7 +259,7 @@ class Discretisation:
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
-            symmetric=not isinstance(motion, Steady),
+            symmetric=not self.steady,
             instant=self.operators.tangential().between(directions, directions).on(elements) if marching else None,
             directions=directions,
         )
@@ -260,24 +278,24 @@ class Discretisation:
 
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
+        assert self.motion is not None
         x, y = self.points
-        return self.motion.shift(x, y, self.step or 0.0, self.length) / self.displacement
+        return self.motion.step((self.step or 0.0) * self.length).shift(x, y, self.length) / self.displacement
 
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
         return self.rigid_shift() if self.carried is None else self.rigid_shift() - self.carried.displacement
 
 
-def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
+def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
     """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
     left, right, bottom, top = grid.box
     x = y = 0.0
-    surface = scene.surface
     if isinstance(surface, SampledDistance):
         iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
         least = float(surface.samples[iy, ix])
-        if scene.approach is not None and scene.approach <= least:
-            return NoContact("approach", scene.approach, f"above the least undeformed distance, {least:.6g}")
+        if approach is not None and approach <= least:
+            return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}")
         if surface.placed:
             x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
         else:
@@ -310,11 +328,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         raise SceneError(
             "grid", dx if scene.line else (dx, dy), f"fine enough to hold one contact element: the contact is {size}"
         )
-    surface = scene.surface
-    if isinstance(surface, Ellipse):
-        assert hertz is not None
-        surface = Paraboloids(hertz.Rx, hertz.Ry)
-    distance = surface.distance(grid)
+    distance = undeformed_distance(scene.surface, hertz, grid)
     length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
     if hertz is not None:
         pressure = hertz.peak_pressure
@@ -324,11 +338,42 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         assert scene.approach is not None
         overlap = scene.approach - float(distance.min())
         if overlap <= 0:
-            raise out_of_reach(scene, grid)
+            raise out_of_reach(scene.surface, scene.approach, grid)
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
     operators = _operators(scene, grid.scaled(length), length, scene.bodies.K if coupled else 0.0, known)
-    return Discretisation(scene, grid, hertz, distance, length, pressure, operators)
+    return Discretisation(
+        bodies=scene.bodies,
+        surface=scene.surface,
+        grid=grid,
+        hertz=hertz,
+        distance=distance,
+        length=length,
+        pressure=pressure,
+        operators=operators,
+        **_posed(scene),
+    )
+
+
+def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid) -> np.ndarray:
+    """Undeformed distance at the element centres, (ny, nx); that of an ellipse has its Hertzian radii."""
+    if isinstance(surface, Ellipse):
+        assert hertz is not None
+        return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)
+    return surface.distance(grid)
+
+
+def _posed(scene: Scene) -> dict[str, Any]:
+    """Load, motion and friction of a scene."""
+    motion, friction = scene.motion, scene.friction
+    law = friction if isinstance(friction, Law) else None
+    return {
+        "normal_force": scene.normal_force,
+        "approach": scene.approach,
+        "motion": None if isinstance(motion, Transient) else motion,
+        "law": law,
+        "coefficient": friction if law is None else law.static,
+    }
 
 
 def _operators(scene: Scene, lattice: Grid, length: float, K: float, known: Operators | None) -> Operators:

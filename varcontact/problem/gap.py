@@ -14,7 +14,6 @@ import numpy as np
 
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.problem import NormalProblem, TangentialProblem
-from varcontact.scene.friction import Law
 from varcontact.solvers.matrix_free.symmetric import solve_symmetric
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def certify_problems(
     absolute, normal_relative = normal_gap(normal, pressure.ravel(), level)
     energy = disc.force * disc.displacement
     scales = disc.force * np.array([1.0, 1.0, disc.length])
-    tangential = None if disc.scene.frictionless else disc.tangential_problem(pressure, acting=traction)
+    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
@@ -100,7 +99,7 @@ def certify_problems(
     tractions, shifts = tangential.of_grid(traction, rigid)
     residual = _worst(residual, tangential_residual(tangential, tractions, shifts))
     absolute, relative = gap(tangential, project(tractions, tangential.bound), shifts)
-    several = coupled or isinstance(disc.scene.friction, Law)
+    several = coupled or disc.law is not None
     bound = _unknown(_outputs(tangential)) if several else force_bound(tangential, tractions, shifts)
     return Certificate(
         gap=absolute * energy,

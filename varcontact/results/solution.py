@@ -13,11 +13,11 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -272,6 +272,7 @@ def known(value: float) -> float | None:
 
 
 def solution_of(
+    scene: Scene,
     disc: Discretisation,
     plan: Plan,
     state: ContactState,
@@ -280,7 +281,6 @@ def solution_of(
     timing: dict[str, float],
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
-    scene = disc.scene
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
@@ -310,12 +310,12 @@ def solution_of(
 
 def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """What is prescribed, and what was found where a force is; NaN where it could be any."""
-    if disc.scene.motion is None:
+    if disc.motion is None:
         return 0.0, 0.0, 0.0
     motion, found = disc.motion, state.rigid / rolled
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
-    unknown = np.full(2, disc.scene.frictionless or not state.pressure.any())
+    unknown = np.full(2, disc.frictionless or not state.pressure.any())
     if disc.afloat and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.carried is None else disc.carried.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area

@@ -14,11 +14,11 @@ from varcontact.planning.likeness import left_out
 from varcontact.problem.contact_grid import Box, contact_box, outside
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.operators import Operators
+from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
 

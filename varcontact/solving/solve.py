@@ -13,6 +13,7 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.planning.plan import Plan, make_plan
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.gap import Certificate, certify_problems
+from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -21,7 +22,6 @@ from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloaded
@@ -130,7 +130,7 @@ def solve(
     )
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
     disc, state = on_a_grid_that_holds_it(scene, steps)
-    return judged(disc, state, steps)
+    return judged(scene, disc, state, steps)
 
 
 def solve_many(
@@ -150,15 +150,16 @@ def solve_many(
     disc: Discretisation | None = None
     state: ContactState | None = None
     for motion in motions:
-        _check_saturation(replace(scene, motion=motion))
+        posed = replace(scene, motion=motion)
+        _check_saturation(posed)
         steps = Steps(plan, tol, polish, Clock(progress), setups)
         if disc is not None and state is not None and motion is not None and plan.coupling == "none":
             disc = disc.moved(motion)
             state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
         else:
             known = None if disc is None else disc.operators
-            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps, known)
-        yield judged(disc, state, steps)
+            disc, state = on_a_grid_that_holds_it(posed, steps, known)
+        yield judged(posed, disc, state, steps)
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:

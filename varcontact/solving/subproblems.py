@@ -17,8 +17,8 @@ from varcontact.problem.discretisation import Discretisation, out_of_reach
 from varcontact.problem.gap import magnitude, normal_residual, project, residuals, tangential_residual
 from varcontact.problem.mirror import mirror_of
 from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
@@ -26,7 +26,7 @@ from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.marching import march
 from varcontact.solvers.registry import normal_solver, states_programs, tangential_solver
-from varcontact.solving.coupling import ContactState, alternating, joint, panagiotopoulos
+from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.timing import Clock
 from varcontact.theories.methods import THEORIES
@@ -79,7 +79,7 @@ class Steps:
             problem = disc.normal_problem(state.traction if coupled else None).reachable()
             elements = problem.operator.elements
             if elements.size == 0:
-                raise out_of_reach(disc.scene, disc.grid)
+                raise out_of_reach(disc.surface, disc.approach, disc.grid)
             peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size)
             memory.need("the normal problem", peak, "a grid with fewer elements would fit")
             start = None
@@ -276,7 +276,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
     """Pressure and traction, from the pressure without traction."""
     if steps.plan.tangential == "none":
         return start
-    if not isinstance(disc.scene.friction, Law):
+    if disc.law is None:
         return _coupled(disc, steps, start, steps.tol / 10)
     if steps.plan.tangential in THEORIES:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
@@ -329,7 +329,7 @@ def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
-        raise out_of_reach(disc.scene, disc.grid)
+        raise out_of_reach(disc.surface, disc.approach, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
     approach = (disc.hertz_approach - disc.base) / disc.displacement
     return replace(state, pressure=pressure / disc.pressure, approach=approach)

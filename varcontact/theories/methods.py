@@ -9,13 +9,13 @@ import numpy as np
 
 from varcontact.errors import Saturated
 from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.tang import no_slip
-from varcontact.solving.coupling import ContactState
 from varcontact.theories.fastsim import fastsim_on_grid
 from varcontact.theories.fastsim_law import on_grid as fastsim_on_grid_under_law
 from varcontact.theories.no_slip import no_slip_coefficients
@@ -80,12 +80,12 @@ def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Contac
 
     They are sampled at the element centres and scaled to carry exactly that force.
     """
-    hertz, motion = disc.hertz, disc.scene.motion
+    hertz, motion = disc.hertz, disc.motion
     assert hertz is not None
     assert isinstance(motion, Steady)
-    limit = _friction(disc.scene) * hertz.force
-    contact = (hertz.a, hertz.b, disc.scene.bodies.combined_G, limit)
-    table = coefficients(disc.scene)
+    limit = _friction(disc) * hertz.force
+    contact = (hertz.a, hertz.b, disc.bodies.combined_G, limit)
+    table = coefficients(disc)
     creepage = np.array(motion.rigid)
     if motion.Fx is not None or motion.Fy is not None:
         vx, vy = _given(motion)
@@ -112,32 +112,32 @@ THEORIES: dict[str, Theory] = {
 }
 
 
-def coefficients(scene: Scene) -> CreepageCoefficients:
-    """Creepage coefficients of a Hertzian scene: from Kalker's table, or computed where that does not reach."""
-    hertz, nu = scene.hertz, scene.bodies.combined_nu
+def coefficients(disc: Discretisation) -> CreepageCoefficients:
+    """Creepage coefficients of a Hertzian contact: from Kalker's table, or computed where that does not reach."""
+    hertz, nu = disc.hertz, disc.operators.nu
     assert hertz is not None
     if in_table(hertz.a, hertz.b, nu):
         return creepage_coefficients(hertz.a, hertz.b, nu)
     return no_slip_coefficients(hertz.a, hertz.b, nu)
 
 
-def _friction(scene: Scene) -> float:
-    assert isinstance(scene.friction, float)
-    return scene.friction
+def _friction(disc: Discretisation) -> float:
+    assert isinstance(disc.coefficient, float)
+    return disc.coefficient
 
 
 def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray) -> ContactState:
     """FASTSIM on the grid, where prescribed forces are met, up to the last of what its elements can carry."""
-    hertz, motion, G = disc.hertz, disc.scene.motion, disc.scene.bodies.combined_G
+    hertz, motion, G = disc.hertz, disc.motion, disc.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
-    table, creepage = coefficients(disc.scene), np.array(motion.rigid)
-    if isinstance(disc.scene.friction, Law):
+    table, creepage = coefficients(disc), np.array(motion.rigid)
+    if disc.law is not None:
         L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
-        law, start = disc.scene.friction, state.branch
+        law, start = disc.law, state.branch
         traction, slip = fastsim_on_grid_under_law(disc.grid, hertz.a, hertz.b, L, pressure, creepage, law, start)
         return _state(disc, state, traction / disc.pressure, np.zeros(2), slip.any(axis=0) & (state.pressure > 0))
-    bound = _friction(disc.scene) * pressure
+    bound = _friction(disc) * pressure
 
     def tractions(creepage: np.ndarray) -> np.ndarray:
         L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
@@ -167,6 +167,7 @@ def _given(motion: Steady) -> tuple[float | None, float | None]:
 def _rigid(disc: Discretisation, creepage: np.ndarray) -> np.ndarray:
     """The uniform rigid shift of creepages found in place of forces."""
     motion, step = disc.motion, disc.step
+    assert motion is not None
     assert step is not None
     return np.asarray((creepage[:2] - np.array(motion.rigid[:2])) * step * disc.length / disc.displacement)
 

@@ -221,11 +221,19 @@ BY_APPROACH = {"normal_force": None, "approach": 0.5}
 @pytest.mark.parametrize(
     ("changes", "field", "words"),
     [
-        (BY_APPROACH, "surface.reference_depth", "for approach"),
-        ({"motion": vc.Shift(ux=0.1)}, "surface.reference_depth", "for motion.ux"),
-        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, "surface.reference_depth", "for motion.uy"),
-        ({"motion": vc.Shift(), "bodies": UNLIKE}, "surface.reference_depth", "for motion.ux"),
-        ({"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE}, "surface.reference_depth", "for motion.ux"),
+        (BY_APPROACH, "surface.reference_depth", "approach needs surface.reference_depth"),
+        ({"motion": vc.Shift(ux=0.1)}, "surface.reference_depth", "motion.ux needs surface.reference_depth"),
+        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, "surface.reference_depth", "motion.uy needs surface.reference_depth"),
+        (
+            {"motion": vc.Shift(), "bodies": UNLIKE},
+            "surface.reference_depth",
+            "motion.ux needs surface.reference_depth",
+        ),
+        (
+            {"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE},
+            "surface.reference_depth",
+            "motion.ux needs surface.reference_depth",
+        ),
         ({"surface": NEAR}, "surface.reference_depth", "no less than the length of the potential contact"),
         ({"motion": vc.Steady(spin=0.1)}, "motion.spin", "0 in line contact"),
         ({"motion": vc.Shift(rotation=0.1)}, "motion.rotation", "0 in line contact"),
