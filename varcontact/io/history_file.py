@@ -11,6 +11,7 @@ import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, overload
 
@@ -35,6 +36,10 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.solving.remeasured import AS_STORED, measured_on
+from varcontact.solving.subproblems import Steps
+from varcontact.solving.timing import Clock
+from varcontact.solving.transient import March, largest_contacts, marching_on
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,12 +66,15 @@ class Stored(Sequence[Solution]):
     plan : Plan
     settings : dict
         Tolerance and polish.
+    certify : bool
+        Whether each step is measured again when it is read.
     """
 
     path: Path
     scene: Scene
     plan: Plan
     settings: dict[str, Any]
+    certify: bool = True
 
     @classmethod
     def opened(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Stored:
@@ -115,16 +123,38 @@ class Stored(Sequence[Solution]):
         if not -count <= k < count:
             raise IndexError(f"step {k} of a history of {count}")
         k %= count
+        sol = self._read(k)
+        if not self.certify:
+            return replace(sol, note=AS_STORED)
+        before = self._read(k - 1) if k > 0 else self._march.start()
+        with self._damaged_in(k):
+            return measured_on(self._march.problem(k, before)[1], sol)
+
+    def _read(self, k: int) -> Solution:
+        """Step k as it is in the file."""
         with _file(self.path) as file:
             grid = Grid(**json.loads(file.grid))
             names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
             fields = {name: _native(file.variables[name][k]) for name in names}
-            record = json.loads(file.variables["record"][k].tobytes())
+            record = file.variables["record"][k].tobytes()
         approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
+        with self._damaged_in(k):
+            step = self.scene.step(k, grid)
+            return assembled(step, grid, self.plan, fields, approach, creepage, json.loads(record))
+
+    @contextmanager
+    def _damaged_in(self, k: int) -> Iterator[None]:
+        """Errors become those of a file that is damaged in step k."""
         try:
-            return assembled(self.scene.step(k, grid), grid, self.plan, fields, approach, creepage, record)
+            yield
         except (KeyError, TypeError, ValueError, VarcontactError) as error:
             raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
+
+    @cached_property
+    def _march(self) -> March:
+        """What all steps share: influence numbers are made once."""
+        steps = Steps(self.plan, self.settings["tol"], self.settings["polish"], Clock())
+        return marching_on(self.scene, largest_contacts(self.scene)[0], self.grid, steps)
 
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step."""
@@ -167,9 +197,9 @@ def is_history(path: Path) -> bool:
         return file.read(len(MAGIC)) == MAGIC
 
 
-def load_history(path: Path) -> History:
+def load_history(path: Path, certify: bool) -> History:
     """A history from its file, see `varcontact.load`."""
-    stored = _stored(path)
+    stored = replace(_stored(path), certify=certify)
     return History(stored.scene, stored.grid, stored, stored.settings)
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import io
 import json
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import OutputError, VarcontactError
+from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import Certificate
@@ -19,6 +21,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
+from varcontact.solving.remeasured import AS_STORED, remeasured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,12 +111,19 @@ def write_whole(field: str, path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def load(path: str | Path) -> Solution | History:
+def load(path: str | Path, certify: bool = True) -> Solution | History:
     """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
+
+    Fields that no solution can have are refused. Beyond that a file is not believed: slips, distances, residuals and
+    gaps are measured again by FFT; of a history step by step as they are asked for, its series are as stored. Where
+    the fields are not those that the file's certificate was made for, it is made anew, the solution does not count as
+    converged, and its `note` says so.
 
     Parameters
     ----------
     path : str or Path
+    certify : bool
+        Whether to measure again. Otherwise the certificate is as stored, and report and `note` say so.
 
     Returns
     -------
@@ -123,20 +133,33 @@ def load(path: str | Path) -> Solution | History:
     Raises
     ------
     OutputError
-        If there is no such file, or it is not one of ours.
+        If there is no such file, it is not one of ours, or it holds what no solution can be.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import varcontact as vc
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.nc"
+    >>> vc.solve(vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...                   grid=vc.Grid(nx=8, ny=8))).save(path)
+    >>> vc.load(path).note, vc.load(path, certify=False).note
+    ('', 'the certificate is as stored in the file, not measured again')
     """
     from varcontact.io.history_file import is_history, load_history
 
+    certify = checks.flag("certify", certify)
     try:
         if is_history(Path(path)):
-            return load_history(Path(path))
+            return load_history(Path(path), certify)
     except OSError as error:
         raise OutputError("path", path, f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:  # a null character in the name
         raise OutputError("path", path, f"cannot be read ({error})") from None
     data = _data(path, path)
     try:
-        return solution_from(data)
+        sol = solution_from(data)
+        return remeasured(sol) if certify else replace(sol, note=AS_STORED)
     except (KeyError, TypeError, ValueError, VarcontactError) as error:
         raise OutputError("path", path, f"is damaged ({first_line(error)})") from None
 
@@ -204,7 +227,7 @@ def assembled(
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
         raise ValueError(f"{', '.join(kinds)} that are of other types")
-    return Solution(
+    sol = Solution(
         scene=scene,
         grid=grid,
         plan=plan,
@@ -218,7 +241,10 @@ def assembled(
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
+        note="",
     )
+    check_plausible(sol)
+    return sol
 
 
 def check_writable(field: str, path: Path) -> None:

@@ -92,6 +92,8 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     elif sol.plan.tangential != "none":
         guaranteed = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
         rows.append(("", f"guaranteed on this grid: {guaranteed}"))
+    if sol.note:
+        rows.append(("", sol.note))
     if sol.plan.left_out:
         effect = f"tangential force at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
         rows.append(("", f"the coupling of almost like bodies is left out: it changes the {effect}"))

@@ -67,6 +67,9 @@ class Solution:
     branch : str
         Under a law of friction, which has several solutions at times: where the search began, "stick" or "slip" all
         over, a "solution", or what the particles did before in a "history"; empty without a law.
+    note : str
+        Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
+        was measured again and found to be what its fields deserve.
     """
 
     scene: Scene
@@ -86,6 +89,7 @@ class Solution:
     timing: dict[str, float]
     passes: tuple[tuple[float, float], ...] = ()
     branch: str = ""
+    note: str = ""
 
     @property
     def normal_force(self) -> float:
@@ -189,6 +193,7 @@ class Solution:
             "passes": len(self.passes),
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
+            "note": self.note,
             "coefficient": self._coefficients(),
             "seconds": self.timing["total"],
         }
