@@ -38,7 +38,7 @@ def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
         margin = 2 * grid.margin
         shape = (grid.rows + (0 if grid.line else margin), grid.nx + margin)
         return sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1]))
-    disc = discretise(scene, grid)
+    disc = discretise(scene, grid, coupled=not plan.left_out)
     if plan.normal == "hertz":
         counted = _closed_form(scene, disc, plan)
     else:

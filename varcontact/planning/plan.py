@@ -10,6 +10,7 @@ from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.roads import Road, check_on_road, road
 from varcontact.planning.sizes import Sizes
+from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -31,7 +32,8 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos" or "joint".
+        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
+        "joint".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
@@ -39,7 +41,7 @@ class Plan:
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
-        "quasi-identical" (K = 0) or "unlike".
+        "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
     surface : str
         "Hertzian" or "sampled".
     motion : str
@@ -53,6 +55,9 @@ class Plan:
         The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
+    left_out : float
+        Where the coupling of almost like bodies is left out: what that changes of the tangential forces at given
+        creepages at most, in parts of f Fz, see `varcontact.scene.likeness`; else 0.
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
     """
@@ -71,6 +76,7 @@ class Plan:
     sizes: Sizes | None = None
     fallback: str = "none"
     method: str = "auto"
+    left_out: float = 0.0
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
@@ -187,6 +193,9 @@ def make_plan(
         raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
     way = road(method)
     chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
+    K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
+    if effect:
+        scene = replace(scene, bodies=scene.bodies.alike)
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
         way = road("convex")  # what is asked for, only programs have
@@ -198,6 +207,8 @@ def make_plan(
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = kinds_of(scene, chosen), special_of(scene)
+    if effect:
+        kinds["bodies"], reasons["coupling"] = almost_like(K, effect)
     reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
     dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
     return Plan(
@@ -214,6 +225,7 @@ def make_plan(
         tuple(special),
         fallback=way.fallback if (tangential, chosen["tangential"]) == ("auto", way.tangential) else "none",
         method=method,
+        left_out=effect,
     )
 
 

@@ -149,7 +149,7 @@ def sizes_of(
 
 def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix]:
     """Influence numbers by offset; each only where it is needed."""
-    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0
+    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0 and not plan.left_out
 
     def table(block: str, blocks: int, rolled: bool, reason: str) -> Matrix:
         name = f"A_{block} - C_{block}" if rolled else f"A_{block}"
@@ -198,7 +198,9 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
         yield block("A_tt", "dense", half, half, "a step of the march")
     if joint:
         yield block("A_zt", "dense", size, m, "the joint program")
-    guaranteed = scene.bodies.K == 0 and not scene.under_law and counted.tangential <= DENSE_LIMIT
+    guaranteed = (
+        (scene.bodies.K == 0 or plan.left_out > 0) and not scene.under_law and counted.tangential <= DENSE_LIMIT
+    )
     if (joint or guaranteed) and (counted.mirrored or not whole):
         yield block(name, "dense", m, m, "the joint program" if joint else "the certificate's bound on forces")
 

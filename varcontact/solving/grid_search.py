@@ -66,7 +66,7 @@ def on_a_grid_that_holds_it(
         steps.clock.adopt("grid", looks.clock.tally("normal"))
     moved = 0
     for attempt in range(20):
-        disc = discretise(scene, grid, known)
+        disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
         state = steps.pressure(disc, unloaded(grid))
         with steps.clock("grid"):

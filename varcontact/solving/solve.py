@@ -136,11 +136,11 @@ def solve(
     tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     certify = level(certify)
     check_start(scene, start, plan.tangential in THEORIES)
+    _check_saturation(scene)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
-    _check_saturation(scene)
     repeats = (
         isinstance(scene.friction, Law)
         or plan.coupling in ("panagiotopoulos", "joint")
@@ -235,7 +235,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         raise SceneError("grid", scene.grid, "explicit, to judge tractions on it")
     plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
     grid = first_grid(scene, lambda disc: unloaded(disc.grid))
-    disc = discretise(scene, grid)
+    disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
@@ -250,8 +250,13 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
 
 
 def _check_saturation(scene: Scene) -> None:
-    """Before any work: forces beyond f Fz, where both are numbers."""
+    """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction."""
     motion = scene.motion
+    if isinstance(motion, Transient):
+        for k, friction in enumerate(scene.frictions):
+            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
+            if size > 0 and np.all(np.asarray(friction) == 0):
+                raise Saturated(size, 0.0).in_step(k, None)
     if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
