@@ -116,8 +116,8 @@ class Interrupted(KeyboardInterrupt):
 
     Attributes
     ----------
-    partial : Convergence or History
-        The study, or the history, as far as it got.
+    partial : Convergence, DataFrame or History
+        The study, the table or the history, as far as it got.
     """
 
     def __init__(self, partial: Any, finished: str = "") -> None:

@@ -44,6 +44,8 @@ HERTZIAN = {
     "law": ({"friction": FALLING}, {}),
     "law, pure vx": ({"friction": FALLING, "motion": vc.Steady(vx=0.05)}, {}),
     "law, fastsim": ({"friction": FALLING}, {"tangential": "fastsim"}),
+    "fastsim-weighted": ({}, {"tangential": "fastsim-weighted"}),
+    "law, fastsim-weighted-elliptic": ({"friction": FALLING}, {"tangential": "fastsim-weighted-elliptic"}),
     "linear": ({}, {"tangential": "linear"}),
     "line": ({**LINE, "motion": vc.Steady(vx=0.05, vy=0.02)}, {}),
     "line, vx": ({**LINE, "motion": vc.Steady(vx=0.05)}, {}),
@@ -242,7 +244,7 @@ def test_no_scene_and_no_memory():
 def test_what_is_refused_for_memory_is_what_was_planned(rolling, monkeypatch):
     scene = rolling()
     planned = vc.plan(scene).sizes
-    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 1e6)
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge) as error:
         vc.solve(scene)
     assert error.value.needed == pytest.approx(planned.memory["tangential"], rel=0.2)

@@ -11,12 +11,11 @@ import varcontact as vc
 from varcontact.problem.bounds import force_bound
 from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import discretise
+from varcontact.problem.energies import complementary_energy, potential_energy
 from varcontact.problem.gap import (
-    complementary_energy,
     gap,
     normal_gap,
     normal_residual,
-    potential_energy,
     project,
     tangential_residual,
 )

@@ -21,6 +21,7 @@ from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import (
     FIELDS,
     assembled,
+    check_ending,
     check_writable,
     first_line,
     record_of,
@@ -77,6 +78,7 @@ class Stored(Sequence[Solution]):
         OutputError
             If it cannot be written, or holds something else.
         """
+        check_ending("store", path, ".nc")
         check_writable("store", path)
         stored = cls(path, scene, plan, {"tol": tol, "polish": polish})
         if not path.exists() or path.stat().st_size == 0:
@@ -157,6 +159,7 @@ class Stored(Sequence[Solution]):
 def save(history: History, path: str | Path) -> None:
     """Write a history to a file, whole or not at all."""
     path = Path(path)
+    check_ending("path", path, ".nc")
     check_writable("path", path)
     write_whole("path", path, _content(history, "path", path))
 

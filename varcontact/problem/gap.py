@@ -1,4 +1,4 @@
-"""Energies, the duality gap, and the residuals of given tractions (paper, section 4).
+"""The duality gap and the residuals of given tractions (paper, section 4).
 
 Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
 no solver's word enters.
@@ -112,19 +112,6 @@ def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.nda
     against = along < 0
     turned = np.where(against, across * (across / np.where(against, most - along, 1.0)), most + along)
     return np.asarray(slack * length + turned)
-
-
-def complementary_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
-    """C of a shift (215): ``-(1/2 p'A p + W'p)`` over the elements, dimensionless."""
-    elastic = problem.operator.apply(traction)
-    return -problem.area * float(np.sum(traction * (0.5 * elastic + problem.rigid_shift)))
-
-
-def potential_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
-    """U of a shift (214), of the displacements that the tractions cause: ``1/2 p'A p + sum(g |E|)``."""
-    elastic = problem.operator.apply(traction)
-    shift = magnitude(elastic + problem.rigid_shift)
-    return problem.area * float(0.5 * np.sum(traction * elastic) + problem.bound @ shift)
 
 
 def normal_gap(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:

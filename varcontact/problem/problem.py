@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.problem.symmetric import PositiveDefinite, positive_definite
-
-if TYPE_CHECKING:
-    from varcontact.solvers.conic.setups import Setups
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,25 +143,6 @@ class TangentialProblem:
         return field.reshape(2, ny, nx), shifts
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What every solver is told.
-
-    Attributes
-    ----------
-    tol : float
-        Accuracy wanted of the tractions, relative; `varcontact.solvers.conic.accuracy` says what that means to each.
-    formulation : str
-        The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
-    setups : Setups, optional
-        Where solvers keep their set-ups for the next problem of the same structure.
-    """
-
-    tol: float = 1e-8
-    formulation: str = "auto"
-    setups: Setups | None = None
-
-
 @dataclass(frozen=True, eq=False)
 class RawSolution:
     """What a solver returns: dimensionless, as it is, not yet judged.
@@ -181,6 +158,10 @@ class RawSolution:
         The solver's own word.
     solved : bool
         What that word means: whether the solver says that it reached all it was asked for.
+    solver : str
+        The name of the solver whose answer it is.
+    reason : str
+        Why it is another than the one that was asked for, where there was no choice.
     """
 
     traction: np.ndarray
@@ -188,3 +169,5 @@ class RawSolution:
     iterations: int
     status: str
     solved: bool = True
+    solver: str = ""
+    reason: str = ""

@@ -24,6 +24,10 @@ class ContactState:
         The solvers' own words on the last pass, by problem.
     solved : dict
         What those mean, by problem: whether the solver says that it reached all it was asked for.
+    solved_by : dict
+        Whose answer it is, by problem, on the last pass.
+    reasons : dict
+        By problem, why that is another solver than the plan's, where there was no choice; else empty words.
     passes : tuple of (float, float)
         Of each pass of a coupling loop: its change, and the residual of the whole after it.
     bearing : ndarray, shape (ny, nx), optional
@@ -43,6 +47,8 @@ class ContactState:
     iterations: dict[str, int] = field(default_factory=dict)
     status: dict[str, str] = field(default_factory=dict)
     solved: dict[str, bool] = field(default_factory=dict)
+    solved_by: dict[str, str] = field(default_factory=dict)
+    reasons: dict[str, str] = field(default_factory=dict)
     passes: tuple[tuple[float, float], ...] = ()
     bearing: np.ndarray | None = None
     slips: np.ndarray | None = None

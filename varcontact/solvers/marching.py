@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.problem.gap import tangential_residual
-from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import RawSolution, TangentialProblem
+from varcontact.solvers.settings import Settings
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
 
@@ -71,4 +72,4 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
             # A solver that fails may give back its start: then nothing changes either.
             status = "Steady" if residual <= settings.tol or raw.solved else raw.status
             break
-    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady")
+    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady", at.solver)

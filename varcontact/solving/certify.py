@@ -37,8 +37,10 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
         certificate = certify_problems(disc, *fields, plan.normal == "hertz", steps.certify)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
-        plan = replace(plan, sizes=sizes_found(scene, posed, plan, state))
-    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, steps.clock.timing())
+        found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
+        plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
+    clock = steps.clock
+    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
     if not solution.converged:
         raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

@@ -10,7 +10,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Saturated, SceneError
+from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.plan import Plan, make_plan
+from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.state import ContactState
@@ -28,7 +30,6 @@ from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloa
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
-from varcontact.threads import one_blas_thread
 
 
 @one_blas_thread()
@@ -39,8 +40,9 @@ def solve(
     coupling: str = "auto",
     *,
     formulation: str = "auto",
-    tol: float = 1e-8,
-    polish: bool = True,
+    method: str = "auto",
+    tol: float = TOLERANCE,
+    polish: bool | None = None,
     start: str | Solution | None = None,
     certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
@@ -67,12 +69,20 @@ def solve(
         The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
         rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but
         "marching".
+    method : {"auto", "convex", "active-set", "kalker"}
+        The road as one choice; `normal` and `tangential` refine it. "convex": the QP of pressures and the SOCP of
+        tractions, for unlike bodies in Panagiotopoulos's loop, each by a conic solver (Clarabel, if none is named),
+        its answers refined by splitting, without any active set. "active-set": NORM and the safeguarded TANG, and no
+        program. "kalker": NORM and TANG as printed. "auto": the same as "active-set", as the fastest by measurement,
+        but solvers of programs and theories may be named, and a program is asked where active sets fail. Hertz's
+        pressure in closed form is part of all of them, unless another `normal` is named.
     tol : float
-        Natural-map residual to reach, relative to the largest traction.
-    polish : bool
-        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it.
-        Without it an interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol`
-        is not reached. Active-set methods and theories are never polished.
+        Natural-map residual to reach, relative to the largest traction. Every method reaches the default.
+    polish : bool, optional
+        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it: done
+        unless it is said to be False, but never by the method "convex". Without polish and refinement an
+        interior-point answer is good to between 1e-6 and 1e-9 in the tractions, and a smaller `tol` is not reached.
+        Active-set methods and theories are never polished.
     start : {"stick", "slip"} or Solution, optional
         Under a law of friction, which of the solutions is sought: that with much friction, from the static
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
@@ -122,8 +132,8 @@ def solve(
     """
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
-    plan = make_plan(scene, normal, tangential, coupling, formulation)
-    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    plan = make_plan(scene, normal, tangential, coupling, formulation, method)
+    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     certify = level(certify)
     check_start(scene, start, plan.tangential in THEORIES)
     if isinstance(scene.motion, Transient):
@@ -139,6 +149,15 @@ def solve(
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
     disc, state = on_a_grid_that_holds_it(scene, steps)
     return judged(scene, disc, state, steps)
+
+
+def polished_by(plan: Plan, polish: bool | None) -> bool:
+    """Whether active sets take the answers of a plan's programs to rounding: unless it is refused, or "convex"."""
+    convex = plan.method == "convex"
+    polish = not convex if polish is None else checks.flag("polish", polish)
+    if polish and convex:
+        raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
+    return polish
 
 
 def solve_many(

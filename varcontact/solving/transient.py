@@ -16,7 +16,8 @@ import numpy as np
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
-from varcontact.problem.contact_grid import outside
+from varcontact.problem.contact_grid import common_grid, enlarged
+from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.state import ContactState
 from varcontact.results.history import History
@@ -26,7 +27,7 @@ from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
-from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
+from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
 
@@ -63,7 +64,7 @@ def solve_transient(
         except VarcontactError as error:
             raise error.in_step(k, history) from error.__cause__
         except KeyboardInterrupt:
-            raise Interrupted(history, f" after {len(history)} steps") from None
+            raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
     return history
 
 
@@ -226,7 +227,7 @@ def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Soluti
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
     exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0, np.zeros(3))
     state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing())
+    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
 
 
 def _words(grid: Grid) -> str:

@@ -43,11 +43,15 @@ COLUMNS = (
     "setup_seconds",
     "repeat_seconds",
     "total_seconds",
+    "calls",
     "identity",
 )
 """What the table says of each scene and method."""
 
-_WORDS = ("scene", "method", "outcome", "reason", "identity")
+LATER = ("calls",)
+"""Columns that tables of an earlier version do not have: they are read all the same."""
+
+_WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 
 def identity(scene: Scene, tol: float) -> str:
@@ -82,8 +86,10 @@ def read_rows(
     try:
         # a scene may be called "NA": only empty figures are missing
         table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
-        if list(table.columns) != list(columns):
+        table[[name for name in LATER if name in columns and name not in table]] = ""
+        if set(table.columns) != set(columns):
             raise ValueError("other columns")
+        table = table[list(columns)]
     except (ValueError, OSError, UnicodeDecodeError) as error:
         raise SceneError("store", str(store), f"{what}, or a new file ({error})") from None
     table[list(words)] = table[list(words)].fillna("")
