@@ -35,7 +35,7 @@ BACK = {
 }
 """Imports against the order that may stay: in a function, or for types only."""
 
-TO_BE_CUT = {}
+TO_BE_CUT: set[tuple[str, str]] = set()
 """Imports against the order that are to go, one by one; none may be added."""
 
 
