@@ -139,6 +139,7 @@ def _rounded(box: Box, line: bool) -> tuple[float, ...]:
 
 
 def clipped(box: Box, surface: SampledDistance) -> Box:
+    """What of a box lies within the samples of a surface."""
     left, right, bottom, top = surface.box
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 
