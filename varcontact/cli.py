@@ -189,11 +189,11 @@ def compare(
     """Solve scenes by many methods side by side, each judged by the same certificate."""
     from varcontact.io.scene_file import read_scene
     from varcontact.plotting.solution import plot_comparison
-    from varcontact.results.report import summary
     from varcontact.study.bank import standard_bank
     from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
     from varcontact.study.store import as_json as table_as_json
+    from varcontact.study.tables import summary
 
     _check_outputs(out, plot)
     files = scenes or []

@@ -15,11 +15,11 @@ from varcontact.errors import OutputError, VarcontactError
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import Certificate
-from varcontact.problem.tally import Calls
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
+from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr

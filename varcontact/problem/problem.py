@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.elasticity.operators import RestrictedOperator
-from varcontact.problem.tally import Tally
-
-if TYPE_CHECKING:
-    from varcontact.solvers.conic.setups import Setups
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,28 +138,6 @@ class TangentialProblem:
         field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
         field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid
         return field.reshape(2, ny, nx), shifts
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What every solver is told.
-
-    Attributes
-    ----------
-    tol : float
-        Accuracy wanted of the tractions, relative; `varcontact.solvers.conic.accuracy` says what that means to each.
-    formulation : str
-        The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
-    setups : Setups, optional
-        Where solvers keep their set-ups for the next problem of the same structure.
-    tally : Tally
-        Where their calls are counted.
-    """
-
-    tol: float = 1e-8
-    formulation: str = "auto"
-    setups: Setups | None = None
-    tally: Tally = field(default_factory=Tally)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,11 +14,11 @@ from varcontact.problem.discretisation import Discretisation, undeformed_distanc
 from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
-from varcontact.problem.tally import Calls
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
+from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr

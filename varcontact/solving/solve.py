@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Saturated, SceneError
+from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.plan import Plan, make_plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.discretisation import Discretisation, discretise
@@ -29,7 +30,6 @@ from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloa
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
-from varcontact.threads import one_blas_thread
 
 
 @one_blas_thread()

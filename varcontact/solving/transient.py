@@ -15,7 +15,8 @@ import numpy as np
 
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import outside
+from varcontact.problem.contact_grid import common_grid, enlarged
+from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.gap import Certificate
 from varcontact.problem.state import ContactState
@@ -26,7 +27,7 @@ from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
-from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
+from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
 

@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import force_bound, gap, project, tangential_residual
-from varcontact.problem.problem import RawSolution, Settings
+from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
 from varcontact.solvers.conic.solvers import solve_tangential
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+from varcontact.solvers.settings import Settings
 from varcontact.solving.grid_search import first_grid
 from varcontact.solving.subproblems import hertz_pressure, unloaded
 
@@ -209,7 +210,7 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
 
 def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
     """Memory for n^2 numbers, not (2 n)^2."""
-    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 2 * 240.0 * 24**2)
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 2 * 240.0 * 24**2)
     assert vc.solve(scene(), tangential="clarabel").converged
     with pytest.raises(vc.TooLarge):
         vc.solve(scene(motion=in_full(vc.Steady(Fx=-0.06), "Fy")), tangential="clarabel")
