@@ -137,6 +137,7 @@ def _rounded(box: Box, line: bool) -> tuple[float, ...]:
 
 
 def clipped(box: Box, surface: SampledDistance) -> Box:
+    """The part of a box within the samples, which carry their own coordinates."""
     left, right, bottom, top = surface.box
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 
