@@ -35,11 +35,7 @@ BACK = {
 }
 """Imports against the order that may stay: in a function, or for types only."""
 
-TO_BE_CUT = {
-    # the gap is of arrays only
-    ("problem.gap", "planning.plan"),
-    ("problem.gap", "solvers.matrix_free.symmetric"),
-}
+TO_BE_CUT = {}
 """Imports against the order that are to go, one by one; none may be added."""
 
 

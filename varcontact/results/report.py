@@ -81,21 +81,34 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
 
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
-    rows = [("certificate", f"relative gap {certificate.relative_gap:.1e}, residual {certificate.residual:.1e}")]
+    gap = "" if certificate.level == "none" else f"relative gap {certificate.relative_gap:.1e}, "
+    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}")]
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
     elif sol.plan.tangential != "none":
-        guaranteed = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
-        rows.append(("", f"guaranteed on this grid: {guaranteed}"))
+        sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
+        rows.append(("", f"guaranteed on this grid{_of_what(sol)}: {sizes}"))
     if sol.plan.normal == "hertz":
         rows.append(("", "(Hertz's pressure is exact but for the grid, whose own equations it meets "
                          f"to {certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
 
 
+def _of_what(sol: Solution) -> str:
+    """What a bound is for: the step of a history, and whose pressure."""
+    step = " in this step" if isinstance(sol.motion, TimeStep) else ""
+    if sol.plan.normal == "hertz":
+        return f"{step}, for Hertz's pressure"
+    known = np.all(np.isfinite(sol.certificate.pressure_part))
+    return f"{step}, the pressure's own error included" if known else f"{step}, for this pressure"
+
+
 def no_guarantee(sol: Solution) -> str:
     """Why no bound on the forces is known, or nothing where one is."""
+    if sol.certificate.level != "full":
+        left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
+        return f'{left_out} left out, certify = "{sol.certificate.level}"; "full" computes them all'
     if np.all(np.isfinite(sol.certificate.force_bound)):
         return ""
     if np.any(np.isnan(sol.certificate.force_bound)):

@@ -51,6 +51,8 @@ class Steps:
         Where solvers keep their set-ups.
     start : str or Solution, optional
         Where the passes under a law of friction begin.
+    certify : str
+        How much of a certificate is wanted.
     """
 
     plan: Plan
@@ -59,6 +61,7 @@ class Steps:
     clock: Clock
     setups: Setups | None = None
     start: str | Solution | None = None
+    certify: str = "auto"
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions."""
