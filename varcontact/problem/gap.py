@@ -148,9 +148,14 @@ def normal_residual(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndar
     return residual
 
 
-def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> float:
-    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack."""
-    shift = problem.shift(traction, rigid)
+def tangential_residual(
+    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+) -> float:
+    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack.
+
+    E is taken from `shift` where that is known already.
+    """
+    shift = problem.shift(traction, rigid) if shift is None else shift
     image = project(traction - shift / problem.operator.diagonal, problem.bound)
     size = _worst(magnitude(traction).max(), magnitude(image).max())
     residual = _relative(float(magnitude(traction - image).max()), float(size))
@@ -172,14 +177,17 @@ def _worst(*values: float) -> float:
     return float(np.max(values))
 
 
-def gap(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
+def gap(
+    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+) -> tuple[float, float]:
     """Duality gap of admissible tractions, absolute and relative (dimensionless).
 
     Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and Schwarz), so nothing cancels in the
     sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
-    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more.
+    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more. E is taken from `shift`
+    where that is known already.
     """
-    shift = problem.shift(traction, rigid)
+    shift = problem.shift(traction, rigid) if shift is None else shift
     if problem.no_slip:
         error = float(_compliance(problem, shift[None])[0])
         work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))

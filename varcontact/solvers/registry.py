@@ -15,6 +15,7 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.matrix_free.tangential import newton_tangential
 
 NormalSolver = Callable[[NormalProblem, Settings, RawSolution | None], RawSolution]
 TangentialSolver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
@@ -28,6 +29,7 @@ TANGENTIAL: dict[str, TangentialSolver] = {
     "tang": lambda problem, settings, start: _from_a_start_or_none(tang, problem, start),
     "tang-exact": lambda problem, settings, start: _from_a_start_or_none(TANG_EXACT, problem, start),
     "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(tang_safeguarded, problem, start),
+    "newton": newton_tangential,
 }
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")

@@ -1,0 +1,152 @@
+"""GCR: generalised conjugate residuals, in single precision, for one Newton step and its missing rigid shifts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+MAX_DIRECTIONS = 60
+LEAST = 1e-7
+"""Length of a new direction, of itself, below which it is made of rounding."""
+
+
+class System(Protocol):
+    """The linear equations of a Newton step: a row for each traction component of each element."""
+
+    def product(self, step: np.ndarray) -> np.ndarray:
+        """M times a step."""
+
+    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Left-hand sides for a step and M times the step."""
+
+    def border(self, component: int) -> np.ndarray:
+        """Left-hand sides for a uniform shift along one component."""
+
+    def precondition(self, right: np.ndarray) -> np.ndarray:
+        """Nearly the step that has these left-hand sides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Prescribed sums of traction components; a uniform rigid shift along each is unknown.
+
+    Attributes
+    ----------
+    components : tuple of int
+    sums : ndarray, shape (k,)
+    weight : float
+        Of their equations: one by the root of the number of elements.
+    """
+
+    components: tuple[int, ...]
+    sums: np.ndarray
+    weight: float
+
+    def lacking(self, traction: np.ndarray) -> np.ndarray:
+        """What tractions (c, ny, nx) lack of the sums, weighted, (k,)."""
+        return self.weight * (self.sums - self.of(traction))
+
+    def of(self, traction: np.ndarray) -> np.ndarray:
+        """The sums of tractions."""
+        return np.array([traction[i].sum(dtype=float) for i in self.components])
+
+    def spread(self, values: np.ndarray, components: int) -> np.ndarray:
+        """Values (k,) as rigid shifts (c, 1, 1), zero where no force is prescribed."""
+        shifts = np.zeros((components, 1, 1))
+        shifts[list(self.components), 0, 0] = values
+        return shifts
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A Newton step: changes of the tractions and of the shift E, (c, ny, nx), and of the rigid shifts (c, 1, 1)."""
+
+    traction: np.ndarray
+    shift: np.ndarray
+    rigid: np.ndarray
+    iterations: int
+
+
+def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, enough: float) -> Step:
+    """Solve a Newton step's equations to a relative residual.
+
+    Parameters
+    ----------
+    system : System
+    right : ndarray, shape (c, ny, nx)
+    forces : Forces
+    lacking : ndarray, shape (k,)
+        What the tractions lack of them, weighted.
+    enough : float
+        Relative residual to stop at.
+
+    Notes
+    -----
+    Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the directions are kept
+    orthonormal, and M times each direction is kept: M times the step then costs no product.
+    """
+    shape, size, k = right.shape, right.size, len(lacking)
+    length = float(np.sqrt(np.vdot(right, right) + lacking @ lacking))
+    if length == 0:
+        return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
+    residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
+    directions, products = np.empty((2, MAX_DIRECTIONS, size), np.float32)
+    images = np.empty((MAX_DIRECTIONS, size + k), np.float32)
+    rigid, triangle = np.zeros((MAX_DIRECTIONS, k)), np.zeros((MAX_DIRECTIONS, MAX_DIRECTIONS))
+    along = np.zeros(MAX_DIRECTIONS)
+    bordered = _Bordered(system, forces)
+    count = 0
+    while count < MAX_DIRECTIONS and float(np.linalg.norm(residual)) > enough:
+        direction, shifts = bordered.precondition(residual[:size].reshape(shape), residual[size:])
+        product = system.product(direction)
+        image = np.concatenate([bordered.rows(product, direction, shifts).ravel(), bordered.sums(direction)])
+        old = images[:count]
+        known = old @ image
+        image -= known @ old
+        own = float(np.linalg.norm(image))
+        if not own > LEAST:
+            break
+        image /= np.float32(own)
+        images[count], directions[count], products[count] = image, direction.ravel(), product.ravel()
+        rigid[count], triangle[:count, count], triangle[count, count] = shifts, known, own
+        along[count] = image @ residual
+        residual -= np.float32(along[count]) * image
+        count += 1
+    parts = np.linalg.solve(triangle[:count, :count], along[:count]) * length
+    change = forces.spread(parts @ rigid[:count], shape[0])
+    single = parts.astype(np.float32)
+    traction = (single @ directions[:count]).reshape(shape).astype(float)
+    return Step(traction, (single @ products[:count]).reshape(shape) + change, change, count)
+
+
+class _Bordered:
+    """A system with the equations of prescribed forces: bordered by a column and a row for each."""
+
+    def __init__(self, system: System, forces: Forces) -> None:
+        self.system, self.forces = system, forces
+        self.borders = [system.border(i) for i in forces.components]
+        self.steps = [system.precondition(border) for border in self.borders]
+        self.complement = np.array([self.sums(step) for step in self.steps], dtype=float).T
+
+    def sums(self, step: np.ndarray) -> np.ndarray:
+        """The forces of a step, weighted, float32."""
+        return (self.forces.weight * self.forces.of(step)).astype(np.float32)
+
+    def precondition(self, right: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nearly the step and the rigid shifts that have these left-hand sides."""
+        step = self.system.precondition(right)
+        if not self.borders:
+            return step, np.zeros(0)
+        shifts = np.linalg.lstsq(self.complement, self.sums(step) - lacking, rcond=None)[0]
+        for shift, other in zip(shifts, self.steps, strict=True):
+            step = step - np.float32(shift) * other
+        return step, shifts
+
+    def rows(self, image: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Left-hand sides for a step, M times the step, and rigid shifts."""
+        rows = self.system.rows(image, step)
+        for shift, border in zip(shifts, self.borders, strict=True):
+            rows += np.float32(shift) * border
+        return rows

@@ -1,0 +1,188 @@
+"""The tangential problem on a box of elements: its natural map, and Newton's equations for that.
+
+With ``y = p - E`` the solution is ``p = Proj(y)``, the projection on the disk (or interval) of the traction bound g.
+Where ``|y| <= g`` the element sticks, and Newton's equation is ``M d = -E``. Elsewhere it slips: with n along y, t
+across it, and ``slope = (|y| - g)/g``, the equations are ``n.d = g - n.p`` and ``t.(M d) + slope t.d = -(t.p)|y|/g``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.solvers.matrix_free.kernel import Kernel
+from varcontact.solvers.matrix_free.krylov import Forces, Step
+from varcontact.solvers.matrix_free.preconditioner import Circulant
+
+QUANTILE = 0.6
+"""Of the slopes of the slip area: the shift of its inverse."""
+LEAST_SHIFT, APART = 0.1, 0.4
+"""Least such shift, and how far apart in logarithms those are for which there are inverses."""
+STEEP = 1e8
+"""Slope that no larger one differs from."""
+NEARLY_STICK = 1e-3
+"""Slope below which the preconditioner takes an element for one that sticks."""
+FAR, FARTHEST = 0.3, 1.2
+"""Angles of slip tractions: from the first they are turned on their bound, by the second at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialConditions:
+    """The tangential problem on a box, dimensionless.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    circulant : Circulant
+    known : ndarray, shape (c, ny, nx)
+        W, the known part of the shift.
+    bound : ndarray, shape (ny, nx)
+        g, zero outside the contact; or infinite in it.
+    forces : Forces
+    """
+
+    kernel: Kernel
+    circulant: Circulant
+    known: np.ndarray
+    bound: np.ndarray
+    forces: Forces
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """Where tractions can act."""
+        return self.bound > 0
+
+    @property
+    def linear(self) -> bool:
+        """Whether the bound is infinite."""
+        return bool(np.isinf(self.bound).any())
+
+    def projected(self, trial: np.ndarray) -> np.ndarray:
+        """The tractions of the natural map: trial tractions, cut off at the bound."""
+        size = lengths(trial)
+        beyond = size > self.bound
+        return trial * np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0)
+
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
+        """Tractions within the bound near given ones."""
+        return self.projected(traction)
+
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> TangentialSystem:
+        """Newton's equations, and their right-hand sides."""
+        size = lengths(trial)
+        slip = self.contact & (size > self.bound)
+        stick = self.contact & ~slip
+        along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
+        across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
+        slope = np.where(slip, size / np.where(slip, self.bound, 1.0) - 1.0, 0.0)
+        slope = np.minimum(slope, STEEP)
+        with np.errstate(invalid="ignore"):  # inf * 0
+            outward = np.where(slip, self.bound, 0.0) - np.sum(along * traction, axis=0)
+        turning = -np.sum(across * traction, axis=0) * (1 + slope)
+        right = np.where(stick, -shift, outward * along + turning * across)
+        return TangentialSystem(self, right, stick, along, across, slope, damping)
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialSystem:
+    """Newton's equations at given tractions.
+
+    Attributes
+    ----------
+    conditions : TangentialConditions
+    right : ndarray, shape (c, ny, nx)
+    stick : bool ndarray, shape (ny, nx)
+    along, across : ndarray, shape (c, ny, nx)
+        Unit vectors along the traction and across it where it slips, else zero.
+    slope : ndarray, shape (ny, nx)
+        Slip by the traction bound.
+    damping : float
+        Added to M.
+    """
+
+    conditions: TangentialConditions
+    right: np.ndarray
+    stick: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+    slope: np.ndarray
+    damping: float
+
+    @cached_property
+    def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        damped = self.slope + self.damping * (self.conditions.contact & ~self.stick)
+        fields = self.stick, self.along, self.across, damped
+        stick, along, across, slope = (field.astype(np.float32) for field in fields)
+        return stick, along, across, slope
+
+    def product(self, step: np.ndarray) -> np.ndarray:
+        """M times a step."""
+        return self.conditions.kernel(step)
+
+    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Left-hand sides for a step and M times the step."""
+        stick, along, across, slope = self._single
+        turned = dot(across, image) + slope * dot(across, step)
+        if self.damping:
+            image = image + np.float32(self.damping) * step
+        return stick * image + turned * across + dot(along, step) * along
+
+    def border(self, component: int) -> np.ndarray:
+        """Left-hand sides for a uniform shift along one component."""
+        stick, _, across, _ = self._single
+        rows = across * across[component]
+        rows[component] += stick
+        return rows
+
+    def precondition(self, right: np.ndarray) -> np.ndarray:
+        """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
+        stick, along, across, _ = self._single
+        inverses, weights = self._blend
+        free = stick * right + dot(across, right) * across
+        found = self.conditions.circulant.apply(inverses, free[:, None] * weights)
+        step = np.sum(found * weights, axis=1)
+        return stick * step + dot(across, step) * across + dot(along, right) * along
+
+    @cached_property
+    def _blend(self) -> tuple[np.ndarray, np.ndarray]:
+        """Inverses (m, k, ...) and the weights (k, ny, nx) of the fields they are applied to."""
+        contact, circulant = self.conditions.contact, self.conditions.circulant
+        slip = contact & ~self.stick
+        if not slip.any():
+            return circulant.stick[:, None], contact.astype(np.float32)[None]
+        shift = _rounded(max(float(np.quantile(self.slope[slip], QUANTILE)), LEAST_SHIFT))
+        inverses = circulant.pair(shift)
+        part = np.log1p(np.minimum(self.slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
+        size = self.conditions.kernel.row_size
+        steep = np.sqrt((size + shift) / (size + np.maximum(self.slope, shift))) * contact
+        return inverses, np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * steep]).astype(np.float32)
+
+    def bent(self, traction: np.ndarray, step: Step) -> Step:
+        """The step with slipping tractions turned on their bound, where they turn far; else the step itself."""
+        slip = self.conditions.contact & ~self.stick
+        bound = np.where(slip, self.conditions.bound, 1.0)
+        angle = dot(self.across, traction + step.traction) / bound
+        if not np.abs(angle).max(initial=0.0) > FAR:
+            return step
+        angle = np.clip(angle, -FARTHEST, FARTHEST)
+        turned = bound * (np.cos(angle) * self.along + np.sin(angle) * self.across) - traction
+        extra = np.where(self.stick | ~slip, 0.0, turned - step.traction)
+        shift = step.shift + self.conditions.kernel(extra.astype(np.float32))
+        return Step(step.traction + extra, shift, step.rigid, step.iterations)
+
+
+def _rounded(shift: float) -> float:
+    """One of the shifts for which there are inverses."""
+    return float(np.exp(APART * np.round(np.log(shift) / APART)))
+
+
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths (ny, nx) of vectors (c, ny, nx) of order one: without the care that very large or small ones need."""
+    return np.abs(vectors[0]) if len(vectors) == 1 else np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
+
+
+def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Scalar products (ny, nx) of vectors (c, ny, nx)."""
+    return np.sum(one * other, axis=0)
