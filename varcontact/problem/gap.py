@@ -138,9 +138,15 @@ def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
     return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
 
 
-def normal_residual(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> float:
-    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks."""
-    distance = problem.distance - rigid[0] + problem.operator.apply(pressure[None])[0]
+def normal_residual(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> float:
+    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
+
+    A p is taken from `elastic` where that is known already.
+    """
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
+    distance = problem.distance - rigid[0] + elastic
     image = np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
     residual = _relative(np.abs(pressure - image).max(), _worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
@@ -244,14 +250,16 @@ def _totals(points: np.ndarray, traction: np.ndarray) -> np.ndarray:
     return np.array([traction[0].sum(), traction[1].sum(), moment.sum()])
 
 
-def normal_gap(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
+def normal_gap(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> tuple[float, float]:
     """Duality gap of the normal problem, absolute and relative to ``p'A p`` (dimensionless).
 
     It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
     of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
-    ``sum(p*)``, ``(d - min h) / min A``.
+    ``sum(p*)``, ``(d - min h) / min A``. A p is taken from `elastic` where that is known already.
     """
-    elastic = problem.operator.apply(pressure[None])[0]
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
     total, approach = float(pressure.sum()), float(rigid[0])
     if problem.force is not None:
         level = problem.distance + elastic

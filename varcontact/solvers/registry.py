@@ -15,6 +15,7 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.matrix_free.normal import newton_normal
 from varcontact.solvers.matrix_free.tangential import newton_tangential
 
 NormalSolver = Callable[[NormalProblem, Settings, RawSolution | None], RawSolution]
@@ -23,6 +24,7 @@ TangentialSolver = Callable[[TangentialProblem, Settings, RawSolution | None], R
 NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start),
     "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
+    "newton": newton_normal,
 }
 TANG_EXACT = partial(tang, newton="exact")
 TANGENTIAL: dict[str, TangentialSolver] = {

@@ -29,17 +29,17 @@ class Kernel:
 
     numbers: np.ndarray
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, int]:
         """(ny, nx), the shape of the box."""
         return (self.numbers.shape[1] + 1) // 2, (self.numbers.shape[2] + 1) // 2
 
-    @property
+    @cached_property
     def row_size(self) -> float:
         """Euclidean length of a row of the matrix, the root mean square of the symbol."""
         return float(np.sqrt(np.mean(np.sum(self.numbers[[0, -1]] ** 2, axis=(1, 2), dtype=float))))
 
-    @property
+    @cached_property
     def skewness(self) -> float:
         """By how much more tractions act on what is ahead of them along x than on what is behind: 0 in a shift.
 

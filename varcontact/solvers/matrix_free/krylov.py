@@ -69,7 +69,22 @@ class Step:
     iterations: int
 
 
-def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, enough: float) -> Step:
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Room for the directions of GCR: theirs, of M times them, and of their images with the forces."""
+
+    directions: np.ndarray
+    products: np.ndarray
+    images: np.ndarray
+
+    @classmethod
+    def of(cls, size: int, forces: Forces) -> Room:
+        """For so many unknowns; no memory is taken before it is used."""
+        directions, products = (np.empty((MAX_DIRECTIONS, size), np.float32) for _ in range(2))
+        return cls(directions, products, np.empty((MAX_DIRECTIONS, size + len(forces.components)), np.float32))
+
+
+def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
     """Solve a Newton step's equations to a relative residual.
 
     Parameters
@@ -81,6 +96,8 @@ def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, 
         What the tractions lack of them, weighted.
     enough : float
         Relative residual to stop at.
+    room : Room
+        Overwritten.
 
     Notes
     -----
@@ -92,8 +109,7 @@ def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, 
     if length == 0:
         return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
-    directions, products = np.empty((2, MAX_DIRECTIONS, size), np.float32)
-    images = np.empty((MAX_DIRECTIONS, size + k), np.float32)
+    directions, products, images = room.directions, room.products, room.images
     rigid, triangle = np.zeros((MAX_DIRECTIONS, k)), np.zeros((MAX_DIRECTIONS, MAX_DIRECTIONS))
     along = np.zeros(MAX_DIRECTIONS)
     bordered = _Bordered(system, forces)
@@ -101,15 +117,15 @@ def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, 
     while count < MAX_DIRECTIONS and float(np.linalg.norm(residual)) > enough:
         direction, shifts = bordered.precondition(residual[:size].reshape(shape), residual[size:])
         product = system.product(direction)
-        image = np.concatenate([bordered.rows(product, direction, shifts).ravel(), bordered.sums(direction)])
-        old = images[:count]
+        image, old = images[count], images[:count]
+        image[:size], image[size:] = bordered.rows(product, direction, shifts).ravel(), bordered.sums(direction)
         known = old @ image
         image -= known @ old
         own = float(np.linalg.norm(image))
         if not own > LEAST:
             break
         image /= np.float32(own)
-        images[count], directions[count], products[count] = image, direction.ravel(), product.ravel()
+        directions[count], products[count] = direction.ravel(), product.ravel()
         rigid[count], triangle[:count, count], triangle[count, count] = shifts, known, own
         along[count] = image @ residual
         residual -= np.float32(along[count]) * image
@@ -128,7 +144,9 @@ class _Bordered:
         self.system, self.forces = system, forces
         self.borders = [system.border(i) for i in forces.components]
         self.steps = [system.precondition(border) for border in self.borders]
-        self.complement = np.array([self.sums(step) for step in self.steps], dtype=float).T
+        complement = np.array([self.sums(step) for step in self.steps], dtype=float).T
+        usable = complement.size > 0 and np.isfinite(complement).all()
+        self.inverse = np.linalg.pinv(complement) if usable else np.full_like(complement, np.nan)
 
     def sums(self, step: np.ndarray) -> np.ndarray:
         """The forces of a step, weighted, float32."""
@@ -139,7 +157,7 @@ class _Bordered:
         step = self.system.precondition(right)
         if not self.borders:
             return step, np.zeros(0)
-        shifts = np.linalg.lstsq(self.complement, self.sums(step) - lacking, rcond=None)[0]
+        shifts = self.inverse @ (self.sums(step) - lacking)
         for shift, other in zip(shifts, self.steps, strict=True):
             step = step - np.float32(shift) * other
         return step, shifts

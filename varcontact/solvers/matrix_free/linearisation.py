@@ -79,8 +79,8 @@ class TangentialConditions:
         slope = np.where(slip, size / np.where(slip, self.bound, 1.0) - 1.0, 0.0)
         slope = np.minimum(slope, STEEP)
         with np.errstate(invalid="ignore"):  # inf * 0
-            outward = np.where(slip, self.bound, 0.0) - np.sum(along * traction, axis=0)
-        turning = -np.sum(across * traction, axis=0) * (1 + slope)
+            outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
+        turning = -dot(across, traction) * (1 + slope)
         right = np.where(stick, -shift, outward * along + turning * across)
         return TangentialSystem(self, right, stick, along, across, slope, damping)
 
@@ -139,25 +139,27 @@ class TangentialSystem:
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
         stick, along, across, _ = self._single
-        inverses, weights = self._blend
+        inverses, weights, unweights = self._blend
         free = stick * right + dot(across, right) * across
         found = self.conditions.circulant.apply(inverses, free[:, None] * weights)
-        step = np.sum(found * weights, axis=1)
+        step = dot(found.swapaxes(0, 1), unweights[:, None])
         return stick * step + dot(across, step) * across + dot(along, right) * along
 
     @cached_property
-    def _blend(self) -> tuple[np.ndarray, np.ndarray]:
-        """Inverses (m, k, ...) and the weights (k, ny, nx) of the fields they are applied to."""
+    def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
         contact, circulant = self.conditions.contact, self.conditions.circulant
         slip = contact & ~self.stick
         if not slip.any():
-            return circulant.stick[:, None], contact.astype(np.float32)[None]
+            weights = contact.astype(np.float32)[None]
+            return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
         shift = _rounded(max(float(np.quantile(self.slope[slip], QUANTILE)), LEAST_SHIFT))
         inverses = circulant.pair(shift)
         part = np.log1p(np.minimum(self.slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
         size = self.conditions.kernel.row_size
         steep = np.sqrt((size + shift) / (size + np.maximum(self.slope, shift))) * contact
-        return inverses, np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * steep]).astype(np.float32)
+        weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * steep]).astype(np.float32)
+        return inverses, weights * circulant.growth, weights / circulant.growth
 
     def bent(self, traction: np.ndarray, step: Step) -> Step:
         """The step with slipping tractions turned on their bound, where they turn far; else the step itself."""
@@ -185,4 +187,8 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Scalar products (ny, nx) of vectors (c, ny, nx)."""
-    return np.sum(one * other, axis=0)
+    if len(one) == 1:
+        return one[0] * other[0]
+    product = one[0] * other[0]
+    product += one[1] * other[1]
+    return product

@@ -14,7 +14,8 @@ import numpy as np
 
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import Kernel
-from varcontact.solvers.matrix_free.krylov import Forces, Step, System
+from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
+from varcontact.solvers.matrix_free.linearisation import dot
 from varcontact.solvers.matrix_free.safeguard import Point, damped, forward_backward_forward, searched
 
 MAX_STEPS = 60
@@ -130,6 +131,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
     shift = _shift(conditions) if finest is None else finest.shift
     goal, damping, iterations, idle, guards = tol, 0.0, 0, 0, 0
     best, least = at, np.inf
+    room = Room.of(at.traction.size, conditions.forces)
     for count in range(MAX_STEPS):
         now = _measured(conditions, at)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
@@ -157,7 +159,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
         lacking = conditions.forces.lacking(at.traction)
         near = conditions.linear or now.residual <= NEAR * goal
         enough = float(np.clip(0.3 * goal / now.residual, FINE, ROUGH)) if near else ROUGH
-        step = krylov.gcr(system, system.right, conditions.forces, lacking, enough)
+        step = krylov.gcr(system, system.right, conditions.forces, lacking, enough, room)
         iterations += step.iterations
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
             idle = STUCK
@@ -187,8 +189,8 @@ def _measured(conditions: Conditions, at: Point) -> _Measure:
     trial = at.traction - at.shift
     image = conditions.projected(trial)
     error, lacking = at.traction - image, conditions.forces.lacking(at.traction)
-    square = np.sum(error**2, axis=0)
-    largest = float(np.sqrt(max(np.sum(at.traction**2, axis=0).max(), np.sum(image**2, axis=0).max())))
+    square = dot(error, error)
+    largest = float(np.sqrt(max(dot(at.traction, at.traction).max(), dot(image, image).max())))
     largest = largest if largest > 0 else 1.0
     residual = max(float(np.sqrt(square.max())), float(np.abs(lacking).max(initial=0.0))) / largest
     return _Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)

@@ -39,7 +39,7 @@ class Circulant:
 
     kernel: Kernel
 
-    @property
+    @cached_property
     def rolling(self) -> int:
         """1 or -1 where the bodies roll, by the direction; 0 in a shift."""
         skewness = self.kernel.skewness
@@ -53,8 +53,8 @@ class Circulant:
         return next_fast_len(int(WIDER * ny)), next_fast_len(int(WIDER * nx), real=True)
 
     @cached_property
-    def _growth(self) -> np.ndarray:
-        """The causal weight along x, (nx,)."""
+    def growth(self) -> np.ndarray:
+        """The causal weight along x, (nx,), all ones in a shift."""
         rate = self.rolling * np.log(CAUSAL) / self._box[1]
         return np.exp(-rate * np.arange(self.kernel.shape[1])).astype(np.float32)
 
@@ -100,13 +100,13 @@ class Circulant:
         return inverse
 
     def apply(self, inverses: np.ndarray, fields: np.ndarray) -> np.ndarray:
-        """Inverses (m, k, ...) times k fields (c, k, ny, nx)."""
+        """Inverses (m, k, ...) times k fields (c, k, ny, nx), both weighted: multiplied by `growth`."""
         from scipy import fft
 
         (ny, nx), (rows, columns) = self.kernel.shape, self._box
-        spectrum = fft.fft(fft.rfft(fields * self._growth, columns, axis=-1), rows, axis=-2, overwrite_x=True)
+        spectrum = fft.fft(fft.rfft(fields, columns, axis=-1), rows, axis=-2, overwrite_x=True)
         image = fft.ifft(weighted(inverses, spectrum), axis=-2, overwrite_x=True)[:, :, :ny]
-        return fft.irfft(image, columns, axis=-1)[..., :nx] / self._growth
+        return fft.irfft(image, columns, axis=-1)[..., :nx]
 
 
 def circulant(operator: GridOperator, shape: tuple[int, int]) -> Circulant:

@@ -53,7 +53,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     SceneError
         For a start of another problem.
     """
-    _check_start(problem, start)
+    check_start(start, problem.rigid_shift.shape, (problem.components,))
     posed = _Posed.of(problem)
     if posed is None:
         return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
@@ -72,15 +72,13 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     return replace(dense, iterations=iterations, status=f"{dense.status} densely") if found < known else raw
 
 
-def _check_start(problem: TangentialProblem, start: RawSolution | None) -> None:
+def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
+    """Refuse a start whose arrays have not the shapes of the problem."""
     if start is None:
         return
-    for name, found, wanted in (
-        ("traction", start.traction, problem.rigid_shift.shape),
-        ("rigid", start.rigid, (problem.components,)),
-    ):
+    for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
         if found.shape != wanted:
-            raise SceneError(f"start.{name}", f"array of shape {found.shape}", f"of this problem's shape, {wanted}")
+            raise SceneError(f"start.{name}", f"array of shape {found.shape}", f"of shape {wanted}, as the problem has")
 
 
 @dataclass(frozen=True, eq=False)
