@@ -69,6 +69,24 @@ class TangentialConditions:
         """Tractions within the bound near given ones."""
         return self.projected(traction)
 
+    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
+        free = list(self.forces.components)
+        trial = trial - self.forces.spread(change, len(trial))
+        size = lengths(trial)
+        beyond = size > self.bound
+        held = np.where(beyond, self.bound, size) * self.contact
+        part = np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0) * self.contact
+        across = np.array([-trial[1], trial[0]]) / np.where(size > 0, size, 1.0) if len(trial) == 2 else None
+        work = float(np.sum(held * (size - held / 2))) + float(self.forces.sums @ change)
+        lacking = self.forces.sums - self.forces.of(part * trial)
+        stuck = np.where(beyond, 0.0, part)
+        curvature = np.eye(len(free)) * stuck.sum()
+        if across is not None:
+            slipping = (part - stuck) * across[free]
+            curvature += np.einsum("iyx,jyx->ij", slipping, across[free])
+        return work, lacking, curvature
+
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> TangentialSystem:
         """Newton's equations, and their right-hand sides."""
         size = lengths(trial)

@@ -16,7 +16,7 @@ from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import Kernel
 from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
 from varcontact.solvers.matrix_free.linearisation import dot
-from varcontact.solvers.matrix_free.safeguard import Point, damped, forward_backward_forward, searched
+from varcontact.solvers.matrix_free.safeguard import Balancing, Point, balanced, damped, forward_backward_forward, searched
 
 MAX_STEPS = 60
 ROUGH, FINE = 0.3, 1e-2
@@ -41,7 +41,7 @@ class NewtonSystem(System, Protocol):
         """The step, better where tractions bend."""
 
 
-class Conditions(Protocol):
+class Conditions(Balancing, Protocol):
     """A contact problem on a box: what Newton's method has to know of it."""
 
     @property
@@ -128,7 +128,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
     finest : Finest, optional
         Where the answer is to be judged in double precision; else single precision is enough.
     """
-    shift = _shift(conditions) if finest is None else finest.shift
+    shift, forces = _shift(conditions) if finest is None else finest.shift, conditions.forces
     goal, damping, iterations, idle, guards = tol, 0.0, 0, 0, 0
     best, least = at, np.inf
     room = Room.of(at.traction.size, conditions.forces)
@@ -137,6 +137,11 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
             at = Point(at.traction, shift(at.traction, at.rigid), at.rigid, EXACT)
             now = _measured(conditions, at)
+        if forces.components and not conditions.linear and np.isfinite(now.merit):
+            there = balanced(conditions, at)
+            then = _measured(conditions, there)
+            if then.merit < now.merit:
+                at, now = there, then
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count, iterations, guards)
         if now.residual < least:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -16,6 +17,21 @@ GROWTH = 2.0
 LEAST_DAMPING, FIRST, LARGEST = 0.02, 0.1, 3.0
 NEGLIGIBLE = 1e-6
 """Length of a step of Tseng's below which it is not shortened any more."""
+
+
+BALANCING, BALANCED, LONGEST = 30, 1e-9, 2.0
+"""Steps to balance forces, at most; what they may lack of them; the longest step by the trial tractions."""
+
+
+class Balancing(Protocol):
+    """Conditions that know how forces change with rigid shifts."""
+
+    @property
+    def forces(self) -> Forces:
+        """Prescribed sums."""
+
+    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The work after a change of the rigid shifts (k,), its slope (k,) and its curvature (k, k)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +47,34 @@ class Point:
         """After a part of a step: E is linear, and no product needed."""
         traction = self.traction + part * step.traction
         return Point(traction, self.shift + part * step.shift, self.rigid + part * step.rigid, self.noise)
+
+
+def balanced(conditions: Balancing, at: Point) -> Point:
+    """The point with the rigid shifts at which the tractions of its natural map have the prescribed forces.
+
+    They are where a convex function is least, the work of these tractions against the shift and of the forces against
+    the rigid shift; by Newton's method, with steps shortened until it falls.
+    """
+    forces, trial = conditions.forces, at.traction - at.shift
+    change, identity = np.zeros(len(forces.components)), np.eye(len(forces.components))
+    work, lacking, stiffness = conditions.work(trial, change)
+    for _ in range(BALANCING):
+        if not np.abs(lacking).max(initial=0.0) > BALANCED * np.abs(forces.sums).max(initial=1.0):
+            break
+        direction = -np.linalg.solve(stiffness + 1e-12 * (1 + np.trace(stiffness)) * identity, lacking)
+        farthest = LONGEST * float(np.abs(trial).max() + np.abs(change).max())
+        length = min(1.0, farthest / float(np.abs(direction).max()))
+        while length > NEGLIGIBLE * NEGLIGIBLE:
+            there = conditions.work(trial, change + length * direction)
+            if there[0] <= work + 1e-4 * length * float(lacking @ direction):
+                break
+            length *= 0.3
+        else:
+            break
+        change = change + length * direction
+        work, lacking, stiffness = there
+    rigid = forces.spread(change, len(at.traction))
+    return Point(at.traction, at.shift + rigid, at.rigid + rigid, at.noise)
 
 
 def searched(at: Point, step: Step, merit: Callable[[Point], float], before: float) -> tuple[Point, float, float]:
