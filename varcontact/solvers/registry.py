@@ -34,6 +34,9 @@ TANGENTIAL: dict[str, TangentialSolver] = {
     "newton": newton_tangential,
 }
 
+MATRIX_FREE = ("newton",)
+"""Methods of either kind that form no matrix, and reach the tolerance that they are told."""
+
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
 """Called directly; others through the families."""
 

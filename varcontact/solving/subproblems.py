@@ -25,7 +25,7 @@ from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.marching import march
-from varcontact.solvers.registry import normal_solver, states_programs, tangential_solver
+from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solving.coupling import ContactState, alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.timing import Clock
@@ -181,7 +181,7 @@ class Steps:
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        mirror = mirror_of(problem)
+        mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
         if mirror is None:
             return self._solved(problem, start)
         halved = None if start is None else mirror.fold_solution(start)
@@ -193,7 +193,7 @@ class Steps:
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             "a grid with fewer elements would fit",
         )
-        if problem.no_slip:
+        if problem.no_slip and self.plan.tangential not in MATRIX_FREE:
             return no_slip(problem)
         solver = tangential_solver(self.plan.tangential)
         if self.plan.formulation == "marching":
@@ -203,7 +203,8 @@ class Steps:
                 raise SceneError(
                     "formulation", "gap", "another: the gap is not convex for so long elements and short dq"
                 )
-            raw = solver(problem, self._settings(UNPOLISHED * self.tol), start)
+            unpolished = 1.0 if self.plan.tangential in MATRIX_FREE else UNPOLISHED
+            raw = solver(problem, self._settings(unpolished * self.tol), start)
             missed = self.plan.fallback != "none" and self.plan.formulation == "none"
             missed = missed and tangential_residual(problem, raw.traction, raw.rigid) > self.tol
             return self._by_program(problem, raw) if missed else raw

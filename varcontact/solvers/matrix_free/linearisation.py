@@ -2,7 +2,7 @@
 
 With ``y = p - E`` the solution is ``p = Proj(y)``, the projection on the disk (or interval) of the traction bound g.
 Where ``|y| <= g`` the element sticks, and Newton's equation is ``M d = -E``. Elsewhere it slips: with n along y, t
-across it, and ``slope = (|y| - g)/g``, the equations are ``n.d = g - n.p`` and ``t.(M d) + slope t.d = -(t.p)|y|/g``.
+across it, and ``held = g/|y|``, the equations are ``n.d = g - n.p`` and ``held t.(M d) + (1 - held) t.d = -t.p``.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from varcontact.solvers.matrix_free.krylov import Forces, Step
 from varcontact.solvers.matrix_free.preconditioner import Circulant
 
 QUANTILE = 0.6
-"""Of the slopes of the slip area: the shift of its inverse."""
+"""Of slip by the traction bound in the slip area: the shift of its inverse."""
 LEAST_SHIFT, APART = 0.1, 0.4
 """Least such shift, and how far apart in logarithms those are for which there are inverses."""
 STEEP = 1e8
-"""Slope that no larger one differs from."""
+"""Slip by the traction bound that no larger one differs from."""
 NEARLY_STICK = 1e-3
-"""Slope below which the preconditioner takes an element for one that sticks."""
+"""Slip by the bound below which the preconditioner takes an element for one that sticks."""
 FAR, FARTHEST = 0.3, 1.2
 """Angles of slip tractions: from the first they are turned on their bound, by the second at most."""
 
@@ -94,13 +94,11 @@ class TangentialConditions:
         stick = self.contact & ~slip
         along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
         across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
-        slope = np.where(slip, size / np.where(slip, self.bound, 1.0) - 1.0, 0.0)
-        slope = np.minimum(slope, STEEP)
+        held = np.where(slip, np.maximum(self.bound / np.where(slip, size, 1.0), 1 / STEEP), 1.0)
         with np.errstate(invalid="ignore"):  # inf * 0
             outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
-        turning = -dot(across, traction) * (1 + slope)
-        right = np.where(stick, -shift, outward * along + turning * across)
-        return TangentialSystem(self, right, stick, along, across, slope, damping)
+        right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
+        return TangentialSystem(self, right, stick, along, across, held, damping)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +112,8 @@ class TangentialSystem:
     stick : bool ndarray, shape (ny, nx)
     along, across : ndarray, shape (c, ny, nx)
         Unit vectors along the traction and across it where it slips, else zero.
-    slope : ndarray, shape (ny, nx)
-        Slip by the traction bound.
+    held : ndarray, shape (ny, nx)
+        The traction bound by the size of the trial traction where it slips, else one.
     damping : float
         Added to M.
     """
@@ -125,15 +123,16 @@ class TangentialSystem:
     stick: np.ndarray
     along: np.ndarray
     across: np.ndarray
-    slope: np.ndarray
+    held: np.ndarray
     damping: float
 
     @cached_property
-    def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        damped = self.slope + self.damping * (self.conditions.contact & ~self.stick)
-        fields = self.stick, self.along, self.across, damped
-        stick, along, across, slope = (field.astype(np.float32) for field in fields)
-        return stick, along, across, slope
+    def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """In single precision; the last are the factors of ``t.d`` in its rows."""
+        own = 1 - self.held + self.damping * self.held
+        fields = self.stick, self.along, self.across, self.held, own
+        stick, along, across, held, own = (field.astype(np.float32) for field in fields)
+        return stick, along, across, held, own
 
     def product(self, step: np.ndarray) -> np.ndarray:
         """M times a step."""
@@ -141,24 +140,24 @@ class TangentialSystem:
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Left-hand sides for a step and M times the step."""
-        stick, along, across, slope = self._single
-        turned = dot(across, image) + slope * dot(across, step)
+        stick, along, across, held, own = self._single
+        turned = held * dot(across, image) + own * dot(across, step)
         if self.damping:
             image = image + np.float32(self.damping) * step
         return stick * image + turned * across + dot(along, step) * along
 
     def border(self, component: int) -> np.ndarray:
         """Left-hand sides for a uniform shift along one component."""
-        stick, _, across, _ = self._single
-        rows = across * across[component]
+        stick, _, across, held, _ = self._single
+        rows = across * (across[component] * held)
         rows[component] += stick
         return rows
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
-        stick, along, across, _ = self._single
+        stick, along, across, held, _ = self._single
         inverses, weights, unweights = self._blend
-        free = stick * right + dot(across, right) * across
+        free = stick * right + (dot(across, right) / held) * across
         found = self.conditions.circulant.apply(inverses, free[:, None] * weights)
         step = dot(found.swapaxes(0, 1), unweights[:, None])
         return stick * step + dot(across, step) * across + dot(along, right) * along
@@ -171,12 +170,14 @@ class TangentialSystem:
         if not slip.any():
             weights = contact.astype(np.float32)[None]
             return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
-        shift = _rounded(max(float(np.quantile(self.slope[slip], QUANTILE)), LEAST_SHIFT))
+        slope = np.where(slip, 1 / self.held - 1, 0.0)
+        shift = _rounded(max(float(np.quantile(slope[slip], QUANTILE)), LEAST_SHIFT))
         inverses = circulant.pair(shift)
-        part = np.log1p(np.minimum(self.slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
+        part = np.log1p(np.minimum(slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
         size = self.conditions.kernel.row_size
-        steep = np.sqrt((size + shift) / (size + np.maximum(self.slope, shift))) * contact
-        weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * steep]).astype(np.float32)
+        steep = np.sqrt((size + shift) / (size + np.maximum(slope, shift))) * contact
+        level = steep if circulant.rolling else np.sqrt((size + shift) / (size + slope)) * contact
+        weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * level]).astype(np.float32)
         return inverses, weights * circulant.growth, weights / circulant.growth
 
     def bent(self, traction: np.ndarray, step: Step) -> Step:

@@ -140,7 +140,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
         if forces.components and not conditions.linear and np.isfinite(now.merit):
             there = balanced(conditions, at)
             then = _measured(conditions, there)
-            if then.merit < now.merit:
+            if count == 0 or then.merit < now.merit:
                 at, now = there, then
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count, iterations, guards)
