@@ -97,7 +97,10 @@ def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
     ny, nx = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
     wrapped = np.zeros((len(numbers), *box), dtype=numbers.dtype)
     for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
-        for columns, to_columns in ((slice(0, nx - 1), slice(box[1] - nx + 1, None)), (slice(nx - 1, None), slice(0, nx))):
+        for columns, to_columns in (
+            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
+            (slice(nx - 1, None), slice(0, nx)),
+        ):
             wrapped[:, to_rows, to_columns] += numbers[:, rows, columns]
     return np.asarray(fft.fft(fft.rfft(wrapped, axis=-1), axis=-2, overwrite_x=True))
 

@@ -57,7 +57,7 @@ class TangentialConditions:
     @property
     def linear(self) -> bool:
         """Whether the bound is infinite."""
-        return bool(np.isinf(self.bound).any())
+        return bool(np.isinf(self.bound[self.contact]).all())
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         """The tractions of the natural map: trial tractions, cut off at the bound."""
@@ -87,7 +87,9 @@ class TangentialConditions:
             curvature += np.einsum("iyx,jyx->ij", slipping, across[free])
         return work, lacking, curvature
 
-    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> TangentialSystem:
+    def linearised(
+        self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
+    ) -> TangentialSystem:
         """Newton's equations, and their right-hand sides."""
         size = lengths(trial)
         slip = self.contact & (size > self.bound)
@@ -142,9 +144,9 @@ class TangentialSystem:
         """Left-hand sides for a step and M times the step."""
         stick, along, across, held, own = self._single
         turned = held * dot(across, image) + own * dot(across, step)
-        if self.damping:
-            image = image + np.float32(self.damping) * step
-        return stick * image + turned * across + dot(along, step) * along
+        stuck = image + np.float32(self.damping) * step if self.damping else image
+        rows: np.ndarray = stick * stuck + turned * across + dot(along, step) * along
+        return rows
 
     def border(self, component: int) -> np.ndarray:
         """Left-hand sides for a uniform shift along one component."""

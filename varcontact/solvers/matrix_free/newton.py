@@ -16,7 +16,14 @@ from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import Kernel
 from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
 from varcontact.solvers.matrix_free.linearisation import dot
-from varcontact.solvers.matrix_free.safeguard import Balancing, Point, balanced, damped, forward_backward_forward, searched
+from varcontact.solvers.matrix_free.safeguard import (
+    Balancing,
+    Point,
+    balanced,
+    damped,
+    forward_backward_forward,
+    searched,
+)
 
 MAX_STEPS = 60
 ROUGH, FINE = 0.3, 1e-2

@@ -1,12 +1,12 @@
 """Newton's method for the normal problem, without a matrix.
 
-With ``y = p - E``, E the deformed distance, the solution is ``p = max(y, 0)``. Where y is positive there is contact, and
-Newton's equation is ``A d = -E``; elsewhere it is ``d = -p``.
+With ``y = p - E``, E the deformed distance, the solution is ``p = max(y, 0)``. Where y is positive there is contact,
+and Newton's equation is ``A d = -E``; elsewhere it is ``d = -p``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,13 +14,13 @@ import numpy as np
 from varcontact.problem.gap import normal_gap, normal_residual
 from varcontact.problem.problem import NormalProblem, RawSolution, Settings
 from varcontact.solvers.active_set.norm import norm
+from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import Kernel, kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces, Step
 from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
 from varcontact.solvers.matrix_free.newton import newton, point
 from varcontact.solvers.matrix_free.preconditioner import Circulant, circulant
 from varcontact.solvers.matrix_free.safeguard import Point
-from varcontact.solvers.matrix_free.tangential import COARSE_TOL, DENSE, ROUNDED, check_start
 
 FIRST = 0.1
 """Part of the overlap, by an element's own influence, that is the first pressure where the approach is given."""
@@ -49,24 +49,20 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
         For a start of another problem.
     """
     check_start(start, problem.distance.shape, (1,))
+    if not np.isfinite(problem.distance).all():
+        return not_a_number(problem.distance.shape, 1)
     posed = _Posed.of(problem)
     if posed is None:
         return RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")
-    tol, raw = ROUNDED * settings.tol, None
-    if start is not None and np.isfinite(start.traction).all() and np.isfinite(start.rigid).all():
-        raw = posed.solved(posed.begun(start), tol)
-    if raw is None or not raw.solved:
-        at, steps = posed.approached()
-        again = posed.solved(at, tol)
-        raw = replace(again, iterations=again.iterations + steps + (0 if raw is None else raw.iterations))
-    if raw.solved or raw.status == "NotANumber" or problem.distance.size > DENSE:
-        return raw
-    dense = norm(problem, raw)
-    if not dense.solved:
-        dense = norm(problem, None, exchange="one")
-    known, found = (normal_residual(problem, one.traction, one.rigid) for one in (raw, dense))
-    iterations = raw.iterations + dense.iterations
-    return replace(dense, iterations=iterations, status=f"{dense.status} densely") if found < known else raw
+
+    def dense(near: RawSolution) -> RawSolution:
+        raw = norm(problem, near)
+        return raw if raw.solved else norm(problem, exchange="one")
+
+    def residual(raw: RawSolution) -> float:
+        return normal_residual(problem, raw.traction, raw.rigid)
+
+    return driven(posed, start, settings.tol, problem.distance.size, dense, residual)
 
 
 @dataclass(frozen=True, eq=False)

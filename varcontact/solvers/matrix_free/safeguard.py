@@ -36,7 +36,7 @@ class Balancing(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Tractions, their shift E, and the unknown rigid shifts (c, 1, 1); `noise` is the error of E by the largest |p|."""
+    """Tractions, their shift E, the unknown rigid shifts (c, 1, 1); `noise` is the error of E by the largest |p|."""
 
     traction: np.ndarray
     shift: np.ndarray
@@ -78,7 +78,7 @@ def balanced(conditions: Balancing, at: Point) -> Point:
 
 
 def searched(at: Point, step: Step, merit: Callable[[Point], float], before: float) -> tuple[Point, float, float]:
-    """The first part of a step that lowers the merit enough, or else the best of all; the point, its merit, the part."""
+    """The first part of a step that lowers the merit enough, or the best of all: the point, its merit, the part."""
     best, least, chosen = at, np.inf, 0.0
     for part in PARTS:
         there = at.moved(step, part)

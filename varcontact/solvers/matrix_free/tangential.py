@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.problem.gap import gap, project, tangential_residual
 from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
 from varcontact.solvers.active_set.tang import tang_safeguarded
+from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces
 from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
@@ -19,14 +20,8 @@ from varcontact.solvers.matrix_free.newton import newton, point
 from varcontact.solvers.matrix_free.preconditioner import circulant
 from varcontact.solvers.matrix_free.safeguard import Point
 
-COARSE_TOL = 1e-2
-"""Residual on all grids but the finest."""
 EXTRAPOLATED = 0.3
 """Part of the last change by a finer grid that is added when going to the next."""
-ROUNDED = 0.9
-"""Part of the tolerance to reach: others who judge the answer round differently."""
-DENSE = 2000
-"""Elements up to which a problem that Newton's method leaves unsolved is given to dense active sets."""
 
 
 def newton_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
@@ -53,32 +48,18 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     SceneError
         For a start of another problem.
     """
+    assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
     check_start(start, problem.rigid_shift.shape, (problem.components,))
+    if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
+        return not_a_number(problem.rigid_shift.shape, problem.components)
     posed = _Posed.of(problem)
     if posed is None:
         return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
-    tol, raw = ROUNDED * settings.tol, None
-    if start is not None and np.isfinite(start.traction).all() and np.isfinite(start.rigid).all():
-        raw = posed.solved(posed.begun(start), tol)
-    if raw is None or not raw.solved:
-        at, steps = posed.approached()
-        again = posed.solved(at, tol)
-        raw = replace(again, iterations=again.iterations + steps + (0 if raw is None else raw.iterations))
-    if raw.solved or raw.status == "NotANumber" or problem.size > DENSE:
-        return raw
-    dense = tang_safeguarded(problem)
-    known, found = (tangential_residual(problem, one.traction, one.rigid) for one in (raw, dense))
-    iterations = raw.iterations + dense.iterations
-    return replace(dense, iterations=iterations, status=f"{dense.status} densely") if found < known else raw
 
+    def residual(raw: RawSolution) -> float:
+        return tangential_residual(problem, raw.traction, raw.rigid)
 
-def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
-    """Refuse a start whose arrays have not the shapes of the problem."""
-    if start is None:
-        return
-    for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
-        if found.shape != wanted:
-            raise SceneError(f"start.{name}", f"array of shape {found.shape}", f"of shape {wanted}, as the problem has")
+    return driven(posed, start, settings.tol, problem.size, lambda _: tang_safeguarded(problem), residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +121,7 @@ class _Posed:
     def approached(self) -> tuple[Point, int]:
         """From coarser grids, the coarsest begun without traction; also the Newton steps taken there."""
         grids = [self.conditions]
-        while has_coarser(grids[-1].bound.shape) and not self.problem.no_slip:
+        while has_coarser(grids[-1].bound.shape) and np.isfinite(self.problem.bound).all():
             grids.append(self.coarser(grids[-1]))
         coarse = grids.pop()
         at, steps, expected = point(coarse, np.zeros_like(coarse.known), np.zeros((len(coarse.known), 1, 1))), 0, None
