@@ -7,7 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-MAX_DIRECTIONS = 60
+FEWEST, MOST = 60, 240
+"""Directions, at most: of very large problems, and of all others."""
+ROOM = 2e7
+"""Numbers that all directions together may have, as long as they are not too few."""
 LEAST = 1e-7
 """Length of a new direction, of itself, below which it is made of rounding."""
 
@@ -80,8 +83,9 @@ class Room:
     @classmethod
     def of(cls, size: int, forces: Forces) -> Room:
         """For so many unknowns; no memory is taken before it is used."""
-        directions, products = (np.empty((MAX_DIRECTIONS, size), np.float32) for _ in range(2))
-        return cls(directions, products, np.empty((MAX_DIRECTIONS, size + len(forces.components)), np.float32))
+        most = int(np.clip(ROOM / size, FEWEST, MOST))
+        directions, products = (np.empty((most, size), np.float32) for _ in range(2))
+        return cls(directions, products, np.empty((most, size + len(forces.components)), np.float32))
 
 
 def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
@@ -110,11 +114,11 @@ def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, 
         return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
     directions, products, images = room.directions, room.products, room.images
-    rigid, triangle = np.zeros((MAX_DIRECTIONS, k)), np.zeros((MAX_DIRECTIONS, MAX_DIRECTIONS))
-    along = np.zeros(MAX_DIRECTIONS)
+    most = len(images)
+    rigid, triangle, along = np.zeros((most, k)), np.zeros((most, most)), np.zeros(most)
     bordered = _Bordered(system, forces)
     count = 0
-    while count < MAX_DIRECTIONS and float(np.linalg.norm(residual)) > enough:
+    while count < most and float(np.linalg.norm(residual)) > enough:
         direction, shifts = bordered.precondition(residual[:size].reshape(shape), residual[size:])
         product = system.product(direction)
         image, old = images[count], images[:count]

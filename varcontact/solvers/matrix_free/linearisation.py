@@ -144,7 +144,7 @@ class TangentialSystem:
         """Left-hand sides for a step and M times the step."""
         stick, along, across, held, own = self._single
         turned = held * dot(across, image) + own * dot(across, step)
-        stuck = image + np.float32(self.damping) * step if self.damping else image
+        stuck: np.ndarray = image + np.float32(self.damping) * step if self.damping else image
         rows: np.ndarray = stick * stuck + turned * across + dot(along, step) * along
         return rows
 

@@ -33,7 +33,7 @@ NEAR = 30.0
 NOISE, EXACT = 3e-7, 1e-15
 """Error of the shift in single and in double precision, by the largest traction."""
 STUCK, IDLE = 6, 0.999
-"""Steps without gain after which others are taken, and what no gain is."""
+"""How many more steps without gain than with it lead to others, and what no gain is."""
 GUARD_STEPS, GUARD_DAMPING = 20, 0.3
 
 
@@ -135,7 +135,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
     finest : Finest, optional
         Where the answer is to be judged in double precision; else single precision is enough.
     """
-    shift, forces = _shift(conditions) if finest is None else finest.shift, conditions.forces
+    shift = _shift(conditions) if finest is None else finest.shift
     goal, damping, iterations, idle, guards = tol, 0.0, 0, 0, 0
     best, least = at, np.inf
     room = Room.of(at.traction.size, conditions.forces)
@@ -144,7 +144,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
             at = Point(at.traction, shift(at.traction, at.rigid), at.rigid, EXACT)
             now = _measured(conditions, at)
-        if forces.components and not conditions.linear and np.isfinite(now.merit):
+        if conditions.forces.components and (count == 0 or damping > 0) and not conditions.linear:
             there = balanced(conditions, at)
             then = _measured(conditions, there)
             if count == 0 or then.merit < now.merit:
@@ -181,7 +181,7 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
         at, merit, part = searched(at, step, lambda there: _measured(conditions, there).merit, now.merit)
         at = Point(at.traction, at.shift, at.rigid, noise)
         damping = damped(damping, part, merit / now.merit)
-        idle = idle + 1 if merit >= IDLE * now.merit else 0
+        idle = idle + 1 if merit >= IDLE * now.merit else max(idle - 1, 0)
     if finest is not None:
         traction = conditions.admissible(best.traction, best.traction - best.shift)
         best = Point(traction, shift(traction, best.rigid), best.rigid, EXACT)

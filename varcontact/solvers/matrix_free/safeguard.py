@@ -12,7 +12,7 @@ from varcontact.solvers.matrix_free.krylov import Forces, Step
 
 PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
 """Of a step, tried one after the other."""
-GROWTH = 2.0
+GROWTH = 1.0
 """By which the merit may grow in a step for which none of these lowers it."""
 LEAST_DAMPING, FIRST, LARGEST = 0.02, 0.1, 3.0
 NEGLIGIBLE = 1e-6
