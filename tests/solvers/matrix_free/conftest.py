@@ -107,10 +107,8 @@ def random_normal(seed, line=False):
     distance += rng.choice([0.0, 0.05]) * rng.normal(size=x.shape) + rng.choice([0.0, 0.1]) * np.sin(6 * x + 4 * y)
     distance = (distance - distance.min()).ravel()
     nu = float(rng.choice([0.0, 0.3, 0.5]))
-    if line:
-        operator = strip_operator(grid, "z", "z", nu=nu, depth=8.0)
-    else:
-        operator = influence_operator(grid, "z", "z", nu=nu)
+    deep = strip_operator(grid, "z", "z", nu=nu, depth=8.0) if line else None
+    operator = influence_operator(grid, "z", "z", nu=nu) if deep is None else deep
     elements = np.flatnonzero(rng.random(grid.size) > rng.choice([0.0, 0.1]))
     elements = elements if elements.size else np.arange(grid.size)
     given = float(rng.uniform(0.02, 0.5))

@@ -30,7 +30,7 @@ def check_exact(problem, raw, agree=1e-7):
     np.testing.assert_allclose(raw.traction, dense.traction, rtol=0, atol=agree * scale)
 
 
-@pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 81, 9)])
+@pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
 def test_equals_the_dense_answer(tangential_problem, seeds):
     """On random problems, each batch with every shape; none of them needs the dense fallback."""
     for seed in seeds:
@@ -82,7 +82,7 @@ def test_units_do_not_matter(tangential_problem):
 
 @pytest.mark.parametrize(("axis", "signs"), [(2, (1, -1)), (3, (-1, 1))])
 def test_mirror_and_direction(tangential_problem, axis, signs):
-    """The mirror image of a problem has the mirror image of its solution; along x, particles then roll the other way."""
+    """The mirror image of a problem has the mirror image of its solution; along x, it then rolls the other way."""
     problem = tangential_problem(5, shape="wavy", rolling=True, carried=0.0, step=1.0)
     whole, signs = problem.operator.grid_operator, np.array(signs, dtype=float)
     ny, nx = whole.shape
@@ -146,24 +146,32 @@ def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch,
     check_exact(problem, raw)
 
 
-def test_where_no_linear_solve_is_right_active_sets_are_asked(tangential_problem, monkeypatch):
-    """And where that would be too large, what there is comes back as what it is."""
+def lost(system, right, forces, lacking, enough, room):
+    """A linear solve that is nothing but noise."""
+    step = 1e3 * np.random.default_rng(0).normal(size=right.shape) * system.conditions.contact
+    return krylov.Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
+
+
+def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
+    """Tseng's steps alone come to the tolerance on a small problem; without them active sets are asked, if few enough.
+
+    Where they are not asked what there is comes back as what it is.
+    """
     problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
-    nothing = np.zeros_like(problem.rigid_shift)
-
-    def lost(system, right, forces, lacking, enough, room):
-        step = 1e3 * np.random.default_rng(0).normal(size=right.shape) * system.conditions.contact
-        return krylov.Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
-
     monkeypatch.setattr(krylov, "gcr", lost)
+    raw = newton_tangential(problem, SETTINGS)
+    assert raw.status == "Solved"
+    check_exact(problem, raw)
+
+    monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
     raw = newton_tangential(problem, SETTINGS)
     assert raw.status == "Solved densely"
     check_exact(problem, raw)
+
     monkeypatch.setattr("varcontact.solvers.matrix_free.drive.DENSE", 0)
     raw = newton_tangential(problem, SETTINGS)
     assert raw.status == "MaxIterations" and not raw.solved
-    best = tangential_residual(problem, raw.traction, raw.rigid)
-    assert SETTINGS.tol < best < tangential_residual(problem, nothing, np.zeros(2))
+    assert tangential_residual(problem, raw.traction, raw.rigid) > SETTINGS.tol
 
 
 def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):

@@ -25,7 +25,7 @@ from varcontact.solvers.matrix_free.safeguard import (
     searched,
 )
 
-MAX_STEPS = 60
+MAX_STEPS = 100
 ROUGH, FINE = 0.3, 1e-2
 """Relative residuals of the linear equations: far from the solution, and at most."""
 NEAR = 30.0

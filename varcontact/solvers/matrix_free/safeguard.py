@@ -95,7 +95,7 @@ def searched(at: Point, step: Step, merit: Callable[[Point], float], before: flo
 def damped(damping: float, part: float, ratio: float) -> float:
     """The damping of the next step, after one of which a part was taken and which changed the merit by a ratio."""
     if part < 0.5 or ratio > 0.9:
-        return min(max(3 * damping, FIRST), LARGEST)
+        return min(max(2 * damping, FIRST), LARGEST)
     return damping / 5 if damping > LEAST_DAMPING else 0.0
 
 
