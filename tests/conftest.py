@@ -5,12 +5,16 @@ import dataclasses
 from pathlib import Path
 
 import hypothesis
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import varcontact as vc
 from varcontact.elasticity.operators import influence_operator
+from varcontact.problem import operators
 
+mpl.use("Agg")
 DATA = Path(__file__).parent / "data"
 
 hypothesis.settings.register_profile("default", deadline=None, derandomize=True, print_blob=True)
@@ -31,6 +35,19 @@ def rolling():
     return lambda **changes: dataclasses.replace(base, **changes)
 
 
+@pytest.fixture
+def pictures(monkeypatch):
+    """The figures that are written to files during a test, in their order."""
+    written, write = [], Figure.savefig
+
+    def savefig(figure, *arguments, **options):
+        write(figure, *arguments, **options)
+        written.append(figure)
+
+    monkeypatch.setattr(Figure, "savefig", savefig)
+    return written
+
+
 @pytest.fixture(scope="session")
 def paper_table():
     """A function: a table of the paper as a list of dictionaries of floats."""
@@ -40,6 +57,22 @@ def paper_table():
             return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
 
     return read
+
+
+@pytest.fixture
+def built(monkeypatch):
+    """The tables of influence numbers that are built from now on: (name, operator), named as in a plan."""
+    tables, make = [], operators.influence_operator
+
+    def counted(grid, rows, columns, **constants):
+        operator = make(grid, rows, columns, **constants)
+        block = f"{'z' if rows == 'z' else 't'}{'z' if columns == 'z' else 't'}"
+        name = f"A_{block}" + (f" - C_{block}" if constants.get("lag") is not None else "")
+        tables.append((f"C_{block}" if constants.get("offset") else name, operator))
+        return operator
+
+    monkeypatch.setattr(operators, "influence_operator", counted)
+    return tables
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,17 @@
-"""The command line as a process: output, files, exit statuses, and no traceback ever."""
+"""The command line: output, files, exit statuses, and no traceback ever; as a process where that matters."""
 
 import json
 import os
 import subprocess
 import sys
+import sysconfig
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.command import run
 
 SCENE = """
 normal_force = 1.0
@@ -27,13 +30,6 @@ vx = 0.05
 nx = 8
 ny = 8
 """
-
-
-def run(*arguments, folder):
-    return subprocess.run(
-        [sys.executable, "-m", "varcontact", *map(str, arguments)],
-        cwd=folder, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "MPLBACKEND": "Agg"},
-    )  # fmt: skip
 
 
 def test_law_of_friction(folder):
@@ -58,6 +54,23 @@ def test_law_of_friction(folder):
 def folder(tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE)
     return tmp_path
+
+
+def untimed(report):
+    """The lines of a report but for that of seconds, which differ from run to run."""
+    return [line for line in report.splitlines() if not line.startswith("  time ")]
+
+
+def test_installed_command(folder):
+    """As processes: the report that this one makes, and an error on one line with its exit status."""
+    script = str(Path(sysconfig.get_path("scripts")) / "varcontact")
+    done = subprocess.run([script, "solve", "scene.toml"], cwd=folder, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert untimed(done.stdout) == untimed(run("solve", "scene.toml", folder=folder).stdout)
+    module = [sys.executable, "-m", "varcontact", "plan", "none.toml"]
+    refused = subprocess.run(module, cwd=folder, capture_output=True, text=True, check=False)
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert len(refused.stderr.splitlines()) == 1 and "none.toml" in refused.stderr
 
 
 def test_json(folder):
@@ -118,13 +131,14 @@ def test_bad_input_of_a_plan(folder, scene, options, words):
     assert all(word in done.stderr for word in words)
 
 
-def test_report_file_and_picture(folder):
+def test_report_file_and_picture(folder, pictures):
     done = run("solve", "scene.toml", "--out", "result.nc", "--plot", "result.png", folder=folder)
     assert done.returncode == 0, done.stderr
     assert "certificate" in done.stdout
     assert "relative gap" in done.stdout
     assert vc.load(folder / "result.nc").normal_force == pytest.approx(1.0)
     assert (folder / "result.png").read_bytes().startswith(b"\x89PNG")
+    assert pictures[0].axes[0].images[0].get_array().max() == vc.load(folder / "result.nc").pressure.max()
     assert sorted(os.listdir(folder)) == ["result.nc", "result.png", "scene.toml"], "nothing half-written is left"
 
 
@@ -146,9 +160,10 @@ def test_options_go_before_the_file(folder):
         (SCENE, ("--tol", "-1"), ["tol", "-1"]),
         (SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
         (SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
-        (SCENE, ("--out", "a.png", "--plot", "a.png"), ["--plot", "a.png", "--out"]),
-        (SCENE, ("--out", "a.png", "--plot", "../{folder}/a.png"), ["--plot", "a.png", "--out"]),
-        (SCENE, ("--out", "a" * 300), ["--out", "cannot be written"]),
+        (SCENE, ("--out", "a.csv"), ["--out = 'a.csv'", "written as netCDF", "must end in .nc"]),
+        (SCENE, ("--out", "a"), ["--out = 'a'", "must end in .nc"]),
+        (SCENE, ("--out", "a.png", "--plot", "a.png"), ["--out = 'a.png'", "must end in .nc"]),
+        (SCENE, ("--out", "a" * 300 + ".nc"), ["--out", "cannot be written"]),
         (SCENE.replace("nx = 8", "nx = 100000000"), (), ["grid of this size", "GiB"]),
         ("a = " + "[" * 5000 + "]" * 5000, (), ["scene.toml", "nested too deep"]),
         (SCENE + "[solve]\npolish = 0\n", (), ["polish", "true or false"]),
@@ -202,16 +217,36 @@ def test_json_has_no_nan_where_numbers_overflow(folder):
     assert strict(done.stdout)["converged"] is False
 
 
-@pytest.mark.parametrize("options", [(), ("--json", "--out", "a.nc")])
-def test_reader_that_has_gone(folder, options):
-    """As in ``varcontact solve ... | true``: no complaint, and the files are written."""
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("solve", "scene.toml"),
+        ("solve", "scene.toml", "--json", "--out", "a.nc"),
+        ("plan", "scene.toml"),
+        ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv"),
+        ("converge", "scene.toml", "--cells", "4,5,6", "--offsets", "1", "--store", "a.csv"),
+        ("--version",),
+    ],
+)
+def test_reader_that_has_gone(folder, arguments):
+    """As in ``varcontact ... | true``: no complaint, and the files are written."""
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "varcontact", "solve", "scene.toml", *options]
+    command = [sys.executable, "-m", "varcontact", *arguments]
     done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writing)
     assert (done.returncode, done.stderr) == (0, "")
-    assert sorted(os.listdir(folder)) == (["a.nc", "scene.toml"] if options else ["scene.toml"])
+    assert sorted(os.listdir(folder)) == sorted({"scene.toml", *(name for name in arguments if name.startswith("a."))})
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("solve", "--help")])
+def test_reader_of_help_that_has_gone(folder, arguments):
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "varcontact", *arguments]
+    done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writing)
+    assert done.stderr == ""
 
 
 def test_output_that_cannot_be_written(folder):
@@ -252,7 +287,7 @@ def test_unwritable_place(folder):
     assert np.all([name in ("scene.toml", "locked") for name in os.listdir(folder)])
 
 
-def test_compare(folder):
+def test_compare(folder, pictures):
     """A table for people and one for programs, with the reason of each method that did not run."""
     methods = "tang-safeguarded,fastsim,cvxpy:CVXOPT"
     done = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--plot", "t.png", folder=folder)
@@ -266,6 +301,7 @@ def test_compare(folder):
     ]
     assert "pip install cvxopt" in lines[5]
     assert (folder / "t.png").read_bytes()[:4] == b"\x89PNG"
+    assert [entry.get_text() for entry in pictures[0].legends[0].get_texts()] == ["tang-safeguarded", "fastsim"]
     again = run("compare", "scene.toml", "--methods", methods, "--out", "t.csv", "--json", folder=folder)
     rows = json.loads(again.stdout)
     assert [row["method"] for row in rows] == methods.split(",")
@@ -284,6 +320,7 @@ def test_compare(folder):
         (["scene.toml", "scene.toml"], ["scenes", "each file once"]),
         ([], ["scenes", "--bank"]),
         (["scene.toml", "--out", "none/t.csv"], ["--out", "no folder"]),
+        (["scene.toml", "--out", "t.txt"], ["--out = 't.txt'", "tables are written as CSV"]),
     ],
 )
 def test_compare_refuses(folder, arguments, words):
@@ -292,6 +329,16 @@ def test_compare_refuses(folder, arguments, words):
     assert "Traceback" not in done.stderr
     assert all(word in done.stderr for word in words), done.stderr
     assert {path.name for path in folder.iterdir()} == {"scene.toml"}
+
+
+def test_compare_refuses_a_history(folder):
+    history = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 3\ndq = 0.1')
+    surface = 'kind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
+    (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
+    done = run("compare", "scene.toml", "history.toml", folder=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "motion of scene 'history' = 'Transient' is not allowed" in done.stderr
+    assert "methods are compared on one problem, not a history" in done.stderr
 
 
 def test_methods_and_formulation_from_the_command_line(folder):
@@ -313,25 +360,17 @@ def test_a_solver_without_polish_that_is_not_exact_enough(folder):
     assert json.loads(done.stdout)["converged"] is False
 
 
-def test_table_and_picture_of_a_comparison_are_two_files(folder):
-    (folder / "scene.toml").write_text(SCENE)
-    done = run("compare", "scene.toml", "--methods", "tang", "--out", "a.png", "--plot", "a.png", folder=folder)
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", "scene.toml", "--methods", "tang", "--out", "a.png"),
+        ("converge", "scene.toml", "--cells", "6,8,10", "--store", "a.nc"),
+    ],
+)
+def test_tables_are_csv_files(folder, arguments):
+    done = run(*arguments, folder=folder)
     assert done.returncode == 2
-    assert "--plot" in done.stderr
-    assert not (folder / "a.png").exists()
-
-
-def test_extremes(folder):
-    done = run("extremes", "--only", "approach 1e-12", "--out", "table.csv", folder=folder)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "pressing, approach 1e-12" in done.stdout and "0 FAILED" in done.stdout
-    again = run("extremes", "--only", "approach 1e-12", "--out", "table.csv", "--json", folder=folder)
-    rows = json.loads(again.stdout)
-    assert {row["verdict"] for row in rows} == {"passed"}
-    assert {row["family"] for row in rows} >= {"default", "conic", "active set"}
-
-
-def test_extremes_of_which_there_are_none(folder):
-    done = run("extremes", "--only", "nonsense", folder=folder)
-    assert done.returncode == 2
-    assert "only = 'nonsense' is not allowed" in done.stderr
+    assert (
+        f"{arguments[-2]} = '{arguments[-1]}': tables are written as CSV, and the name must end in .csv" in done.stderr
+    )
+    assert os.listdir(folder) == ["scene.toml"]

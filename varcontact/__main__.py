@@ -2,5 +2,5 @@
 
 from varcontact.cli import main
 
-if __name__ == "__main__":  # not in the processes of `varcontact.study.worker`, which import this anew
+if __name__ == "__main__":
     main()

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from typing import Self
-
-    from varcontact.results.history import History
-    from varcontact.results.solution import Solution
+from typing import Any, Self
 
 
 class VarcontactError(Exception):
@@ -23,9 +17,9 @@ class VarcontactError(Exception):
     """
 
     step: int | None = None
-    history: History | None = None
+    history: Any = None
 
-    def in_step(self, step: int, history: History) -> Self:
+    def in_step(self, step: int, history: Any) -> Self:
         """The same error, saying in which step of a history."""
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
@@ -42,17 +36,21 @@ class SceneError(VarcontactError):
     value : object
         What was given.
     allowed : str
-        What would have been allowed, in words.
+        What would have been allowed, in words that complete "must be".
+    message : str
+        The whole message, where a sentence of its own says it better.
 
     Examples
     --------
     >>> print(SceneError("bodies.nu", 0.7, "a number in (-1, 0.5]"))
     bodies.nu = 0.7 is not allowed: must be a number in (-1, 0.5]
+    >>> print(SceneError("coupling", "joint", message="coupling: the bodies are alike (K = 0), nothing couples"))
+    coupling: the bodies are alike (K = 0), nothing couples
     """
 
-    def __init__(self, field: str, value: Any, allowed: str) -> None:
+    def __init__(self, field: str, value: Any, allowed: str = "", *, message: str = "") -> None:
         self.field, self.value, self.allowed = field, value, allowed
-        super().__init__(f"{field} = {_short(value)} is not allowed: must be {allowed}")
+        super().__init__(message or f"{field} = {_short(value)} is not allowed: must be {allowed}")
 
 
 class NoContact(SceneError):
@@ -92,7 +90,7 @@ class NotConverged(VarcontactError):
         Its natural-map residual.
     """
 
-    def __init__(self, message: str, residual: float, solution: Solution | None = None) -> None:
+    def __init__(self, message: str, residual: float, solution: Any = None) -> None:
         self.residual, self.solution = residual, solution
         super().__init__(f"{message} (last residual {residual:.3g})")
 
@@ -118,8 +116,8 @@ class Interrupted(KeyboardInterrupt):
 
     Attributes
     ----------
-    partial : Convergence or History
-        The study, or the history, as far as it got.
+    partial : Convergence, DataFrame or History
+        The study, the table or the history, as far as it got.
     """
 
     def __init__(self, partial: Any, finished: str = "") -> None:

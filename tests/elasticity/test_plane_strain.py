@@ -6,7 +6,7 @@ from scipy.integrate import quad
 
 import varcontact as vc
 from varcontact.elasticity.halfspace import influence_numbers
-from varcontact.elasticity.operators import influence_operator, strip_operator
+from varcontact.elasticity.operators import influence_operator
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 
 NU, K, DEPTH = 0.28, 0.17, 7.0
@@ -67,7 +67,7 @@ def test_betti_and_positive_definiteness():
     """As an operator all nine blocks together are symmetric; positive definite where the depth is a length or more."""
     for nx, depth in ((12, 12.0), (60, 60.0), (60, 1e6)):
         grid = vc.Grid(nx=nx, dx=1.0, x0=0.0)
-        matrix = strip_operator(grid, "xyz", "xyz", nu=NU, K=K, depth=depth).dense(np.arange(nx))
+        matrix = influence_operator(grid, "xyz", "xyz", nu=NU, K=K, depth=depth).dense(np.arange(nx))
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-15 * np.abs(matrix).max())
         assert np.linalg.eigvalsh(matrix).min() > 0
 
@@ -76,7 +76,8 @@ def test_steady_rolling_is_monotone_and_knows_no_depth():
     grid = vc.Grid(nx=80, dx=0.025, x0=-1.0)
     for lag in (0.025, 0.05, 0.0125):
         first, second = (
-            strip_operator(grid, "xy", "xy", nu=NU, depth=depth, lag=lag).dense(np.arange(80)) for depth in (2.0, 1e4)
+            influence_operator(grid, "xy", "xy", nu=NU, depth=depth, lag=lag).dense(np.arange(80))
+            for depth in (2.0, 1e4)
         )
         np.testing.assert_allclose(first, second, atol=1e-13 * np.abs(first).max())
         assert np.linalg.eigvalsh(first + first.T).min() > 0
@@ -84,7 +85,7 @@ def test_steady_rolling_is_monotone_and_knows_no_depth():
 
 def test_products_by_fft_are_those_of_the_matrix():
     grid = vc.Grid(nx=37, dx=0.1, x0=3.0)
-    operator = strip_operator(grid, "xyz", "xyz", nu=NU, K=K, depth=DEPTH, lag=0.1)
+    operator = influence_operator(grid, "xyz", "xyz", nu=NU, K=K, depth=DEPTH, lag=0.1)
     tractions = np.random.default_rng(5).normal(size=(3, 1, 37))
     expected = operator.dense(np.arange(37)) @ tractions.ravel()
     np.testing.assert_allclose(operator.apply(tractions).ravel(), expected, atol=1e-14 * np.abs(expected).max())
@@ -96,7 +97,7 @@ def test_a_row_of_rectangles_is_the_strips_operator():
     strips = vc.Grid(nx=9, dx=1.0, x0=0.0)
     for rows, columns, allowed in (("xy", "xy", 1e-9), ("xy", "z", 4 * K / np.pi * 1.01e-6)):
         long = influence_operator(row, rows, columns, nu=NU, K=K, lag=1.0).table
-        strip = strip_operator(strips, rows, columns, nu=NU, K=K, depth=DEPTH, lag=1.0).table
+        strip = influence_operator(strips, rows, columns, nu=NU, K=K, depth=DEPTH, lag=1.0).table
         np.testing.assert_allclose(long, strip, rtol=0, atol=allowed)
 
 

@@ -8,7 +8,6 @@ import pytest
 
 import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
-from varcontact.problem import discretisation
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))
 POINTS = np.linspace(-2.0, 2.0, 41)
@@ -45,6 +44,8 @@ HERTZIAN = {
     "law": ({"friction": FALLING}, {}),
     "law, pure vx": ({"friction": FALLING, "motion": vc.Steady(vx=0.05)}, {}),
     "law, fastsim": ({"friction": FALLING}, {"tangential": "fastsim"}),
+    "fastsim-weighted": ({}, {"tangential": "fastsim-weighted"}),
+    "law, fastsim-weighted-elliptic": ({"friction": FALLING}, {"tangential": "fastsim-weighted-elliptic"}),
     "linear": ({}, {"tangential": "linear"}),
     "line": ({**LINE, "motion": vc.Steady(vx=0.05, vy=0.02)}, {}),
     "line, vx": ({**LINE, "motion": vc.Steady(vx=0.05)}, {}),
@@ -69,32 +70,18 @@ SCENES = {**HERTZIAN, **SOLVED_FOR}
 
 
 @pytest.fixture
-def assembled(monkeypatch):
+def assembled(built, monkeypatch):
     """What is assembled from now on: lists of operators by the plan's names, and of dense blocks of them."""
-    operators, blocks = [], []
-
-    def counting(make):
-        def made(grid, rows, columns, **constants):
-            operator = make(grid, rows, columns, **constants)
-            block = f"{'z' if rows == 'z' else 't'}{'z' if columns == 'z' else 't'}"
-            name = f"A_{block}" + (f" - C_{block}" if constants.get("lag") is not None else "")
-            name = f"C_{block}" if constants.get("offset") else name
-            operators.append((name, operator))
-            return operator
-
-        return made
+    blocks, assemble = [], GridOperator.dense
 
     def dense(self, elements, loaded=None):
         matrix = assemble(self, elements, loaded)
-        name = next(name for name, of in operators if of is self or self in of.__dict__.get("_parts", {}).values())
+        name = next(name for name, of in built if of is self or self in of.__dict__.get("_parts", {}).values())
         blocks.append((name, matrix.shape))
         return matrix
 
-    assemble = GridOperator.dense
     monkeypatch.setattr(GridOperator, "dense", dense)
-    for maker in ("influence_operator", "strip_operator"):
-        monkeypatch.setattr(discretisation, maker, counting(getattr(discretisation, maker)))
-    return operators, blocks
+    return built, blocks
 
 
 @pytest.mark.parametrize("name", SCENES)

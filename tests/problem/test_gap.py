@@ -10,14 +10,13 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.planning.plan import make_plan
 from varcontact.problem.discretisation import discretise
+from varcontact.problem.energies import complementary_energy, potential_energy
 from varcontact.problem.gap import (
     certify_problems,
-    complementary_energy,
     force_bound,
     gap,
     normal_gap,
     normal_residual,
-    potential_energy,
     project,
     tangential_residual,
 )

@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from varcontact.solving.coupling import ContactState, panagiotopoulos
+from varcontact.problem.state import ContactState
+from varcontact.solving.coupling import panagiotopoulos
 
 SIZE = 40
 START = ContactState(np.ones((1, SIZE)), 0.0, np.zeros((2, 1, SIZE)), np.zeros(2))

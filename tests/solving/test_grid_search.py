@@ -1,11 +1,12 @@
 """Sizing the potential contact, and refusing one that does not hold the contact."""
 
-import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.solving import grid_search
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)
 
@@ -40,18 +41,41 @@ def test_samples_with_coordinates_find_their_contact(grid):
 
 
 def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
-    """Begin with far too small a box: it is enlarged until it holds the contact."""
+    """Begin with far too small a box: it is enlarged on all sides until it holds the contact."""
     scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1, grid=vc.Grid(nx=12, ny=12))
+    a, b = scene.hertz.a, scene.hertz.b
     expected = vc.solve(scene, normal="clarabel")
-    a = scene.hertz.a
-    monkeypatch.setattr(
-        sys.modules["varcontact.solving.solve"],
-        "first_grid",
-        lambda *_: scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * a, 0.3 * a)),
-    )
+    small = scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * b, 0.3 * b))
+    begun = []
+    monkeypatch.setattr(grid_search, "first_grid", lambda *_: begun.append(small) or small)
     grown = vc.solve(scene, normal="clarabel")
+    assert begun == [small], "the search began with the small box"
     assert grown.approach == pytest.approx(expected.approach, rel=0.01)
     assert grown.areas["contact"] == pytest.approx(expected.areas["contact"], rel=0.1)
+    left, right, bottom, top = grown.grid.box
+    assert left < -a and a < right and bottom < -b and b < top
+
+
+@pytest.mark.parametrize("creepage", [0.3, -0.9])
+def test_grid_grows_where_tractions_move_the_contact(creepage):
+    """A soft cylinder dragged over a rigid one has contact beyond the grid about Hertz's."""
+    soft = vc.Scene(
+        bodies=vc.Bodies(G=(1.0, np.inf), nu=0.0),
+        surface=vc.Cylinders(R=1.0, reference_depth=10.0),
+        normal_force=1.0,
+        friction=1.0,
+        motion=vc.Steady(vx=creepage),
+        grid=vc.Grid(nx=30),
+    )
+    sol = vc.solve(soft)
+    ahead = np.sign(creepage) * np.array(sol.grid.box[:2])
+    assert ahead.max() > 1.2 * soft.hertz.a * 32 / 30, "beyond the grid about Hertz's contact"
+    assert (sol.pressure > 0).sum() == pytest.approx(30, abs=1)
+    dx = sol.grid.sides[0]
+    wide = vc.Grid(nx=sol.grid.nx + 40, dx=dx, x0=sol.grid.box[0] - 20 * dx)
+    known = vc.solve(replace(soft, grid=wide))
+    np.testing.assert_allclose(sol.pressure, known.pressure[:, 20:-20], atol=1e-6 * known.pressure.max())
+    np.testing.assert_allclose(sol.traction, known.traction[:, :, 20:-20], atol=1e-6 * known.pressure.max())
 
 
 def test_two_patches_are_both_seen():

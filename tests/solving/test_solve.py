@@ -8,12 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.planning.plan import make_plan
-from varcontact.problem.discretisation import discretise
-from varcontact.problem.problem import RawSolution
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
-from varcontact.solving.subproblems import Steps, hertz_pressure, unloaded
-from varcontact.solving.timing import Clock
 
 # ----------------------------------------------------------------------------- normal contact
 
@@ -376,6 +371,22 @@ def test_unknown_methods(rolling, arguments, field, words):
     assert failure.value.field == field
 
 
+def test_progress_is_a_function():
+    """Of a history, too, and before any work."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Transient(steps=2, dq=0.01),
+        grid=vc.Grid(nx=10),
+    )
+    for motion in (scene.motion, vc.Steady()):
+        with pytest.raises(vc.SceneError) as refused:
+            vc.solve(dataclasses.replace(scene, motion=motion), progress=3)
+        assert str(refused.value) == "progress = 3 is not allowed: must be None, or a function of one string"
+
+
 @pytest.mark.parametrize("scene", [None, "scene.toml", {"normal_force": 1.0}])
 def test_what_is_no_scene_is_refused(scene):
     with pytest.raises(vc.SceneError, match="must be a Scene"):
@@ -588,17 +599,21 @@ def test_short_steps(dq):
     assert sol.force[0] == pytest.approx(carter(contact, 0.3, creepage=scene.motion.vx).force, rel=0.03)
 
 
-@pytest.mark.parametrize("motion", [vc.Steady(vx=0.05, spin=0.1, dq=1e-4), vc.Shift(Fx=0.1, rotation=0.1)])
-def test_the_program_where_active_sets_fail(rolling, motion):
-    """From nothing that active sets brought, the fallback of the plan has the answer."""
-    scene = rolling(motion=motion, grid=vc.Grid(nx=8, ny=8))
-    best = vc.solve(scene, tangential="tang-safeguarded")
-    steps = Steps(make_plan(scene), 1e-8, polish=True, clock=Clock())
-    assert (steps.plan.tangential, steps.plan.fallback) == ("tang-safeguarded", "clarabel")
-    disc = discretise(scene, best.grid)
-    problem = disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure)
-    nothing = RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(2), 0, "MaxIterations", solved=False)
-    raw = steps._by_program(problem, nothing)
-    assert raw.solved
-    traction, _ = problem.on_grid(raw.traction, raw.rigid)
-    np.testing.assert_allclose(traction * disc.pressure, best.traction, rtol=0, atol=1e-9)
+def test_the_program_where_active_sets_fail(check_kkt):
+    """Nearly saturated, in steps of a small part of an element: active sets alone give up, and auto goes on."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.5),
+        surface=vc.Ellipse(a=0.25, b=4.0),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Steady(Fx=-0.29, Fy=0.05, dq=1e-5),
+        grid=vc.Grid(nx=12, ny=4),
+    )
+    with pytest.raises(vc.NotConverged, match="tang-safeguarded says 'MaxIterations'") as failure:
+        vc.solve(scene, tangential="tang-safeguarded")
+    assert failure.value.solution.certificate.residual > 1e-4
+    sol = vc.solve(scene)
+    assert (sol.plan.tangential, sol.plan.fallback) == ("tang-safeguarded", "clarabel")
+    assert sol.certificate.residual < 1e-10
+    check_kkt(sol, 1e-8, closed_form=True)
+    np.testing.assert_allclose(sol.traction, vc.solve(scene, tangential="clarabel").traction, rtol=0, atol=1e-9)

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
+from tests.command import run
 from varcontact.reference import carter, cattaneo_mindlin, creepage_coefficients, line_contact
 from varcontact.study import converge as module
 
@@ -258,7 +259,7 @@ def test_a_full_disk(tmp_path):
     assert 0 < len(kept) < 12 and kept["approach"].notna().all()
 
 
-def test_the_command_is_stopped_and_resumed(tmp_path):
+def test_the_command_is_stopped_and_resumed(tmp_path, pictures):
     """The tables, JSON and picture; an interrupt at a terminal prints what there is, and says where it is kept."""
     (tmp_path / "scene.toml").write_text(SCENE_FILE)
     code = (
@@ -276,26 +277,16 @@ def test_the_command_is_stopped_and_resumed(tmp_path):
     )
     stopped = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert stopped.returncode == 130, stopped.stderr
-    assert "3 solves are kept in study.csv" in stopped.stderr and "approach" in stopped.stdout
-    command = [
-        sys.executable,
-        "-m",
-        "varcontact",
-        "converge",
-        "scene.toml",
-        "--cells",
-        "6,8,10",
-        "--store",
-        "study.csv",
-    ]
-    command += ["--json", "--plot", "order.png"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "after 3 of 12 solves; finished solves are kept in study.csv, and the same command goes on" in stopped.stderr
+    assert "approach" in stopped.stdout
+    rest = ("--store", "study.csv", "--json", "--plot", "order.png")
+    done = run("converge", "scene.toml", "--cells", "6,8,10", *rest, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     tables = json.loads(done.stdout)
     assert [row["answers"] for row in tables["grids"]] == [4, 4, 4] and tables["failed"] == []
     assert (tmp_path / "order.png").read_bytes()[:4] == b"\x89PNG"
-    command[5:] = ["--cells", "8,6"]
-    refused = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert {"approach"} <= {ax.get_title() for ax in pictures[0].axes}
+    refused = run("converge", "scene.toml", "--cells", "8,6", folder=tmp_path)
     assert refused.returncode == 2 and "each finer than the one before" in refused.stderr
 
 

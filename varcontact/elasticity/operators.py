@@ -178,6 +178,7 @@ def influence_operator(
     *,
     nu: float,
     K: float = 0.0,
+    depth: float = 1.0,
     lag: float | None = None,
     offset: float = 0.0,
 ) -> GridOperator:
@@ -186,11 +187,13 @@ def influence_operator(
     Parameters
     ----------
     grid : Grid
-        Explicit lattice.
+        Explicit lattice, of rectangles or, in line contact, of strips.
     rows, columns : iterable of "x", "y", "z"
         Displacement and traction components: only their blocks are built.
     nu, K : float
         Combined constants (59), (60); the modulus is 1.
+    depth : float
+        In line contact: the depth from which displacements count [length].
     lag : float, optional
         Distance `dq` [length]: C is B at the previous positions of the particles, ``x + dq`` (231).
     offset : float
@@ -204,50 +207,28 @@ def influence_operator(
     >>> dense = operator.dense(np.arange(12)) @ field.ravel()
     >>> bool(np.allclose(operator.apply(field).ravel(), dense, rtol=1e-14))
     True
+    >>> influence_operator(Grid(nx=3, dx=0.1, x0=0.0), "xy", "xy", nu=0.3, depth=4.0).table.shape
+    (2, 2, 1, 5)
     """
     dx, dy = grid.sides
     x = np.arange(-(grid.nx - 1), grid.nx) * dx + offset
-    y = np.arange(grid.rows) * dy
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
-    half = influence_numbers(x, y[:, None], dx, dy, nu=nu, K=K, components=names)
+
+    def numbers(x: np.ndarray) -> dict[str, np.ndarray]:
+        if grid.line:
+            strips = strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=names)
+            return {name: values[None] for name, values in strips.items()}
+        y = np.arange(grid.rows)[:, None] * dy
+        half = influence_numbers(x, y, dx, dy, nu=nu, K=K, components=names)
+        return {name: _mirrored(values, odd=name.count("y") == 1) for name, values in half.items()}
+
+    found = numbers(x)
     if lag is not None:
-        before = influence_numbers(x + lag, y[:, None], dx, dy, nu=nu, K=K, components=names)
-        half = {name: half[name] - before[name] for name in names}
-    full = [_mirrored(half[name], odd=name.count("y") == 1) for name in names]
-    return GridOperator(grid.shape, np.array(full).reshape(len(rows), len(columns), 2 * grid.rows - 1, 2 * grid.nx - 1))
-
-
-def strip_operator(
-    grid: Grid,
-    rows: Iterable[str],
-    columns: Iterable[str],
-    *,
-    nu: float,
-    K: float = 0.0,
-    depth: float = 1.0,
-    lag: float | None = None,
-    offset: float = 0.0,
-) -> GridOperator:
-    """Influence numbers A of line contact on a grid, or A - C: see `influence_operator` and the strip's numbers.
-
-    Examples
-    --------
-    >>> operator = strip_operator(Grid(nx=3, dx=0.1, x0=0.0), "xy", "xy", nu=0.3, depth=4.0)
-    >>> operator.table.shape
-    (2, 2, 1, 5)
-    """
-    dx, _ = grid.sides
-    x = np.arange(-(grid.nx - 1), grid.nx) * dx + offset
-    rows, columns = list(rows), list(columns)
-    names = [row + column for row in rows for column in columns]
-    numbers = strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=names)
-    if lag is not None:
-        before = strip_influence_numbers(x + lag, dx, nu=nu, K=K, depth=depth, components=names)
-        numbers = {name: numbers[name] - before[name] for name in names}
-    return GridOperator(
-        grid.shape, np.array([numbers[name] for name in names]).reshape(len(rows), len(columns), 1, x.size)
-    )
+        before = numbers(x + lag)
+        found = {name: found[name] - before[name] for name in names}
+    table = np.array([found[name] for name in names])
+    return GridOperator(grid.shape, table.reshape(len(rows), len(columns), 2 * grid.rows - 1, 2 * grid.nx - 1))
 
 
 def _mirrored(half: np.ndarray, odd: bool) -> np.ndarray:

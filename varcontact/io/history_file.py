@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import (
     FIELDS,
     assembled,
+    check_ending,
     check_writable,
     first_line,
     record_of,
@@ -77,6 +78,7 @@ class Stored(Sequence[Solution]):
         OutputError
             If it cannot be written, or holds something else.
         """
+        check_ending("store", path, ".nc")
         check_writable("store", path)
         stored = cls(path, scene, plan, {"tol": tol, "polish": polish})
         if not path.exists() or path.stat().st_size == 0:
@@ -157,6 +159,7 @@ class Stored(Sequence[Solution]):
 def save(history: History, path: str | Path) -> None:
     """Write a history to a file, whole or not at all."""
     path = Path(path)
+    check_ending("path", path, ".nc")
     check_writable("path", path)
     write_whole("path", path, _content(history, "path", path))
 
@@ -244,7 +247,7 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
         variable = file.createVariable(name, "c", (name, "letters"))
         variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
     if start is not None and begin is not None:
-        content = np.frombuffer(solution_to_bytes(start), dtype=np.int8)
+        content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
     for name, (dims, quantity, words) in _SERIES.items():

@@ -15,7 +15,8 @@ from varcontact.errors import OutputError, VarcontactError
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import Certificate
-from varcontact.results.solution import Solution
+from varcontact.problem.tally import Calls
+from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
@@ -86,12 +87,15 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "timing": sol.timing,
         "passes": sol.passes,
         "branch": sol.branch,
+        "solved_by": sol.solved_by,
+        "calls": plain_calls(sol.calls),
     }
 
 
 def save(sol: Solution, path: str | Path, field: str = "path") -> None:
     """Write a solution to a netCDF file, whole or not at all."""
     path = Path(path)
+    check_ending(field, path, ".nc")
     check_writable(field, path)
     write_whole(field, path, solution_to_bytes(sol))
 
@@ -218,7 +222,21 @@ def assembled(
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
+        solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
+        calls={
+            problem: {name: Calls(**each) for name, each in solvers.items()}
+            for problem, solvers in record.get("calls", {}).items()
+        },
     )
+
+
+FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}
+
+
+def check_ending(field: str, path: Path, ending: str) -> None:
+    """Raise `OutputError` where a name promises another format than the one that is written."""
+    if path.suffix.lower() != ending:
+        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
 
 
 def check_writable(field: str, path: Path) -> None:

@@ -11,9 +11,9 @@ from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
 from varcontact.problem.contact_grid import outside
 from varcontact.problem.discretisation import Discretisation, discretise, out_of_reach
 from varcontact.problem.mirror import mirror
+from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.grid_search import enlarged, known_grid, wanted_grid
 
 
@@ -40,20 +40,20 @@ def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
         return sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1]))
     disc = discretise(scene, grid)
     if plan.normal == "hertz":
-        counted = _closed_form(disc, plan)
+        counted = _closed_form(scene, disc, plan)
     else:
         moves = plan.coupling in ("panagiotopoulos", "joint")
         counted = _at_most(scene, plan, grid.size if moves else _reachable(disc))
     return sizes_of(scene, plan, grid.shape, grid.sides, counted)
 
 
-def _closed_form(disc: Discretisation, plan: Plan) -> Counted:
+def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
     """Under Hertz's pressure everything but the tractions is known."""
-    scene, grid = disc.scene, disc.grid
+    grid = disc.grid
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(grid)
     if not pressure.any():
-        raise out_of_reach(scene, grid)
+        raise out_of_reach(scene.surface, scene.approach, grid)
     untouched = ContactState(pressure, 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
     overlap = outside(disc, untouched, closed_form=True)
     if overlap is not None:
@@ -62,7 +62,7 @@ def _closed_form(disc: Discretisation, plan: Plan) -> Counted:
     if plan.tangential == "none":
         return Counted(contact, contact, 0)
     with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-        bound = (np.broadcast_to(np.asarray(disc.friction), grid.shape) * pressure).ravel()
+        bound = (np.broadcast_to(np.asarray(disc.coefficient), grid.shape) * pressure).ravel()
     elements = np.flatnonzero(bound > 0)
     shift = disc.rigid_shift().reshape(2, -1)[:, elements]
     assert isinstance(scene.motion, Steady | Shift)
@@ -83,10 +83,8 @@ def _at_most(scene: Scene, plan: Plan, elements: int) -> Counted:
 
 def _reachable(disc: Discretisation) -> int:
     """The number of elements of the normal problem, which takes one influence number: of an element on itself."""
-    one = replace(disc, grid=disc.grid.window(0, 1, 0, 1))
-    posed = replace(disc)
-    posed.__dict__["normal_operator"] = one.normal_operator
+    posed = replace(disc, operators=disc.operators.on(disc.lattice.window(0, 1, 0, 1)))
     reachable = posed.normal_problem().reachable().distance.size
     if reachable == 0:
-        raise out_of_reach(disc.scene, disc.grid)
+        raise out_of_reach(disc.surface, disc.approach, disc.grid)
     return reachable

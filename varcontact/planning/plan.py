@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
+from varcontact.planning.kinds import kinds_of, special_of
+from varcontact.planning.roads import Road, check_on_road, road
 from varcontact.planning.sizes import Sizes
-from varcontact.scene.friction import Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -22,7 +22,6 @@ from varcontact.solvers.registry import (
     tangential_methods,
 )
 from varcontact.theories.methods import THEORIES, why_not
-from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_johnson_coefficients
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
@@ -59,6 +58,8 @@ class Plan:
         What is simpler than the general case: "frictionless", "no slip", "full slip".
     fallback : str
         The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
+    method : str
+        "auto", "convex", "active-set" or "kalker".
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
     """
@@ -76,6 +77,7 @@ class Plan:
     special: tuple[str, ...] = ()
     sizes: Sizes | None = None
     fallback: str = "none"
+    method: str = "auto"
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
@@ -103,7 +105,13 @@ class Plan:
 
 
 def plan(
-    scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", *, formulation: str = "auto"
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    method: str = "auto",
 ) -> Plan:
     """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
 
@@ -114,7 +122,7 @@ def plan(
     Parameters
     ----------
     scene : Scene
-    normal, tangential, coupling, formulation : str
+    normal, tangential, coupling, formulation, method : str
         As in `solve`.
 
     Returns
@@ -146,20 +154,25 @@ def plan(
         raise SceneError("scene", scene, "a Scene")
     from varcontact.planning.expectations import expected_sizes
 
-    chosen = make_plan(scene, normal, tangential, coupling, formulation)
+    chosen = make_plan(scene, normal, tangential, coupling, formulation, method)
     return replace(chosen, sizes=expected_sizes(scene, chosen))
 
 
 def make_plan(
-    scene: Scene, normal: str = "auto", tangential: str = "auto", coupling: str = "auto", formulation: str = "auto"
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    formulation: str = "auto",
+    method: str = "auto",
 ) -> Plan:
     """Choose the methods for a scene: a plan without sizes.
 
     Parameters
     ----------
     scene : Scene
-    normal, tangential, coupling, formulation : str
-        A method by name, or "auto".
+    normal, tangential, coupling, formulation, method : str
+        By name, or "auto".
 
     Raises
     ------
@@ -179,15 +192,19 @@ def make_plan(
     """
     if isinstance(scene.motion, TimeStep):
         raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
-    chosen, reasons = {}, {}
+    way = road(method)
+    chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
-    programs = coupling == "joint" or not (formulation == "auto" or steps)  # what is asked for, only programs have
-    chosen["normal"], reasons["normal"] = _normal(scene, normal, programs)
+    if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
+        way = road("convex")  # what is asked for, only programs have
+    chosen["normal"], reasons["normal"] = _normal(scene, normal, way)
+    check_on_road(method, "normal", normal)
     _check_edge(scene, chosen["normal"], reasons["normal"])
-    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, programs)
+    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, way)
+    check_on_road(method, "tangential", tangential)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
-    kinds, special = _kinds(scene, chosen), _special(scene)
+    kinds, special = kinds_of(scene, chosen), special_of(scene)
     reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
     dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
     return Plan(
@@ -202,88 +219,9 @@ def make_plan(
         motion,
         friction,
         tuple(special),
-        fallback="clarabel" if (tangential, chosen["tangential"]) == ("auto", "tang-safeguarded") else "none",
+        fallback=way.fallback if (tangential, chosen["tangential"]) == ("auto", way.tangential) else "none",
+        method=method,
     )
-
-
-def _kinds(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
-    """What kind of scene it is, in the order of the plan's entries, and what follows from it."""
-    K = scene.bodies.K
-    if scene.line:
-        dimension = "line contact", "nothing depends on y: one row of strips, forces per unit length"
-    else:
-        dimension = "three-dimensional", "the contact is bounded along x and y"
-    if K == 0:
-        bodies = "quasi-identical", "K = 0, tractions do not change the pressure: no blocks between them"
-    elif scene.frictionless:
-        bodies = "unlike", f"K = {K:.3g}, but there are no tractions to change the pressure"
-    else:
-        bodies = "unlike", f"K = {K:.3g}, pressure and tractions depend on each other"
-    if isinstance(scene.surface, SampledDistance):
-        surface = "sampled", "the contact is found by solving the normal problem"
-    else:
-        averaged = ", averaged over every element that it touches" if scene.touched else ""
-        surface = "Hertzian", f"contact and pressure without tractions in closed form{averaged}"
-    if scene.motion is None:
-        motion = "none", "normal contact only"
-    elif isinstance(scene.motion, Transient):
-        motion = "transient", f"{scene.motion.steps} steps, each from what the one before left, symmetric"
-    elif isinstance(scene.motion, Shift):
-        motion = "shift", "one step from the unloaded state, symmetric"
-    elif chosen["formulation"] == "marching":
-        motion = "marching", "steady rolling by steps until nothing changes"
-    else:
-        motion = "steady", "nothing depends on time: one problem, no steps"
-    friction = _friction(scene, chosen["tangential"])
-    return {"dimension": dimension, "bodies": bodies, "surface": surface, "motion": motion, "friction": friction}
-
-
-def _friction(scene: Scene, tangential: str) -> tuple[str, str]:
-    """How the coefficient of friction is known."""
-    if tangential == "none":
-        return "none", "no tangential traction"
-    kinds = {kind_of(friction) for friction in scene.frictions if isinstance(friction, Law)}
-    if not kinds:
-        return "given", "the traction bound follows from the pressure"
-    if tangential in THEORIES:
-        reason = "the coefficient depends on the slip, found particle by particle"
-    else:
-        reason = "the coefficient depends on the slip: an outer loop, in each pass the problem with known coefficients"
-    one = len(kinds) == 1 and all(isinstance(friction, Law) for friction in scene.frictions)
-    return (kinds.pop() if one else "several"), reason
-
-
-def _special(scene: Scene) -> dict[str, str]:
-    """What is simpler than the general case, and how that is known."""
-    if scene.motion is None:
-        return {}
-    if scene.frictionless:
-        return {"frictionless": "friction is 0: no tangential problem"}
-    if scene.no_slip:
-        return {"no slip": "friction is infinite: no bound and no cones, one linear system"}
-    if _slips_all_over(scene):
-        return {
-            "full slip": f"expected by {'Carter' if scene.line else 'Vermeulen and Johnson'}: nothing is left to stick"
-        }
-    return {}
-
-
-def _slips_all_over(scene: Scene) -> bool:
-    """Whether a closed form has full slip: steady rolling without spin of quasi-identical bodies, creepages given."""
-    motion, f = scene.motion, scene.friction
-    if not isinstance(motion, Steady) or not isinstance(f, float) or scene.bodies.K != 0:
-        return False
-    hertz = scene.hertz
-    if hertz is None or motion.spin != 0 or motion.Fx is not None or motion.Fy is not None:
-        return False
-    if scene.line:
-        return motion.vy == 0 and abs(motion.vx) >= f * hertz.a / hertz.Rx
-    nu, limit = scene.bodies.combined_nu, f * hertz.force
-    if not 0 <= nu <= 0.5:
-        return False
-    slope = vermeulen_johnson_coefficients(hertz.a, hertz.b, nu)
-    force = vermeulen_johnson(hertz.a, hertz.b, scene.bodies.combined_G, limit, motion.rigid, slope)
-    return bool(math.hypot(*force) >= limit * (1 - 1e-12))
 
 
 def _check_edge(scene: Scene, normal: str, reason: str) -> None:
@@ -294,7 +232,7 @@ def _check_edge(scene: Scene, normal: str, reason: str) -> None:
         )
 
 
-def _normal(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
+def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
         raise SceneError("normal", wanted, "another method: it is for the tangential problem")
     available("normal", wanted, ("auto", *normal_methods()))
@@ -317,7 +255,7 @@ def _normal(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
-    return ("clarabel", f"{reason}: a QP") if programs else ("norm", f"{reason}: active sets, exact and the fastest")
+    return way.normal, f"{reason}: " + ("a QP" if states_programs(way.normal) else "active sets, exact and the fastest")
 
 
 def _one_direction(scene: Scene) -> bool:
@@ -333,7 +271,7 @@ def _one_direction(scene: Scene) -> bool:
     return not (along_x and along_y)
 
 
-def _tangential(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
+def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     methods = tangential_methods()
     if _one_direction(scene):
         methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
@@ -356,10 +294,14 @@ def _tangential(scene: Scene, wanted: str, programs: bool) -> tuple[str, str]:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "asked for"
-    if programs:
+    if states_programs(way.tangential):
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
-        return "clarabel", of_motion.get(type(scene.motion), "the SOCP of a shift")
-    return "tang-safeguarded", "active sets, exact and the fastest; where they fail, the program"
+        return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
+    fails = "; where they fail, the program" if way.fallback != "none" else ""
+    return (
+        way.tangential,
+        f"active sets, {'as printed' if way.tangential == 'tang-exact' else 'exact and the fastest'}{fails}",
+    )
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

@@ -13,10 +13,10 @@ from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import DENSE_LIMIT
 from varcontact.problem.mirror import mirror_of
+from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs
-from varcontact.solving.coupling import ContactState
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan
@@ -106,7 +106,7 @@ class Counted:
     exact: bool = True
 
 
-def sizes_found(disc: Discretisation, plan: Plan, state: ContactState) -> Sizes:
+def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactState) -> Sizes:
     """Sizes of what was solved in the end."""
     traction = state.traction if plan.coupling != "none" and np.any(state.traction) else None
     contact = int(np.sum(state.pressure > 0))
@@ -118,7 +118,7 @@ def sizes_found(disc: Discretisation, plan: Plan, state: ContactState) -> Sizes:
         problem = disc.tangential_problem(state.pressure)
         folded = folds(plan) and mirror_of(problem) is not None
         counted = Counted(normal, contact, problem.size, len(problem.rigid_shift), folded)
-    return sizes_of(disc.scene, plan, disc.grid.shape, disc.grid.sides, counted)
+    return sizes_of(scene, plan, disc.grid.shape, disc.grid.sides, counted)
 
 
 def solves(plan: Plan) -> bool:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation, undeformed_distance
+from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solving.coupling import ContactState
 
 Box = tuple[float, float, float, float]
 """Left, right, bottom, top."""
@@ -56,18 +55,18 @@ def _rim(grid: Grid) -> np.ndarray:
 
 def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
     """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
-    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid))
+    wider = disc.extended(_distance_beyond(disc, grid))
     distance = (wider.distance - disc.base) / disc.displacement - state.approach
     around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
     distance = distance + wider.normal_operator.apply(np.pad(state.pressure[None], around))[0]
-    if disc.scene.bodies.K != 0 and np.any(state.traction):
+    if disc.K != 0 and np.any(state.traction):
         distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, around))[0]
     return distance
 
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
     """The box of the samples away from the contact elements where the bodies would overlap."""
-    surface = disc.scene.surface
+    surface = disc.surface
     if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
     distance = (surface.samples - disc.base) / disc.displacement - state.approach
@@ -93,10 +92,10 @@ def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
 
     Pressures only push them apart.
     """
-    if disc.scene.bodies.K == 0 or not np.any(state.traction):
+    if disc.K == 0 or not np.any(state.traction):
         return 0.0
     load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return abs(disc.scene.bodies.K) * load / (1.0 if disc.scene.line else np.pi * min(disc.lattice.sides))
+    return abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
@@ -109,12 +108,12 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Normal displacement difference at points."""
     (centre_x, centre_y), tractions = _loaded(disc, state)
-    (dx, dy), bodies = disc.lattice.sides, disc.scene.bodies
-    loads = {"zz": tractions[2]} if bodies.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
-    constants: dict[str, Any] = {"nu": bodies.combined_nu, "K": bodies.K, "components": loads}
+    (dx, dy), K = disc.lattice.sides, disc.K
+    loads = {"zz": tractions[2]} if K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
+    constants: dict[str, Any] = {"nu": disc.operators.nu, "K": K, "components": loads}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
-    if disc.scene.line:
-        numbers = strip_influence_numbers(from_x, dx, depth=disc.depth, **constants)
+    if disc.line:
+        numbers = strip_influence_numbers(from_x, dx, depth=disc.operators.depth, **constants)
     else:
         numbers = influence_numbers(from_x, from_y, dx, dy, **constants)
     return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
@@ -136,13 +135,15 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
     """Normal displacement difference at points away from the contact, each element's load as a point or line force."""
     centres, tractions = _loaded(disc, state)
     load_x, load_y, load_z = tractions * disc.lattice.area
-    nu, K = disc.scene.bodies.combined_nu, disc.scene.bodies.K
+    nu, K = disc.operators.nu, disc.K
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 2_000_000):
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
         r = np.hypot(from_x, from_y)
-        if disc.scene.line:
-            raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.depth)) + np.pi * K * load_x @ np.sign(from_x)
+        if disc.line:
+            raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.operators.depth)) + np.pi * K * load_x @ np.sign(
+                from_x
+            )
         else:
             raised[part] = (1 - nu) * load_z @ (1 / r) + K * (load_x @ (from_x / r**2) + load_y @ (from_y / r**2))
     return raised / np.pi
@@ -162,9 +163,9 @@ def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
-    surface = disc.scene.surface
+    surface = disc.surface
     if disc.hertz is not None:
-        return discretise(disc.scene, grid).distance
+        return undeformed_distance(surface, disc.hertz, grid)
     assert isinstance(surface, SampledDistance)
     if surface.placed:
         left, right, bottom, top = surface.box

@@ -8,29 +8,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, influence_operator, strip_operator
+from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NoContact, SceneError
+from varcontact.problem.operators import Operators
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
-
-_SHARED = (
-    "lattice",
-    "normal_operator",
-    "tangential_operator",
-    "instant_operator",
-    "pressure_to_shift",
-    "traction_to_distance",
-)
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -64,166 +57,169 @@ class Carried:
 
 @dataclass(frozen=True, eq=False)
 class Discretisation:
-    """A scene on an explicit grid, with its scales and the operators it turns out to need.
+    """A contact on an explicit grid, with its scales and the operators it turns out to need.
 
     Attributes
     ----------
-    scene : Scene
+    bodies : Bodies
+    surface : Surface
     grid : Grid
         Explicit, physical.
     hertz : HertzContact or None
     distance : ndarray, shape (ny, nx)
         Undeformed distance, physical.
+    normal_force, approach : float or None
+        One of the two, physical.
+    motion : Steady, Shift, TimeStep or None
+        How the bodies move; None: normal contact only.
+    law : Law or None
+        Of friction.
+    coefficient : float or ndarray, shape (ny, nx), or None
+        Coefficient of friction: under a law that taken at the moment, the static one where nothing is known of slip.
     length, pressure : float
         The scales; `displacement` follows.
+    operators : Operators
+        Influence numbers on the dimensionless grid.
     carried : Carried, optional
         In a step of a history: what the step before left.
-    coefficient : ndarray, shape (ny, nx), optional
-        Coefficient of friction under a law, as it is taken at the moment.
     """
 
-    scene: Scene
+    bodies: Bodies
+    surface: Surface
     grid: Grid
     hertz: HertzContact | None
     distance: np.ndarray
+    normal_force: float | None
+    approach: float | None
+    motion: Motion | None
+    law: Law | None
+    coefficient: float | np.ndarray | None
     length: float
     pressure: float
+    operators: Operators
     carried: Carried | None = None
-    coefficient: np.ndarray | None = None
+
+    @property
+    def K(self) -> float:
+        """The constant (60) by which normal and tangential problem couple; 0: like bodies."""
+        return self.operators.K
+
+    @property
+    def line(self) -> bool:
+        """Whether it is a line contact."""
+        return self.grid.line
+
+    @property
+    def steady(self) -> bool:
+        """Whether the bodies roll steadily."""
+        return isinstance(self.motion, Steady)
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether no tangential traction can arise."""
+        return self.motion is None or (self.law is None and not np.any(self.coefficient))
+
+    @property
+    def no_slip(self) -> bool:
+        """Whether friction is infinite."""
+        return isinstance(self.coefficient, float) and math.isinf(self.coefficient)
 
     @property
     def displacement(self) -> float:
         """Scale of displacements."""
-        return self.pressure * self.length / self.scene.bodies.combined_G
+        return self.pressure * self.length / self.bodies.combined_G
 
     @property
     def force(self) -> float:
         """Scale of forces; in line contact per unit length."""
-        return self.pressure * (self.length if self.scene.line else self.length**2)
-
-    @property
-    def depth(self) -> float:
-        """Dimensionless depth from which displacements count in line contact."""
-        given = self.scene.reference_depth
-        return FREE_DEPTH if given is None else given / self.length
+        return self.pressure * (self.length if self.line else self.length**2)
 
     @property
     def afloat(self) -> bool:
         """Whether displacements are known but for a constant: in line contact without a reference depth."""
-        return self.scene.line and self.scene.reference_depth is None
+        return self.line and getattr(self.surface, "reference_depth", None) is None
 
     @property
     def hertz_approach(self) -> float:
         """Hertz's approach [length]; of a line contact from the depth that its influence numbers have."""
         assert self.hertz is not None
-        if not self.scene.line:
+        if not self.line:
             return self.hertz.approach
-        return line_contact(self.hertz.Rx, self.scene.bodies, a=self.hertz.a).approach(self.depth * self.length)
+        return line_contact(self.hertz.Rx, self.bodies, a=self.hertz.a).approach(self.operators.depth * self.length)
 
     @property
     def base(self) -> float:
         """Least undeformed distance on the grid: dimensionless distances and approaches count from there."""
         return float(self.distance.min())
 
-    @cached_property
+    @property
     def lattice(self) -> Grid:
         """The dimensionless grid."""
-        return self.grid.scaled(self.length)
-
-    @property
-    def motion(self) -> Motion:
-        """How the bodies move, where they do."""
-        motion = self.scene.motion
-        assert motion is not None
-        assert not isinstance(motion, Transient)
-        return motion
+        return self.operators.lattice
 
     @property
     def step(self) -> float | None:
         """Dimensionless distance rolled in a step; None where nothing rolls."""
-        motion = self.scene.motion
-        if motion is None or self.motion.rolls == 0:
+        motion = self.motion
+        if motion is None or motion.rolls == 0:
             return None
         dx = self.grid.sides[0]
         dq = getattr(motion, "dq", None)
-        if isinstance(motion, Steady) and dq is not None and dq < LEAST_STEP * dx:
+        if self.steady and dq is not None and dq < LEAST_STEP * dx:
             raise SceneError("motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
         return (dx if dq is None else dq) / self.length
 
     @property
     def lag(self) -> float | None:
         """Dimensionless distance dq of C in the operators A - C of steady rolling, else None."""
-        return self.step if isinstance(self.scene.motion, Steady) else None
-
-    @cached_property
-    def normal_operator(self) -> GridOperator:
-        """A_zz."""
-        return self._operator("z", "z")
-
-    @cached_property
-    def tangential_operator(self) -> GridOperator:
-        """A_tt, or A_tt - C_tt in steady rolling."""
-        return self._operator("xy", "xy", self.lag)
-
-    @cached_property
-    def instant_operator(self) -> GridOperator:
-        """A_tt of steady rolling, which only a march needs by itself."""
-        return self._operator("xy", "xy")
-
-    @cached_property
-    def pressure_to_shift(self) -> GridOperator:
-        """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
-        return self._operator("xy", "z", self.lag)
-
-    @cached_property
-    def traction_to_distance(self) -> GridOperator:
-        """A_zt; needed for K != 0."""
-        return self._operator("z", "xy")
-
-    def carrying_operator(self, distance: float) -> GridOperator:
-        """C: displacements of the particles that come from a distance further along x, by all tractions that count."""
-        return self._operator("xy", "xyz" if self.scene.bodies.K != 0 else "xy", offset=distance)
-
-    def _operator(self, rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> GridOperator:
-        bodies = self.scene.bodies
-        nu, K = bodies.combined_nu, bodies.K
-        if self.scene.line:
-            return strip_operator(self.lattice, rows, columns, nu=nu, K=K, depth=self.depth, lag=lag, offset=offset)
-        return influence_operator(self.lattice, rows, columns, nu=nu, K=K, lag=lag, offset=offset)
-
-    def moved(self, motion: Motion) -> Discretisation:
-        """The same bodies on the same grid with another motion, but the same step: operators are shared."""
-        return self._sharing(replace(self, scene=replace(self.scene, motion=motion)))
-
-    def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
-        """The same bodies in a step of a history, on the same grid and in the same scales: operators are shared."""
-        assert not isinstance(scene.surface, Ellipse)
-        distance = self.distance if scene.surface is self.scene.surface else scene.surface.distance(self.grid)
-        return self._sharing(replace(self, scene=scene, hertz=scene.hertz, distance=distance, carried=carried))
-
-    def rubbing(self, coefficient: np.ndarray) -> Discretisation:
-        """The same with a coefficient of friction (ny, nx) for each element, as a law has it: operators are shared."""
-        return self._sharing(replace(self, coefficient=coefficient))
+        return self.step if self.steady else None
 
     @property
-    def friction(self) -> float | np.ndarray:
-        """Coefficient of friction: the scene's, or a law's; where nothing is known of slip yet, the static one."""
-        friction = self.scene.friction
-        assert friction is not None
-        if not isinstance(friction, Law):
-            return friction
-        return friction.static if self.coefficient is None else self.coefficient
+    def normal_operator(self) -> GridOperator:
+        """A_zz."""
+        return self.operators.normal
 
-    def _sharing(self, other: Discretisation) -> Discretisation:
-        other.__dict__.update({name: value for name, value in self.__dict__.items() if name in _SHARED})
-        return other
+    @property
+    def tangential_operator(self) -> GridOperator:
+        """A_tt, or A_tt - C_tt in steady rolling."""
+        return self.operators.tangential(self.lag)
+
+    @property
+    def pressure_to_shift(self) -> GridOperator:
+        """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
+        return self.operators.pressure_to_shift(self.lag)
+
+    @property
+    def traction_to_distance(self) -> GridOperator:
+        """A_zt; needed for K != 0."""
+        return self.operators.traction_to_distance
+
+    def moved(self, motion: Motion) -> Discretisation:
+        """The same bodies on the same grid with another motion, but the same step."""
+        return replace(self, motion=motion)
+
+    def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
+        """The same bodies in a step of a history, on the same grid and in the same scales."""
+        surface = scene.surface
+        assert not isinstance(surface, Ellipse)
+        distance = self.distance if surface is self.surface else surface.distance(self.grid)
+        posed = _posed(scene)
+        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, carried=carried, **posed)
+
+    def rubbing(self, coefficient: np.ndarray) -> Discretisation:
+        """The same with a coefficient of friction (ny, nx) for each element, as a law has it."""
+        return replace(self, coefficient=coefficient)
+
+    def extended(self, distance: np.ndarray) -> Discretisation:
+        """The same with one more element on every side, with the undeformed distance there too (ny, nx)."""
+        return replace(self, grid=self.grid.extended(), distance=distance, operators=self.operators.around)
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
         """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""
         distance = ((self.distance - self.base) / self.displacement).ravel()
         if traction is not None:
             distance = distance + self.traction_to_distance.apply(traction).ravel()
-        force, approach = self.scene.normal_force, self.scene.approach
+        force, approach = self.normal_force, self.approach
         return NormalProblem(
             operator=self.normal_operator.on(np.arange(distance.size)),
             distance=distance,
@@ -244,14 +240,15 @@ class Discretisation:
         The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
         `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
         """
-        scene, motion = self.scene, self.motion
+        motion = self.motion
+        assert motion is not None
         pressed = (pressure if bearing is None else bearing).ravel()
         contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            bound = np.broadcast_to(np.asarray(self.friction), pressure.shape).ravel() * pressed
+            bound = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel() * pressed
         elements = np.flatnonzero(contact & (bound > 0))
         shift = self.known_shift().reshape(2, -1)[:, elements]
-        if scene.bodies.K != 0:
+        if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
         directions = self._directions(shift, forces, acting)
@@ -262,8 +259,8 @@ class Discretisation:
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
-            symmetric=not isinstance(motion, Steady),
-            instant=self.instant_operator.between(directions, directions).on(elements) if marching else None,
+            symmetric=not self.steady,
+            instant=self.operators.tangential().between(directions, directions).on(elements) if marching else None,
             directions=directions,
         )
 
@@ -281,24 +278,24 @@ class Discretisation:
 
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
+        assert self.motion is not None
         x, y = self.points
-        return self.motion.shift(x, y, self.step or 0.0, self.length) / self.displacement
+        return self.motion.step((self.step or 0.0) * self.length).shift(x, y, self.length) / self.displacement
 
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
         return self.rigid_shift() if self.carried is None else self.rigid_shift() - self.carried.displacement
 
 
-def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
+def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
     """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
     left, right, bottom, top = grid.box
     x = y = 0.0
-    surface = scene.surface
     if isinstance(surface, SampledDistance):
         iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
         least = float(surface.samples[iy, ix])
-        if scene.approach is not None and scene.approach <= least:
-            return NoContact("approach", scene.approach, f"above the least undeformed distance, {least:.6g}")
+        if approach is not None and approach <= least:
+            return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}")
         if surface.placed:
             x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
         else:
@@ -309,8 +306,8 @@ def out_of_reach(scene: Scene, grid: Grid) -> SceneError:
     return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
 
 
-def discretise(scene: Scene, grid: Grid) -> Discretisation:
-    """A scene on an explicit grid.
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
+    """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
 
     Raises
     ------
@@ -329,11 +326,7 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
         raise SceneError(
             "grid", dx if scene.line else (dx, dy), f"fine enough to hold one contact element: the contact is {size}"
         )
-    surface = scene.surface
-    if isinstance(surface, Ellipse):
-        assert hertz is not None
-        surface = Paraboloids(hertz.Rx, hertz.Ry)
-    distance = surface.distance(grid)
+    distance = undeformed_distance(scene.surface, hertz, grid)
     length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
     if hertz is not None:
         pressure = hertz.peak_pressure
@@ -343,10 +336,52 @@ def discretise(scene: Scene, grid: Grid) -> Discretisation:
         assert scene.approach is not None
         overlap = scene.approach - float(distance.min())
         if overlap <= 0:
-            raise out_of_reach(scene, grid)
+            raise out_of_reach(scene.surface, scene.approach, grid)
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
-    return Discretisation(scene, grid, hertz, distance, length, pressure)
+    operators = _operators(scene, grid.scaled(length), length, known)
+    return Discretisation(
+        bodies=scene.bodies,
+        surface=scene.surface,
+        grid=grid,
+        hertz=hertz,
+        distance=distance,
+        length=length,
+        pressure=pressure,
+        operators=operators,
+        **_posed(scene),
+    )
+
+
+def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid) -> np.ndarray:
+    """Undeformed distance at the element centres, (ny, nx); that of an ellipse has its Hertzian radii."""
+    if isinstance(surface, Ellipse):
+        assert hertz is not None
+        return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)
+    return surface.distance(grid)
+
+
+def _posed(scene: Scene) -> dict[str, Any]:
+    """Load, motion and friction of a scene."""
+    motion, friction = scene.motion, scene.friction
+    law = friction if isinstance(friction, Law) else None
+    return {
+        "normal_force": scene.normal_force,
+        "approach": scene.approach,
+        "motion": None if isinstance(motion, Transient) else motion,
+        "law": law,
+        "coefficient": friction if law is None else law.static,
+    }
+
+
+def _operators(scene: Scene, lattice: Grid, length: float, known: Operators | None) -> Operators:
+    """The operators of a lattice, those already known where they are the same."""
+    nu, K, depth = scene.bodies.combined_nu, scene.bodies.K, FREE_DEPTH
+    if scene.reference_depth is not None:
+        depth = scene.reference_depth / length
+    if known is not None and known.same(lattice, nu, K, depth):
+        return known
+    return Operators(lattice, nu, K, depth)
 
 
 def _check_range(scene: Scene, length: float, pressure: float) -> None:

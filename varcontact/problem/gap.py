@@ -1,4 +1,4 @@
-"""Energies, the duality gap, and the certificate: how exact given tractions are (paper, section 4).
+"""The duality gap, and the certificate: how exact given tractions are (paper, section 4).
 
 Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
 no solver's word enters.
@@ -14,7 +14,6 @@ import numpy as np
 
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.problem import NormalProblem, TangentialProblem
-from varcontact.scene.friction import Law
 from varcontact.solvers.matrix_free.symmetric import solve_symmetric
 
 if TYPE_CHECKING:
@@ -70,14 +69,14 @@ def certify_problems(
 
     Both problems are judged with the other's final tractions: the residual is that of the whole.
     """
-    coupled = disc.scene.bodies.K != 0
+    coupled = disc.K != 0
     normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
     level = np.array([approach])
     normal_error = normal_residual(normal, pressure.ravel(), level)
     absolute, normal_relative = normal_gap(normal, pressure.ravel(), level)
     energy = disc.force * disc.displacement
     scales = disc.force * np.array([1.0, 1.0, disc.length])
-    tangential = None if disc.scene.frictionless else disc.tangential_problem(pressure, acting=traction)
+    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
@@ -97,7 +96,7 @@ def certify_problems(
     tractions, shifts = tangential.of_grid(traction, rigid)
     residual = _worst(residual, tangential_residual(tangential, tractions, shifts))
     absolute, relative = gap(tangential, project(tractions, tangential.bound), shifts)
-    several = coupled or isinstance(disc.scene.friction, Law)
+    several = coupled or disc.law is not None
     bound = _unknown(_outputs(tangential)) if several else force_bound(tangential, tractions, shifts)
     return Certificate(
         gap=absolute * energy,
@@ -114,7 +113,7 @@ def residuals(
     disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray, rigid: np.ndarray
 ) -> tuple[float, float]:
     """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions."""
-    coupled = disc.scene.bodies.K != 0 and np.any(traction)
+    coupled = disc.K != 0 and np.any(traction)
     normal = disc.normal_problem(traction if coupled else None)
     normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
     tangential = disc.tangential_problem(pressure, acting=traction)
@@ -203,19 +202,6 @@ def gap(
     work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
     total = float(np.sum(np.maximum(shares, 0.0)))
     return total * problem.area, _relative(total, float(work))
-
-
-def complementary_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
-    """C of a shift (215): ``-(1/2 p'A p + W'p)`` over the elements, dimensionless."""
-    elastic = problem.operator.apply(traction)
-    return -problem.area * float(np.sum(traction * (0.5 * elastic + problem.rigid_shift)))
-
-
-def potential_energy(problem: TangentialProblem, traction: np.ndarray) -> float:
-    """U of a shift (214), of the displacements that the tractions cause: ``1/2 p'A p + sum(g |E|)``."""
-    elastic = problem.operator.apply(traction)
-    shift = magnitude(elastic + problem.rigid_shift)
-    return problem.area * float(0.5 * np.sum(traction * elastic) + problem.bound @ shift)
 
 
 def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:

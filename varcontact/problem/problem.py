@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.elasticity.operators import RestrictedOperator
+from varcontact.problem.tally import Tally
 
 if TYPE_CHECKING:
     from varcontact.solvers.conic.setups import Setups
@@ -156,11 +157,14 @@ class Settings:
         The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
     setups : Setups, optional
         Where solvers keep their set-ups for the next problem of the same structure.
+    tally : Tally
+        Where their calls are counted.
     """
 
     tol: float = 1e-8
     formulation: str = "auto"
     setups: Setups | None = None
+    tally: Tally = field(default_factory=Tally)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +182,10 @@ class RawSolution:
         The solver's own word.
     solved : bool
         What that word means: whether the solver says that it reached all it was asked for.
+    solver : str
+        The name of the solver whose answer it is.
+    reason : str
+        Why it is another than the one that was asked for, where there was no choice.
     """
 
     traction: np.ndarray
@@ -185,3 +193,5 @@ class RawSolution:
     iterations: int
     status: str
     solved: bool = True
+    solver: str = ""
+    reason: str = ""

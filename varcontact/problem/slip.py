@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from varcontact.problem.discretisation import Discretisation
-from varcontact.solving.coupling import ContactState
+from varcontact.problem.state import ContactState
 
 EXTERIOR, STICK, SLIP = 0, 1, 2
 
@@ -19,18 +19,18 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
     contact = state.pressure > 0
     areas = contact.astype(np.int8)
     shift = np.zeros((2, *contact.shape))
-    if disc.scene.motion is None:
+    if disc.motion is None:
         return shift, areas
     shift[:] = disc.known_shift() + state.rigid[:, None, None]
-    if not disc.scene.frictionless:
+    if not disc.frictionless:
         shift += disc.tangential_operator.apply(state.traction)
-    if disc.scene.bodies.K != 0:
+    if disc.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact
     if state.slips is not None:
         areas[contact & state.slips] = SLIP
-    elif not disc.scene.no_slip:
-        bound = np.asarray(disc.friction) * state.pressure
+    elif not disc.no_slip:
+        bound = np.asarray(disc.coefficient) * state.pressure
         trial = state.traction - shift / own_influence(disc)
         noise = 1e-12 * np.abs(trial).max()
         areas[contact & (np.hypot(*trial) > bound * (1 + 1e-8) + noise)] = SLIP
@@ -39,7 +39,7 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
 
 def own_influence(disc: Discretisation) -> float:
     """Mean of an element's influence on itself along x and y; any, where there is no traction to compare with."""
-    return 1.0 if disc.scene.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal
+    return 1.0 if disc.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal
 
 
 def unit_slip(disc: Discretisation) -> float:

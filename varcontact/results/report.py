@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from varcontact.planning.plan import Plan
     from varcontact.planning.sizes import Sizes
+    from varcontact.problem.tally import Calls
     from varcontact.results.history import History
     from varcontact.results.solution import Solution
 
@@ -117,17 +118,28 @@ def no_guarantee(sol: Solution) -> str:
 
 def _methods(sol: Solution) -> list[tuple[str, str]]:
     rows = []
+    if sol.plan.method != "auto":
+        rows.append(("method", f"{sol.plan.method}: {sol.plan.reasons.get('method', '')}"))
     for name in ("normal", "tangential", "coupling"):
-        steps = sol.iterations.get(name)
-        iterations = f", {steps} iterations" if steps else ""
+        chosen, by = getattr(sol.plan, name), sol.solved_by.get(name, "")
+        end = f"; the answer is that of {by}" if by not in ("", chosen) else ""
         if name == "coupling" and sol.passes and sol.friction is None:
-            iterations = f", {len(sol.passes)} passes"
-        rows.append((name, f"{getattr(sol.plan, name)}: {sol.plan.reasons.get(name, '')}{iterations}"))
+            end = f", {len(sol.passes)} passes"
+        rows.append((name, f"{chosen}: {sol.plan.reasons.get(name, '')}{end}"))
+    for problem, solvers in sol.calls.items():
+        name = "solver calls" if problem == next(iter(sol.calls)) else ""
+        rows.append((name, f"{problem}: {', '.join(_called(*each) for each in solvers.items())}"))
     if sol.branch:
         rows.append(("friction law", _law(sol)))
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
     rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))
     return rows
+
+
+def _called(name: str, calls: Calls) -> str:
+    """A solver's calls, for people."""
+    iterations = f"{calls.iterations} iterations, " if calls.iterations else ""
+    return f"{name} {calls.count} ({iterations}{calls.seconds:.2g} s)"
 
 
 def _law(sol: Solution) -> str:
@@ -177,7 +189,7 @@ def plan_report(plan: Plan) -> str:
         for name in ("dimension", "bodies", "surface", "motion", "friction")
     ]
     rows += [("special", f"{name}: {plan.reasons[name]}") for name in plan.special]
-    methods = ("normal", "tangential", "coupling", "formulation")
+    methods = ("method", "normal", "tangential", "coupling", "formulation")
     rows += [("", ""), *((name, f"{getattr(plan, name)}: {plan.reasons[name]}") for name in methods)]
     if plan.sizes is not None:
         rows += [("", ""), *_sizes(plan.sizes)]
@@ -245,6 +257,7 @@ _SHOWN = {
     "iterations": ("iterations", ".0f"),
     "set-up s": ("setup_seconds", ".3f"),
     "repeat s": ("repeat_seconds", ".3f"),
+    "calls": ("calls", "s"),
 }
 """Columns of the printed table: which of the measured ones, and how written."""
 

@@ -41,8 +41,9 @@ def sensitivity(sol: Solution) -> np.ndarray:
 def _unit_shifts(disc: Discretisation) -> np.ndarray:
     """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
     motion, every = disc.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
+    assert motion is not None
     still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
-    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.scene.line else 3]
+    names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.line else 3]
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
     return np.array([disc.moved(unit).rigid_shift().reshape(2, -1) for unit in units])
 
@@ -145,7 +146,7 @@ class _Linearised:
         rows[:pressed] = every[:, :, bears].reshape(pressed, -1) @ columns
         rows[:pressed, first : first + pressed] += self.disc.normal_operator.dense(self.pressed)
         rows[:pressed, -1] = -1.0
-        if self.disc.scene.normal_force is not None:
+        if self.disc.normal_force is not None:
             rows[-1, first : first + pressed] = 1.0
         else:
             rows[-1, -1] = 1.0

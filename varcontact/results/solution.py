@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.planning.plan import Plan
-from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretisation import Discretisation, undeformed_distance
 from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
+from varcontact.problem.tally import Calls
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,6 +59,12 @@ class Solution:
         Solver iterations by problem.
     status : dict
         The solvers' own words, by problem.
+    solved_by : dict
+        The solver whose answer it is, by problem: not that of the plan, where active sets polished its answer or
+        another had to be asked.
+    calls : dict of dict of Calls
+        By problem ("normal", "tangential"; "joint" for both in one program, "grid" before an automatic grid was found)
+        and by solver: how often it was called, polish, fallback and safeguards included, its iterations and seconds.
     timing : dict
         Seconds by stage, and in total.
     passes : tuple of (float, float)
@@ -86,6 +93,8 @@ class Solution:
     timing: dict[str, float]
     passes: tuple[tuple[float, float], ...] = ()
     branch: str = ""
+    solved_by: dict[str, str] = field(default_factory=dict)
+    calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
 
     @property
     def normal_force(self) -> float:
@@ -139,8 +148,46 @@ class Solution:
 
     @property
     def friction_work(self) -> float:
-        """Work lost by friction: by distance rolled [force], in a shift [force length]."""
+        """Work lost by friction, ``-sum(p.s) dx dy``: by distance rolled [force], in a shift [force length].
+
+        The slip of a step is weighed with the traction at the end of the step. In steady rolling this loses less than
+        `power` puts in, by a part that falls with the first order of the step.
+        """
         return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
+
+    @property
+    def power(self) -> float:
+        """Work that the rolling motion puts into the contact, by distance rolled [force]; in a shift [force length].
+
+        ``-(Fx vx + Fy vy + Mz spin)``, and for unlike bodies ``sum(pz dh/dx) dx dy`` in addition: tractions move
+        their pressure forward, which resists rolling. In steady rolling friction loses all of it, and this is the more
+        exact measure of the two on a coarse grid (docs/theory.md). A shift, and a step of a history, also change the
+        elastic energy.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> for cells in (12, 24):
+        ...     scene = vc.Scene(
+        ...         bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+        ...         motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=cells, ny=cells))
+        ...     sol = vc.solve(scene)
+        ...     print(f"{sol.power:.5f} {sol.friction_work:.5f}")
+        0.00880 0.00649
+        0.00858 0.00738
+        """
+        loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
+        moved = loads != 0  # a creepage that could be any is NaN, and moves nothing
+        return self._rolling_resistance() - float(loads[moved] @ motion[moved])
+
+    def _rolling_resistance(self) -> float:
+        """``sum(pz dh/dx) dx dy`` along the direction of rolling [force]: zero for like bodies (Betti)."""
+        rolls = 0 if self.motion is None else self.motion.rolls
+        if rolls == 0 or self.scene.bodies.K == 0 or not self.pressure.any() or self.grid.nx == 1:
+            return 0.0
+        distance = undeformed_distance(self.scene.surface, self.scene.hertz, self.grid)
+        slope = np.gradient(distance, self.grid.sides[0], axis=1, edge_order=2 if self.grid.nx > 2 else 1)
+        return rolls * float(np.sum(self.pressure * slope) * self.grid.area)
 
     def report(self) -> str:
         """The solution in words, for people."""
@@ -170,6 +217,8 @@ class Solution:
             "moment": known(self.moment),
             "approach": known(self.approach),
             "creepage": [known(c) for c in self.creepage],
+            "power": known(self.power),
+            "friction_work": known(self.friction_work),
             "elements": self.elements,
             "certificate": {
                 "gap": known(certificate.gap),
@@ -182,9 +231,12 @@ class Solution:
             },
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
+            "road": self.plan.method,
             "formulation": self.plan.formulation,
             "iterations": self.iterations,
             "status": self.status,
+            "solved_by": self.solved_by,
+            "calls": plain_calls(self.calls),
             "passes": len(self.passes),
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
@@ -211,7 +263,7 @@ class Solution:
         Raises
         ------
         OutputError
-            If the file cannot be written.
+            If the file cannot be written, or its name does not end in ``.nc``.
         """
         from varcontact.io.solution_file import save
 
@@ -253,16 +305,24 @@ class Solution:
         return plot(self)
 
     def plot_passes(self) -> Figure:
-        """Picture of how the passes of a coupling loop converged.
+        """Picture of how the passes of a coupling loop, or under a law of friction, converged.
 
         Raises
         ------
         SceneError
-            If there was no coupling loop.
+            If there were no passes.
         """
         from varcontact.plotting.solution import plot_passes
 
         return plot_passes(self)
+
+
+def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
+    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
+    return {
+        problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
+        for problem, solvers in calls.items()
+    }
 
 
 def known(value: float) -> float | None:
@@ -271,15 +331,16 @@ def known(value: float) -> float | None:
 
 
 def solution_of(
+    scene: Scene,
     disc: Discretisation,
     plan: Plan,
     state: ContactState,
     certificate: Certificate,
     converged: bool,
     timing: dict[str, float],
+    calls: dict[str, dict[str, Calls]],
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
-    scene = disc.scene
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
     if scene.bodies.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
@@ -304,17 +365,19 @@ def solution_of(
         timing=timing,
         passes=state.passes,
         branch=state.branch,
+        solved_by=state.solved_by,
+        calls=calls,
     )
 
 
 def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """What is prescribed, and what was found where a force is; NaN where it could be any."""
-    if disc.scene.motion is None:
+    if disc.motion is None:
         return 0.0, 0.0, 0.0
     motion, found = disc.motion, state.rigid / rolled
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
-    unknown = np.full(2, disc.scene.frictionless or not state.pressure.any())
+    unknown = np.full(2, disc.frictionless or not state.pressure.any())
     if disc.afloat and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.carried is None else disc.carried.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
-
-if TYPE_CHECKING:
-    from varcontact.results.solution import Solution
 
 SPIN_OFFSET = 1 / 6
 
@@ -62,13 +60,11 @@ class Steady:
         """1: towards positive x."""
         return 1
 
-    def shift(self, x: np.ndarray, y: np.ndarray, dq: float, length: float = 1.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 in a step dq (75), at points, (2, ...) [length].
-
-        Points and dq are in units of `length`.
-        """
-        x, spin = x + self.spin_offset * dq, self.spin * length
-        return np.array([self.vx - spin * y, self.vy + spin * x]) * (dq * length)
+    def step(self, dq: float) -> TimeStep:
+        """The step of a distance dq [length] that is repeated."""
+        return TimeStep(
+            dq=dq, vx=self.vx, vy=self.vy, spin=self.spin, Fx=self.Fx, Fy=self.Fy, spin_offset=self.spin_offset
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,10 +100,9 @@ class Shift:
         """0: nothing rolls."""
         return 0
 
-    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0, length: float = 1.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 at points in units of `length`, (2, ...) [length]."""
-        turn = self.rotation * length
-        return np.array([self.ux - turn * y, self.uy + turn * x])
+    def step(self, dq: float = 0.0) -> TimeStep:
+        """The step in place that it is."""
+        return TimeStep(dq=0.0, ux=self.ux, uy=self.uy, rotation=self.rotation, Fx=self.Fx, Fy=self.Fy)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,12 +151,36 @@ class TimeStep:
         """1 towards positive x, -1 towards negative x, 0 in place."""
         return self.direction if self.dq > 0 else 0
 
-    def shift(self, x: np.ndarray, y: np.ndarray, dq: float = 0.0, length: float = 1.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 in the step at points in units of `length`, (2, ...) [length]."""
+    def step(self, dq: float = 0.0) -> TimeStep:
+        """Itself."""
+        return self
+
+    def shift(self, x: np.ndarray, y: np.ndarray, length: float = 1.0) -> np.ndarray:
+        """Rigid shift of body 1 over body 2 in the step (75), at points in units of `length`, (2, ...) [length]."""
         spin, turn = self.spin * length, self.rotation * length
         along = x + self.spin_offset * self.direction * self.dq / length
         rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
         return rolling + np.array([self.ux - turn * y, self.uy + turn * x])
+
+
+class Start(Protocol):
+    """What a history can go on from: a solution."""
+
+    @property
+    def grid(self) -> Grid:
+        """Potential contact."""
+
+    @property
+    def pressure(self) -> np.ndarray:
+        """Shape (ny, nx) [force/area]."""
+
+    @property
+    def traction(self) -> np.ndarray:
+        """On body 1, shape (2, ny, nx) [force/area]."""
+
+    @property
+    def state(self) -> np.ndarray:
+        """0 exterior, 1 stick, 2 slip, shape (ny, nx)."""
 
 
 Motion = Steady | Shift | TimeStep
@@ -237,7 +256,7 @@ spin_offset=0.16666666666666666)
     approach: Choices = None
     friction: float | Law | Sequence[float | Law | None] | None = None
     surface: Sequence[Surface] | None = None
-    start: Solution | None = None
+    start: Start | None = None
     interpolate: bool = False
     spin_offset: float = SPIN_OFFSET
 
@@ -251,11 +270,9 @@ spin_offset=0.16666666666666666)
             self._check_apart(force, along_y)
         if self.surface is not None:
             self._check_surfaces()
-        if self.start is not None:
-            from varcontact.results.solution import Solution
-
-            if not isinstance(self.start, Solution):
-                raise SceneError("motion.start", self.start, "a Solution")
+        fields = ("grid", "pressure", "traction", "state")
+        if self.start is not None and not all(hasattr(self.start, name) for name in fields):
+            raise SceneError("motion.start", self.start, "a Solution")
         checks.flag("motion.interpolate", self.interpolate)
         _check_offset(self)
 

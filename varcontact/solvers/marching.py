@@ -71,4 +71,4 @@ def march(solver: Solver, problem: TangentialProblem, settings: Settings, start:
             # A solver that fails may give back its start: then nothing changes either.
             status = "Steady" if residual <= settings.tol or raw.solved else raw.status
             break
-    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady")
+    return RawSolution(at.traction, at.rigid, iterations, status, status == "Steady", at.solver)

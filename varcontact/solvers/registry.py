@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
+from typing import TypeVar
 
 from varcontact import checks
 from varcontact.errors import SolverUnavailable
@@ -18,24 +19,26 @@ from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
 from varcontact.solvers.matrix_free.normal import newton_normal
 from varcontact.solvers.matrix_free.tangential import newton_tangential
 
-NormalSolver = Callable[[NormalProblem, Settings, RawSolution | None], RawSolution]
-TangentialSolver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
+Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
+Start = TypeVar("Start", RawSolution, RawSolution | None)
+Solver = Callable[[Problem, Settings, Start], RawSolution]
+NormalSolver = Solver[NormalProblem, RawSolution | None]
+TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start),
     "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
     "newton": newton_normal,
 }
-TANG_EXACT = partial(tang, newton="exact")
 TANGENTIAL: dict[str, TangentialSolver] = {
-    "tang": lambda problem, settings, start: _from_a_start_or_none(tang, problem, start),
-    "tang-exact": lambda problem, settings, start: _from_a_start_or_none(TANG_EXACT, problem, start),
-    "tang-safeguarded": lambda problem, settings, start: _from_a_start_or_none(tang_safeguarded, problem, start),
+    "tang": lambda problem, settings, start: tang(problem, start),
+    "tang-exact": lambda problem, settings, start: tang(problem, start, newton="exact"),
+    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start, tally=settings.tally),
     "newton": newton_tangential,
 }
 
 MATRIX_FREE = ("newton",)
-"""Methods of either kind that form no matrix, and reach the tolerance that they are told."""
+"""Methods of either kind that form no matrix, reach the tolerance that they are told, and begin anew by themselves."""
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
 """Called directly; others through the families."""
@@ -56,13 +59,29 @@ def tangential_methods() -> list[str]:
 
 
 def normal_solver(name: str) -> NormalSolver:
-    """The solver of the normal problem of that name."""
-    return NORMAL[name] if name in NORMAL else partial(_program, partial(solve_normal, name))
+    """The solver of the normal problem of that name, its calls counted."""
+    return counted(name, NORMAL[name] if name in NORMAL else partial(_program, partial(solve_normal, name)))
 
 
 def tangential_solver(name: str) -> TangentialSolver:
-    """The solver of the tangential problem of that name."""
-    return TANGENTIAL[name] if name in TANGENTIAL else partial(_program, partial(solve_tangential, name))
+    """The solver of the tangential problem of that name, its calls counted."""
+    if name in MATRIX_FREE:
+        return counted(name, TANGENTIAL[name])
+    if name in TANGENTIAL:
+        return partial(_from_a_start_or_none, counted(name, TANGENTIAL[name]))
+    return counted(name, partial(_program, partial(solve_tangential, name)))
+
+
+def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
+    """A solver whose calls are counted in `settings.tally` by a name, which its answers bear unless they have one."""
+
+    def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
+        with settings.tally.called(name):
+            raw = solver(problem, settings, start)
+            settings.tally.iterated(name, raw.iterations)
+        return replace(raw, solver=raw.solver or name)
+
+    return solve
 
 
 def states_programs(name: str) -> bool:
@@ -116,15 +135,13 @@ def load_packages(*names: str) -> None:
 
 
 def _from_a_start_or_none(
-    method: Callable[[TangentialProblem, RawSolution | None], RawSolution],
-    problem: TangentialProblem,
-    start: RawSolution | None,
+    method: TangentialSolver, problem: TangentialProblem, settings: Settings, start: RawSolution | None
 ) -> RawSolution:
     """TANG; where a start (the step, the pass or the creepage before) leads nowhere, from its own."""
-    raw = method(problem, start)
+    raw = method(problem, settings, start)
     if start is None or raw.solved:
         return raw
-    again = method(problem, None)
+    again = method(problem, settings, None)
     return replace(again, iterations=raw.iterations + again.iterations)
 
 

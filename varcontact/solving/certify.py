@@ -11,11 +11,11 @@ from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import Certificate, certify_problems, normal_residual
+from varcontact.problem.state import ContactState
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution, solution_of
-from varcontact.scene.friction import Law
 from varcontact.scene.motion import TimeStep
-from varcontact.solving.coupling import ContactState
+from varcontact.scene.scene import Scene
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.subproblems import Steps
 from varcontact.theories.methods import THEORIES
@@ -24,19 +24,21 @@ ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
 
 
-def judged(disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
     """The solution, with its certificate; held to the tolerance."""
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
     posed = disc
-    if isinstance(disc.scene.friction, Law) and plan.tangential != "none":
+    if disc.law is not None and plan.tangential != "none":
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
         certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
     residual = _residual_as_posed(disc, plan, state, certificate)
-    if not isinstance(disc.scene.motion, TimeStep):  # the steps of a history share its plan
-        plan = replace(plan, sizes=sizes_found(posed, plan, state))
-    solution = solution_of(disc, plan, state, certificate, residual <= tol, steps.clock.timing())
+    if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
+        found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
+        plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
+    clock = steps.clock
+    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
     if not solution.converged:
         raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

@@ -21,12 +21,13 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import magnitude, project
 from varcontact.problem.slip import SLIP, own_influence, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.coupling import ContactState, fixed_point
+from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
 
 Contact = Callable[[Discretisation, ContactState, float], ContactState]
 Judge = Callable[[Discretisation, ContactState], float]
@@ -77,29 +78,18 @@ def under_law(
         shift, areas = shift_and_areas(trial, after)
         return replace(after, friction=np.where(areas == SLIP, _at_slip(trial, shift), state.friction))
 
-    def with_friction(state: ContactState, friction: np.ndarray) -> ContactState:
-        return replace(state, friction=np.clip(friction, law.kinetic, law.static))
-
     def residual(state: ContactState) -> float:
         return judge(disc.rubbing(coefficient(disc, state)), state)
 
+    coefficients = Unknown("friction", law.kinetic, law.static)
     elements = int(np.count_nonzero(state.pressure)) + 2
-    passes = MAX_PASSES if law.continuous else elements
+    limits = Limits(tol, elements, patience=elements, plain=elements)
+    if law.continuous:
+        limits = Limits(tol, MAX_PASSES, patience=MAX_PASSES, plain=PLAIN, near=NEAR)
     if state.friction is None:
         state = replace(state, friction=_start(law, disc.grid, start), branch=branch_of(start))
     try:
-        return fixed_point(
-            one_pass(replace(state, passes=())),
-            one_pass,
-            lambda state: np.asarray(state.friction),
-            with_friction,
-            residual,
-            tol,
-            max_passes=passes,
-            patience=passes,
-            plain=PLAIN if law.continuous else passes,
-            near=NEAR if law.continuous else 0.0,
-        )
+        return fixed_point(one_pass(replace(state, passes=())), one_pass, coefficients, residual, limits)
     except Saturated as error:
         raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[state.branch]})") from None
 
@@ -141,9 +131,8 @@ def branch_of(start: str | Solution | None) -> str:
 
 
 def _law(disc: Discretisation) -> Law:
-    law = disc.scene.friction
-    assert isinstance(law, Law)
-    return law
+    assert disc.law is not None
+    return disc.law
 
 
 def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
@@ -168,10 +157,10 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     """The coefficients that particles bring along into a step of a history: who slipped, goes on as it slipped."""
-    law, step = disc.scene.friction, disc.step
-    if not isinstance(law, Law):
+    law, step = disc.law, disc.step
+    if law is None:
         return None
-    way = 0 if step is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
+    way = 0 if step is None or disc.motion is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
     known = known_from(law, before)
     came = np.full(known.shape, law.static)
     nx = known.shape[1]

@@ -12,11 +12,12 @@ from varcontact.errors import SceneError
 from varcontact.planning import memory
 from varcontact.problem.contact_grid import Box, contact_box, outside
 from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.operators import Operators
+from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
 
@@ -72,18 +73,24 @@ def known_grid(scene: Scene) -> Grid:
     return spec if hertz is None else spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
 
 
-def on_a_grid_that_holds_it(scene: Scene, steps: Steps) -> tuple[Discretisation, ContactState]:
+def on_a_grid_that_holds_it(
+    scene: Scene, steps: Steps, known: Operators | None = None
+) -> tuple[Discretisation, ContactState]:
     """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
 
+    Operators that are `known` from the scene before serve again, where they are of the same lattice.
     The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
     """
     closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
     with steps.clock("grid"):
-        looks = Steps(replace(steps.plan, normal="norm"), 1e-6, True, Clock())
+        normal = steps.plan.normal if steps.plan.method == "convex" else "norm"
+        looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+        steps.clock.adopt("grid", looks.clock.tally("normal"))
     moved = 0
     for attempt in range(20):
-        disc = discretise(scene, grid)
+        disc = discretise(scene, grid, known)
+        known = disc.operators
         state = steps.pressure(disc, unloaded(grid))
         with steps.clock("grid"):
             overlap = outside(disc, state, closed_form)

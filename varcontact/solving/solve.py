@@ -11,8 +11,10 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Saturated, SceneError
 from varcontact.planning.plan import Plan, make_plan
+from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.gap import Certificate, certify_problems
+from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -21,15 +23,16 @@ from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloaded
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
+from varcontact.threads import one_blas_thread
 
 
+@one_blas_thread()
 def solve(
     scene: Scene,
     normal: str = "auto",
@@ -37,8 +40,9 @@ def solve(
     coupling: str = "auto",
     *,
     formulation: str = "auto",
-    tol: float = 1e-8,
-    polish: bool = True,
+    method: str = "auto",
+    tol: float = TOLERANCE,
+    polish: bool | None = None,
     start: str | Solution | None = None,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
@@ -65,12 +69,20 @@ def solve(
         The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
         rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but
         "marching".
+    method : {"auto", "convex", "active-set", "kalker"}
+        The road as one choice; `normal` and `tangential` refine it. "convex": the QP of pressures and the SOCP of
+        tractions, for unlike bodies in Panagiotopoulos's loop, each by a conic solver (Clarabel, if none is named),
+        its answers refined by splitting, without any active set. "active-set": NORM and the safeguarded TANG, and no
+        program. "kalker": NORM and TANG as printed. "auto": the same as "active-set", as the fastest by measurement,
+        but solvers of programs and theories may be named, and a program is asked where active sets fail. Hertz's
+        pressure in closed form is part of all of them, unless another `normal` is named.
     tol : float
-        Natural-map residual to reach, relative to the largest traction.
-    polish : bool
-        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it.
-        Without it an interior-point answer is good to between 1e-5 and 1e-9 in the tractions, and a smaller `tol`
-        is not reached. Active-set methods and theories are never polished.
+        Natural-map residual to reach, relative to the largest traction. Every method reaches the default.
+    polish : bool, optional
+        Take the answer of a solver of programs to rounding by NORM and the safeguarded TANG, started from it: done
+        unless it is said to be False, but never by the method "convex". Without polish and refinement an
+        interior-point answer is good to between 1e-6 and 1e-9 in the tractions, and a smaller `tol` is not reached.
+        Active-set methods and theories are never polished.
     start : {"stick", "slip"} or Solution, optional
         Under a law of friction, which of the solutions is sought: that with much friction, from the static
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
@@ -116,8 +128,8 @@ def solve(
     """
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
-    plan = make_plan(scene, normal, tangential, coupling, formulation)
-    tol, polish = checks.positive("tol", tol), checks.flag("polish", polish)
+    plan = make_plan(scene, normal, tangential, coupling, formulation, method)
+    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     check_start(scene, start, plan.tangential in THEORIES)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store)
@@ -131,7 +143,16 @@ def solve(
     )
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
     disc, state = on_a_grid_that_holds_it(scene, steps)
-    return judged(disc, state, steps)
+    return judged(scene, disc, state, steps)
+
+
+def polished_by(plan: Plan, polish: bool | None) -> bool:
+    """Whether active sets take the answers of a plan's programs to rounding: unless it is refused, or "convex"."""
+    convex = plan.method == "convex"
+    polish = not convex if polish is None else checks.flag("polish", polish)
+    if polish and convex:
+        raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
+    return polish
 
 
 def solve_many(
@@ -147,16 +168,22 @@ def solve_many(
     Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
     each solution is where the next begins, with methods that can begin somewhere.
     """
-    setups, disc, state = Setups(), None, None
+    setups = Setups()
+    disc: Discretisation | None = None
+    state: ContactState | None = None
     for motion in motions:
-        _check_saturation(replace(scene, motion=motion))
+        posed = replace(scene, motion=motion)
+        _check_saturation(posed)
         steps = Steps(plan, tol, polish, Clock(progress), setups)
-        if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-            disc = disc.moved(motion)
-            state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
-        else:
-            disc, state = on_a_grid_that_holds_it(replace(scene, motion=motion), steps)
-        yield judged(disc, state, steps)
+        with one_blas_thread():
+            if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+                disc = disc.moved(motion)
+                state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
+            else:
+                known = None if disc is None else disc.operators
+                disc, state = on_a_grid_that_holds_it(posed, steps, known)
+            solution = judged(posed, disc, state, steps)
+        yield solution
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:

@@ -3,41 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
-from varcontact.errors import NotConverged, Saturated, SceneError, TooLarge
+from varcontact.errors import NotConverged, Saturated
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation, out_of_reach
-from varcontact.problem.gap import magnitude, normal_residual, project, residuals, tangential_residual
+from varcontact.problem.gap import project, residuals
 from varcontact.problem.mirror import mirror_of
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
+from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
-from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.marching import march
-from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
-from varcontact.solving.coupling import ContactState, alternating, joint, panagiotopoulos
+from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
+from varcontact.solving.polish import joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.timing import Clock
 from varcontact.theories.methods import THEORIES
-
-UNPOLISHED = 1e-2
-"""Part of the tolerance that is asked of a solver whose answer nothing improves."""
-
-NEWTON_STEPS_FROM_START = 8
-"""Newton steps of TANG from the pass or the step before, until it must have come nearer."""
-
-_Problem = TypeVar("_Problem", NormalProblem, TangentialProblem)
 
 
 def unloaded(grid: Grid) -> ContactState:
@@ -74,18 +62,20 @@ class Steps:
         """The state with the pressure that goes with its tractions."""
         with self.clock("normal"):
             if self.plan.normal == "hertz":
-                return hertz_pressure(disc, state)
-            coupled = disc.scene.bodies.K != 0 and np.any(state.traction)
+                with self.clock.tally("normal").called("hertz"):
+                    state = hertz_pressure(disc, state)
+                return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
+            coupled = disc.K != 0 and np.any(state.traction)
             problem = disc.normal_problem(state.traction if coupled else None).reachable()
             elements = problem.operator.elements
             if elements.size == 0:
-                raise out_of_reach(disc.scene, disc.grid)
+                raise out_of_reach(disc.surface, disc.approach, disc.grid)
             peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size)
             memory.need("the normal problem", peak, "a grid with fewer elements would fit")
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = self._normal(problem, start)
+            raw = normal_road(self.plan, self.polish)(problem, self._settings("normal"), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -94,16 +84,16 @@ class Steps:
                 state,
                 pressure=pressure.reshape(disc.grid.shape),
                 approach=float(raw.rigid[0]),
-                iterations=_counted(state, "normal", raw.iterations),
-                status={**state.status, "normal": raw.status},
-                solved={**state.solved, "normal": raw.solved},
+                **_answered(state, "normal", raw),
             )
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure."""
         with self.clock("tangential"):
             if self.plan.tangential in THEORIES:
-                return THEORIES[self.plan.tangential](disc, state)
+                with self.clock.tally("tangential").called(self.plan.tangential):
+                    state = THEORIES[self.plan.tangential](disc, state)
+                return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(
                 state.pressure, state.bearing, marching=self.plan.formulation == "marching"
             )
@@ -116,9 +106,7 @@ class Steps:
                 state,
                 traction=traction,
                 rigid=rigid,
-                iterations=_counted(state, "tangential", raw.iterations),
-                status={**state.status, "tangential": raw.status},
-                solved={**state.solved, "tangential": raw.solved},
+                **_answered(state, "tangential", raw),
             )
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -129,7 +117,7 @@ class Steps:
         """
         if self.plan.formulation == "complementary" and states_programs(self.plan.tangential):
             state = self._joint_program(disc, state)
-            if not self.polish:
+            if not self.polish or self.plan.method == "convex":
                 return state
         enough = 0.01 * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
@@ -145,11 +133,11 @@ class Steps:
         size = normal.distance.size + tangential.rigid_shift.size
         peak = memory.peak(self.plan.tangential, "complementary", size)
         memory.need("the joint program", peak, "a grid with fewer elements would fit")
-        asked = 1e-6 if self.polish else UNPOLISHED * self.tol
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = solve_joint(self.plan.tangential, normal, tangential, coupling, self._settings(asked))
+            road = joint_road(self.plan, self.polish)
+            pressed, rubbed = road(normal, tangential, coupling, self._settings("joint"))
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -160,19 +148,8 @@ class Steps:
             approach=float(pressed.rigid[0]),
             traction=traction,
             rigid=rigid,
-            iterations=_counted(state, "tangential", rubbed.iterations),
-            status={**state.status, "tangential": rubbed.status},
-            solved={**state.solved, "tangential": rubbed.solved},
+            **_answered(replace(state, solved_by={**state.solved_by, "normal": pressed.solver}), "tangential", rubbed),
         )
-
-    def _normal(self, problem: NormalProblem, start: RawSolution | None) -> RawSolution:
-        solver = normal_solver(self.plan.normal)
-        if not states_programs(self.plan.normal):
-            return solver(problem, self._settings(self.tol), start)
-        if self.polish:
-            near = None if start is None else norm(problem, start)
-            return self._polished(problem, solver, norm, normal_residual, start, near)
-        return without_noise(problem, solver(problem, self._settings(UNPOLISHED * self.tol), start))
 
     def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
@@ -193,91 +170,17 @@ class Steps:
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             "a grid with fewer elements would fit",
         )
-        if problem.no_slip and self.plan.tangential not in MATRIX_FREE:
-            return no_slip(problem)
-        solver = tangential_solver(self.plan.tangential)
-        if self.plan.formulation == "marching":
-            solver = partial(march, solver)
-        if not (self.polish and states_programs(self.plan.tangential)):
-            if self.plan.formulation == "gap" and not problem.monotone:
-                raise SceneError(
-                    "formulation", "gap", "another: the gap is not convex for so long elements and short dq"
-                )
-            unpolished = 1.0 if self.plan.tangential in MATRIX_FREE else UNPOLISHED
-            raw = solver(problem, self._settings(unpolished * self.tol), start)
-            missed = self.plan.fallback != "none" and self.plan.formulation == "none"
-            missed = missed and tangential_residual(problem, raw.traction, raw.rigid) > self.tol
-            return self._by_program(problem, raw) if missed else raw
-        if start is None or not problem.symmetric:
-            sticking = no_slip(problem)
-            if np.all(magnitude(sticking.traction) <= problem.bound):
-                return sticking  # friction is nowhere exhausted: the linear solution is the solution
-        if self.plan.formulation == "gap" and not problem.monotone:
-            # No convex program: what finds a solution is tried, and the certificate judges it.
-            return tang_safeguarded(problem)
-        near = None if start is None else _from_start(problem, start)
-        return self._polished(problem, solver, tang_safeguarded, tangential_residual, start, near)
+        return tangential_road(self.plan, self.polish)(problem, self._settings("tangential"), start)
 
-    def _by_program(self, problem: TangentialProblem, near: RawSolution) -> RawSolution:
-        """The polished answer of the plan's fallback, if there is a convex program and memory for it."""
-        formulation = "complementary" if problem.symmetric else "gap"
-        try:
-            peak = memory.peak(self.plan.fallback, formulation, problem.rigid_shift.size)
-            memory.need("the tangential program", peak, "a grid with fewer elements would fit")
-        except TooLarge:
-            return near
-        if formulation == "gap" and not problem.monotone:
-            return near
-        steps = replace(self, plan=replace(self.plan, tangential=self.plan.fallback, formulation=formulation))
-        solver = tangential_solver(self.plan.fallback)
-        return steps._polished(problem, solver, tang_safeguarded, tangential_residual, None, near)
-
-    def _settings(self, tol: float) -> Settings:
-        return Settings(tol, self.plan.formulation, self.setups)
-
-    def _polished(
-        self,
-        problem: _Problem,
-        solver: Callable[[_Problem, Settings, RawSolution | None], RawSolution],
-        polish: Callable[[_Problem, RawSolution | None], RawSolution],
-        residual: Callable[[_Problem, np.ndarray, np.ndarray], float],
-        start: RawSolution | None,
-        near: RawSolution | None,
-    ) -> RawSolution:
-        """A solver's answer, polished: the solver is asked for no more than the polish needs to succeed.
-
-        Where the polish takes a start (the pass or the step before) to the tolerance, `near`, no solver is needed. Near
-        saturation the polish can be lost beside the solution, where almost nothing sticks: then it begins on its own.
-        """
-        enough = min(self.tol, 1e-9)
-        best = None if near is None else replace(near, iterations=0)
-        answer = start
-        for asked in (1e-2, 1e-4, 1e-6):
-            if best is not None and residual(problem, best.traction, best.rigid) <= enough:
-                break
-            answer = solver(problem, self._settings(asked), start)
-            if not (np.isfinite(answer.traction).all() and np.isfinite(answer.rigid).all()):
-                continue
-            raw = replace(polish(problem, answer), iterations=answer.iterations)
-            if best is None or residual(problem, raw.traction, raw.rigid) < residual(
-                problem, best.traction, best.rigid
-            ):
-                best = raw
-        assert answer is not None
-        if best is None:
-            return answer
-        reached = residual(problem, best.traction, best.rigid)
-        if reached > self.tol:
-            alone = replace(polish(problem, None), iterations=answer.iterations)
-            best = alone if residual(problem, alone.traction, alone.rigid) < reached else best
-        return best
+    def _settings(self, problem: str) -> Settings:
+        return Settings(self.tol, self.plan.formulation, self.setups, self.clock.tally(problem))
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
     """Pressure and traction, from the pressure without traction."""
     if steps.plan.tangential == "none":
         return start
-    if not isinstance(disc.scene.friction, Law):
+    if disc.law is None:
         return _coupled(disc, steps, start, steps.tol / 10)
     if steps.plan.tangential in THEORIES:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
@@ -309,28 +212,12 @@ def _tangential(disc: Discretisation, state: ContactState) -> float:
     return residuals(disc, state.pressure, state.approach, state.traction, state.rigid)[1]
 
 
-def _from_start(problem: TangentialProblem, start: RawSolution) -> RawSolution:
-    """TANG from the pass or the step before; given up soon where that leads nowhere, for a solver knows better."""
-    near = tang_safeguarded(problem, start, max_steps=NEWTON_STEPS_FROM_START)
-    before, after = (tangential_residual(problem, raw.traction, raw.rigid) for raw in (start, near))
-    return near if near.solved or after > 1e-2 * before else tang_safeguarded(problem, near)
-
-
-def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
-    """A solver's answer without the small pressures that it leaves where the bodies are apart.
-
-    An element is in contact where the natural map ``p - e/rho`` is positive: the pressure outweighs the distance.
-    """
-    distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
-    return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
-
-
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
-        raise out_of_reach(disc.scene, disc.grid)
+        raise out_of_reach(disc.surface, disc.approach, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
     approach = (disc.hertz_approach - disc.base) / disc.displacement
     return replace(state, pressure=pressure / disc.pressure, approach=approach)
@@ -344,5 +231,12 @@ def _check_force(problem: TangentialProblem, scale: float) -> None:
         raise Saturated(size * scale, limit * scale)
 
 
-def _counted(state: ContactState, problem: str, iterations: int) -> dict[str, int]:
-    return {**state.iterations, problem: state.iterations.get(problem, 0) + iterations}
+def _answered(state: ContactState, problem: str, raw: RawSolution) -> dict[str, Any]:
+    """What a state says of the answer to one of its problems."""
+    return {
+        "iterations": {**state.iterations, problem: state.iterations.get(problem, 0) + raw.iterations},
+        "status": {**state.status, problem: raw.status},
+        "solved": {**state.solved, problem: raw.solved},
+        "solved_by": {**state.solved_by, problem: raw.solver},
+        "reasons": {**state.reasons, problem: raw.reason},
+    }

@@ -1,4 +1,4 @@
-"""Seconds by stage, and word of each stage to whoever wants to show progress."""
+"""Seconds by stage, the calls of solvers, and word of each stage to whoever wants to show progress."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from varcontact import checks
+from varcontact.problem.tally import Calls, Tally
 
 
 class Clock:
-    """Adds up the time of named stages: ``with clock("normal"): ...``."""
+    """Adds up the time of named stages, ``with clock("normal"): ...``, and the calls of solvers."""
 
     def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self._begun = time.perf_counter()
-        self._progress = checks.progress(progress)
+        self._progress = progress
         self._stages: dict[str, float] = {}
+        self._tallies: dict[str, Tally] = {}
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
@@ -31,3 +32,15 @@ class Clock:
     def timing(self) -> dict[str, float]:
         """Seconds by stage so far, and in total."""
         return {**self._stages, "total": time.perf_counter() - self._begun}
+
+    def tally(self, problem: str) -> Tally:
+        """Where the calls for a problem are counted: "normal", "tangential", "joint", or "grid" before these."""
+        return self._tallies.setdefault(problem, Tally())
+
+    def adopt(self, problem: str, tally: Tally) -> None:
+        """Count the calls of another clock as well, as those for a problem."""
+        self._tallies[problem] = tally
+
+    def calls(self) -> dict[str, dict[str, Calls]]:
+        """Calls so far, by problem and solver."""
+        return {problem: dict(tally.calls) for problem, tally in self._tallies.items() if tally.calls}

@@ -7,31 +7,28 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 from __future__ import annotations
 
 from collections.abc import Callable, MutableSequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.planning.plan import Plan
 from varcontact.problem.contact_grid import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.gap import Certificate
+from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution, solution_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
-from varcontact.solving.coupling import ContactState
 from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
-
-KEPT_LAGS = 4
-"""Operators C that are kept, by the distance of their step."""
 
 
 def solve_transient(
@@ -46,6 +43,8 @@ def solve_transient(
     from varcontact.io.history_file import Stored
 
     motion = _motion(scene)
+    if not isinstance(motion.start, Solution | None):
+        raise SceneError("motion.start", motion.start, "a Solution")
     stored = None if store is None else Stored.opened(Path(store), scene, plan, tol, polish)
     steps = Steps(plan, tol, polish, Clock())
     contacts = _largest_contacts(scene)
@@ -63,7 +62,7 @@ def solve_transient(
         except VarcontactError as error:
             raise error.in_step(k, history) from error.__cause__
         except KeyboardInterrupt:
-            raise Interrupted(history, f" after {len(history)} steps") from None
+            raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
     return history
 
 
@@ -78,12 +77,11 @@ class _March:
     scene: Scene
     disc: Discretisation
     steps: Steps
-    lags: dict[float, GridOperator] = field(default_factory=dict)
 
     def start(self) -> Solution | None:
         """What the first step goes on from."""
         motion, grid = _motion(self.scene), self.disc.grid
-        start = motion.start
+        start = cast(Solution | None, motion.start)
         if start is None or _same(start.grid, grid):
             return start
         if not motion.interpolate or start.grid.line != grid.line:
@@ -106,7 +104,7 @@ class _March:
             # As printed it does best from its own start: on the areas of the step before its Newton's method fails.
             state = replace(state, traction=np.zeros_like(state.traction))
         if _apart(disc, closed_form=steps.plan.normal == "hertz"):
-            return _without_contact(disc, steps)
+            return _without_contact(scene, disc, steps)
         if steps.plan.coupling == "johnson":
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
@@ -117,7 +115,7 @@ class _March:
             overlap = outside(disc, state, steps.plan.normal == "hertz")
         if overlap is not None:
             enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
-        return judged(disc, state, steps)
+        return judged(scene, disc, state, steps)
 
     def _carried(self, scene: Scene, before: Solution | None) -> Carried | None:
         """Displacement differences that the particles bring along: u' = C p'."""
@@ -131,12 +129,8 @@ class _March:
         if not fields.any():
             return None
         distance = motion.direction * motion.dq / disc.length
-        if distance not in self.lags:
-            if len(self.lags) >= KEPT_LAGS:
-                del self.lags[next(iter(self.lags))]
-            self.lags[distance] = disc.carrying_operator(distance)
         force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
-        return Carried(self.lags[distance].apply(fields / disc.pressure), force)
+        return Carried(disc.operators.carrying(distance).apply(fields / disc.pressure), force)
 
 
 def _motion(scene: Scene) -> Transient:
@@ -183,16 +177,12 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
 
 
 def _discretisation(scene: Scene, grid: Grid) -> Discretisation:
-    """The grid with scales for all steps, and with the operators that they share.
+    """The grid with scales for all steps.
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
     disc = discretise(replace(scene, grid=grid), grid)
-    disc = replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
-    shared = [disc.lattice, disc.normal_operator, disc.tangential_operator]
-    if scene.bodies.K != 0:
-        shared += [disc.pressure_to_shift, disc.traction_to_distance]
-    return disc
+    return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
 
 
 def _state(disc: Discretisation, before: Solution | None) -> ContactState:
@@ -201,6 +191,7 @@ def _state(disc: Discretisation, before: Solution | None) -> ContactState:
         return unloaded(disc.grid)
     motion, was = disc.motion, before.scene.motion
     rigid = np.zeros(2)
+    assert motion is not None
     if motion.rolls and isinstance(was, TimeStep) and was.rolls:
         assert disc.step is not None
         creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.length / disc.displacement
@@ -214,10 +205,9 @@ def _state(disc: Discretisation, before: Solution | None) -> ContactState:
 
 def _apart(disc: Discretisation, closed_form: bool) -> bool:
     """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
-    scene = disc.scene
-    if scene.approach is None:
-        return scene.normal_force == 0
-    if scene.approach <= disc.base:
+    if disc.approach is None:
+        return disc.normal_force == 0
+    if disc.approach <= disc.base:
         return True
     if not closed_form:
         return False
@@ -225,16 +215,17 @@ def _apart(disc: Discretisation, closed_form: bool) -> bool:
     return not disc.hertz.on_elements(disc.grid).any()
 
 
-def _without_contact(disc: Discretisation, steps: Steps) -> Solution:
+def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Solution:
     """A step in which the bodies are apart, or just touch: no tractions."""
-    motion, scene = disc.motion, disc.scene
+    motion = scene.motion
+    assert isinstance(motion, TimeStep)
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
     if size > 0:
         raise Saturated(size, 0.0)
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
     exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
     state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(disc, steps.plan, state, exact, True, steps.clock.timing())
+    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
 
 
 def _words(grid: Grid) -> str:

@@ -66,6 +66,61 @@ def standard_bank(cells: int = 12) -> dict[str, Scene]:
     return bank
 
 
+def unlike_bank(cells: int = 12) -> dict[str, Scene]:
+    """Twenty scenes of unlike bodies by name, dimensionless: four pairs of bodies in five motions each.
+
+    Friction is 0.1 to 0.9, the contact (without tractions) an ellipse with axes 2 to 1, a circle, or one across.
+
+    Parameters
+    ----------
+    cells : int
+        Elements across the contact either way.
+
+    Returns
+    -------
+    dict of str to Scene
+
+    Examples
+    --------
+    >>> bank = unlike_bank()
+    >>> len(bank), sorted({round(scene.bodies.K, 2) for scene in bank.values()})
+    (20, [-0.25, 0.07, 0.2, 0.5])
+    """
+    pairs = {
+        "aluminium on steel": Bodies(G=(1.0, 3.1), nu=(0.33, 0.28)),
+        "hard on soft": Bodies(G=(10.0, 1.0), nu=(0.28, 0.2)),
+        "soft on rigid": Bodies(G=(1.0, np.inf), nu=(0.3, 0.3)),
+        "cork on rigid": Bodies(G=(1.0, np.inf), nu=(0.0, 0.3)),
+    }
+    shapes = [Ellipse(a=1.0, b=1.0), Ellipse(a=1.4, b=0.7), Ellipse(a=0.7, b=1.4)]
+    frictions = [0.1, 0.3, 0.6, 0.9]
+    bank = {}
+    for i, (pair, bodies) in enumerate(pairs.items()):
+        for k, motion in enumerate(("free rolling", "creepage and spin", "spin", "force", "shift")):
+            f = frictions[(i + k) % len(frictions)]
+            bank[f"{pair}, {motion}"] = Scene(
+                bodies=bodies,
+                surface=shapes[(i + 2 * k) % len(shapes)],
+                normal_force=FORCE,
+                friction=f,
+                motion=_moved(motion, f * FORCE, f * FORCE / bodies.combined_G),
+                grid=Grid(nx=cells, ny=cells),
+            )
+    return bank
+
+
+def _moved(motion: str, limit: float, unit: float) -> Steady | Shift:
+    """Motions with stick and slip; a creepage (or shift) of about one unit is full slip."""
+    motions: dict[str, Steady | Shift] = {
+        "free rolling": Steady(),
+        "creepage and spin": Steady(vx=0.3 * unit, vy=-0.1 * unit, spin=0.3 * unit),
+        "spin": Steady(spin=0.6 * unit),
+        "force": Steady(Fx=-0.6 * limit, vy=0.1 * unit),
+        "shift": Shift(ux=0.2 * unit, uy=0.1 * unit, rotation=0.2 * unit),
+    }
+    return motions[motion]
+
+
 def _two_arcs() -> SampledDistance:
     """A profile across the rolling direction of two arcs with a common tangent, round along it."""
     x, y = np.linspace(-2.5, 2.5, 101), np.linspace(-2.5, 2.5, 101)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
+from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.planning.plan import FORMULATIONS, Plan, make_plan
+from varcontact.planning.roads import ROADS
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
@@ -25,14 +26,16 @@ if TYPE_CHECKING:
     import pandas as pd
 
 DEFAULT_METHODS = (
+    "convex",
+    "active-set",
+    "kalker",
     "clarabel",
     "clarabel+polish",
     "scs",
     "cvxpy:CLARABEL",
     "tang",
-    "tang-exact",
-    "tang-safeguarded",
     "fastsim",
+    "fastsim-weighted",
     "linear",
     "vermeulen-johnson",
 )
@@ -53,7 +56,8 @@ def compare(
     scenes : Scene or dict of str to Scene
         One scene, or several by name (as `standard_bank()`).
     methods : iterable of str
-        Each ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap", "clarabel+polish",
+        Each a `method` of `solve` ("convex", "active-set", "kalker", also with a formulation, as "convex/marching") or
+        ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap", "clarabel+polish",
         "osqp|scs". A name alone stands for both problems where a normal problem has to be solved (with "norm" for
         "tang"); where Hertz's closed form serves, that is taken. Without "+polish" the answer is the method's own.
     tol : float
@@ -72,13 +76,16 @@ def compare(
         approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the
         force (by the largest friction force) and of the tractions (by the largest traction bound) from the
         solution of the smallest residual on that scene, and elements with another state than there; iterations;
-        seconds by stage. `repeat_seconds` are those of a second scene with creepages (or forces) one per cent
-        smaller and everything kept that can be, `setup_seconds` what the first took longer.
+        seconds by stage. `calls` says who was called, and how often, as "norm 1 | clarabel 1 + splitting 1": for the
+        normal, then for the tangential problem. `repeat_seconds` are those of a second scene with creepages (or forces)
+        one per cent smaller and everything kept that can be, `setup_seconds` what the first took longer.
 
     Raises
     ------
     SceneError
-        For a method that does not exist, before any work starts.
+        For a method that does not exist or a scene that is a history, before any work starts.
+    Interrupted
+        By Ctrl-C; its `partial` is the table of the scenes that are finished.
 
     Examples
     --------
@@ -103,28 +110,38 @@ def compare(
         raise SceneError("methods" if named else "scenes", [], "one at least")
     identities = {name: identity(scene, tol) for name, scene in named.items()}
     done = stored(store, [method.name for method in chosen], identities)
+
+    def table() -> pd.DataFrame:
+        return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
+
     for name, scene in named.items():
         if any(row["scene"] == name for row in done):
             continue
-        rows = _compared(name, scene, chosen, tol, progress)
+        try:
+            rows = _compared(name, scene, chosen, tol, progress)
+        except KeyboardInterrupt:
+            finished = table()
+            raise Interrupted(finished, f" after {finished['scene'].nunique()} of {len(named)} scenes") from None
         done += [{**row, "identity": identities[name]} for row in rows]
         if store is not None:
             keep(store, done)
-    return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
+    return table()
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
-    """Scenes by name."""
-    if isinstance(scenes, Scene):
-        return {"scene": scenes}
-    if not isinstance(scenes, Mapping):
+    """Scenes by name, each of them one problem."""
+    if not isinstance(scenes, Scene | Mapping):
         raise SceneError("scenes", scenes, "a Scene, or a dict of them by name")
-    for name, scene in scenes.items():
+    named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
+    for name, scene in named.items():
         if not isinstance(name, str):
             raise SceneError("scenes", name, "named by strings")
         if not isinstance(scene, Scene):
             raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
-    return dict(scenes)
+        if isinstance(scene.motion, Transient | TimeStep):
+            allowed = "Steady, Shift or none: methods are compared on one problem, not a history"
+            raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed)
+    return named
 
 
 @dataclass(frozen=True)
@@ -133,8 +150,8 @@ class Method:
 
     Examples
     --------
-    >>> Method.named("osqp|clarabel/gap+polish")
-    Method(name='osqp|clarabel/gap+polish', normal='osqp', tangential='clarabel', formulation='gap', polish=True)
+    >>> Method.named("osqp|clarabel/gap+polish").tangential, Method.named("convex").method
+    ('clarabel', 'convex')
     """
 
     name: str
@@ -142,6 +159,7 @@ class Method:
     tangential: str
     formulation: str
     polish: bool
+    method: str = "auto"
 
     @classmethod
     def named(cls, name: str) -> Method:
@@ -150,6 +168,12 @@ class Method:
         if plus and polish != "polish":
             raise SceneError("methods", name, "such that only polish comes after a +")
         rest, _, formulation = rest.partition("/")
+        if formulation:
+            checks.choice("methods", formulation, FORMULATIONS)
+        if rest in ROADS and rest != "auto":
+            if plus:
+                raise SceneError("methods", name, "without +polish: only solvers of programs by name are polished")
+            return cls(str(name).strip(), "auto", "auto", formulation or "auto", False, rest)
         normal, bar, tangential = rest.partition("|")
         every = ["auto", *tangential_methods(), *THEORIES]
         if bar:
@@ -157,11 +181,9 @@ class Method:
             _known("methods", tangential, every)
         else:
             only_normal = [known for known in normal_methods() if known not in every]
-            _known("methods", rest, [*every, *only_normal])
+            _known("methods", rest, [*every, *ROADS, *only_normal])
             takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
             normal, tangential = _partner(rest), rest if takes_cones else ""
-        if formulation:
-            checks.choice("methods", formulation, FORMULATIONS)
         return cls(str(name).strip(), normal, tangential, formulation or "auto", bool(plus))
 
     def plan(self, scene: Scene) -> Plan:
@@ -171,7 +193,7 @@ class Method:
             reason = f"a tangential method beside it, as {self.name}|clarabel: it is for normal problems"
             raise SceneError("methods", self.name, reason)
         normal = self.normal if make_plan(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
-        plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation)
+        plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
         if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
             raise SceneError("methods", self.name, "without +polish: only solvers of programs are polished")
         return plan
@@ -213,18 +235,13 @@ def _compared(
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     """One method on one scene: what there is to say, and the solution as far as there is one."""
     motion = scene.motion
-    if isinstance(motion, Transient | TimeStep):
-        return {"outcome": "refused", "reason": str(_no_single_problem(motion))}, None
+    assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, _neighbour(motion)] if motion is not None else [None]
     outcome, reason, solutions = attempted(scene, method, tol, motions)
-    row: dict[str, Any] = {"outcome": outcome, "reason": reason}
+    row: dict[str, Any] = {"outcome": outcome, "reason": reason, "calls": ""}
     if not solutions:
         return row, None
     return row | _measured(solutions[0], solutions[1] if len(solutions) > 1 else None), solutions[0]
-
-
-def _no_single_problem(motion: Transient | TimeStep) -> SceneError:
-    return SceneError("motion", motion, "Steady, Shift or none: one problem, no history of them")
 
 
 def attempted(
@@ -269,16 +286,17 @@ def _neighbour(motion: Steady | Shift) -> Steady | Shift:
     return replace(motion, **smaller)
 
 
+def carried(sol: Solution) -> dict[str, float]:
+    """Forces, moment and creepages of a solution, by the names of the tables."""
+    (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
+    return {"Fx": float(Fx), "Fy": float(Fy), "Mz": sol.moment, "vx": vx, "vy": vy, "spin": spin}
+
+
 def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
-    certificate, (Fx, Fy), (vx, vy, spin) = sol.certificate, sol.force, sol.creepage
+    certificate = sol.certificate
     work = sol.timing.get("normal", 0.0) + sol.timing.get("tangential", 0.0)
     row = {
-        "Fx": float(Fx),
-        "Fy": float(Fy),
-        "Mz": sol.moment,
-        "vx": vx,
-        "vy": vy,
-        "spin": spin,
+        **carried(sol),
         "approach": sol.approach,
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
@@ -289,11 +307,18 @@ def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
         "tangential_seconds": sol.timing.get("tangential", 0.0),
         "certificate_seconds": sol.timing.get("certificate", 0.0),
         "total_seconds": sol.timing["total"],
+        "calls": _called(sol),
     }
     if repeat is not None:
         again = repeat.timing.get("normal", 0.0) + repeat.timing.get("tangential", 0.0)
         row |= {"repeat_seconds": again, "setup_seconds": max(work - again, 0.0)}
     return row
+
+
+def _called(sol: Solution) -> str:
+    """Who was called for each problem, and how often."""
+    counts = [" + ".join(f"{name} {calls.count}" for name, calls in solvers.items()) for solvers in sol.calls.values()]
+    return " | ".join(counts)
 
 
 def _distances(sol: Solution, best: Solution) -> dict[str, Any]:

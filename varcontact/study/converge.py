@@ -21,7 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.grid_search import within
 from varcontact.solving.solve import solve
-from varcontact.study.compare import Method, attempted
+from varcontact.study.compare import Method, attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.store import identity, keep, read_rows
 
@@ -122,7 +122,8 @@ def converge(
             if store is not None:
                 keep(store, rows, COLUMNS)
     except KeyboardInterrupt:
-        raise Interrupted(Convergence.of(rows, numbers, names, offsets)) from None
+        finished = f" after {len(rows)} of {len(wanted)} solves"
+        raise Interrupted(Convergence.of(rows, numbers, names, offsets), finished) from None
     return Convergence.of(rows, numbers, names, offsets)
 
 
@@ -240,7 +241,7 @@ def _staircase(scene: Scene) -> dict[str, float]:
 
 
 def _measured(sol: Solution) -> dict[str, Any]:
-    (Fx, Fy), (vx, vy, spin), areas, bounds = sol.force, sol.creepage, sol.areas, sol.certificate.force_bound
+    areas, bounds = sol.areas, sol.certificate.force_bound
     normal = {
         "normal_force": sol.normal_force,
         "approach": sol.approach,
@@ -254,12 +255,7 @@ def _measured(sol: Solution) -> dict[str, Any]:
     if sol.scene.motion is None:
         return normal
     return normal | {
-        "Fx": float(Fx),
-        "Fy": float(Fy),
-        "Mz": sol.moment,
-        "vx": vx,
-        "vy": vy,
-        "spin": spin,
+        **carried(sol),
         "stick_area": areas["stick"],
         "slip_area": areas["slip"],
         "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),

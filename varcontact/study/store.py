@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from varcontact.errors import SceneError
 from varcontact.io.scene_file import scene_to
 from varcontact.io.solution_file import write_whole
+from varcontact.results.solution import known
 from varcontact.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -44,11 +43,15 @@ COLUMNS = (
     "setup_seconds",
     "repeat_seconds",
     "total_seconds",
+    "calls",
     "identity",
 )
 """What the table says of each scene and method."""
 
-_WORDS = ("scene", "method", "outcome", "reason", "identity")
+LATER = ("calls",)
+"""Columns that tables of an earlier version do not have: they are read all the same."""
+
+_WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 
 def identity(scene: Scene, tol: float) -> str:
@@ -83,8 +86,10 @@ def read_rows(
     try:
         # a scene may be called "NA": only empty figures are missing
         table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
-        if list(table.columns) != list(columns):
+        table[[name for name in LATER if name in columns and name not in table]] = ""
+        if set(table.columns) != set(columns):
             raise ValueError("other columns")
+        table = table[list(columns)]
     except (ValueError, OSError, UnicodeDecodeError) as error:
         raise SceneError("store", str(store), f"{what}, or a new file ({error})") from None
     table[list(words)] = table[list(words)].fillna("")
@@ -107,9 +112,7 @@ def as_json(table: pd.DataFrame) -> str:
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table as JSON can have them: None where nothing is known."""
-    return [{name: _plain(value) for name, value in row.items()} for row in table.to_dict("records")]
-
-
-def _plain(value: Any) -> Any:
-    """What JSON can say: no infinity, no NaN."""
-    return value if not isinstance(value, float) or np.isfinite(value) else None
+    return [
+        {name: known(value) if isinstance(value, float) else value for name, value in row.items()}
+        for row in table.to_dict("records")
+    ]

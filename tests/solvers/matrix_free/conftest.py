@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.elasticity.operators import influence_operator, strip_operator
+from varcontact.elasticity.operators import influence_operator
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 
 SHAPES = ("ellipse", "needle", "patches", "holes", "wavy", "row", "strip", "single", "levels")
@@ -39,10 +39,7 @@ def random_tangential(
     step = float(rng.choice([0.7, 1.0, 1.0, 1.0, 1.7, 3.3, 10.0])) if step is None else step
     nu = float(rng.choice([0.0, 0.28, 0.4, 0.5])) if nu is None else nu
     lag = step * grid.sides[0] if rolling else None
-    if shape == "strip":
-        operator = strip_operator(grid, "xy", "xy", nu=nu, depth=8.0, lag=lag)
-    else:
-        operator = influence_operator(grid, "xy", "xy", nu=nu, lag=lag)
+    operator = influence_operator(grid, "xy", "xy", nu=nu, depth=8.0, lag=lag)
     creepage = rng.normal(size=3) * rng.choice([0.03, 0.1, 0.3]) if creepage is None else np.array(creepage)
     rolled = lag if rolling else 0.3
     rigid = rolled * np.array([creepage[0] - creepage[2] * y, creepage[1] + creepage[2] * x])
@@ -107,8 +104,7 @@ def random_normal(seed, line=False):
     distance += rng.choice([0.0, 0.05]) * rng.normal(size=x.shape) + rng.choice([0.0, 0.1]) * np.sin(6 * x + 4 * y)
     distance = (distance - distance.min()).ravel()
     nu = float(rng.choice([0.0, 0.3, 0.5]))
-    deep = strip_operator(grid, "z", "z", nu=nu, depth=8.0) if line else None
-    operator = influence_operator(grid, "z", "z", nu=nu) if deep is None else deep
+    operator = influence_operator(grid, "z", "z", nu=nu, depth=8.0)
     elements = np.flatnonzero(rng.random(grid.size) > rng.choice([0.0, 0.1]))
     elements = elements if elements.size else np.arange(grid.size)
     given = float(rng.uniform(0.02, 0.5))

@@ -35,7 +35,7 @@ def test_equals_norm(normal_problem, line):
     for seed in range(20):
         problem = normal_problem(seed, line)
         raw = newton_normal(problem, SETTINGS)
-        assert raw.status == "Solved", seed
+        assert (raw.solver, raw.status) == ("", "Solved"), seed
         check_exact(problem, raw)
 
 
@@ -115,11 +115,12 @@ def test_wrong_linear_solves_do_not_lead_astray(normal_problem, monkeypatch):
 
     monkeypatch.setattr(krylov, "gcr", wrong)
     raw = newton_normal(problem, SETTINGS)
-    assert raw.status == "Solved" and calls.count(False) > 4
+    assert (raw.solver, raw.status) == ("", "Solved") and calls.count(False) > 4
     monkeypatch.setattr(krylov, "gcr", lambda *a: dataclasses.replace(exact(*a), traction=np.full(a[1].shape, np.nan)))
     monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
     densely = newton_normal(problem, SETTINGS)
-    assert densely.status == "Solved densely"
+    assert (densely.solver, densely.status) == ("norm", "Solved")
+    assert densely.reason == "newton missed the tolerance, norm was asked"
     monkeypatch.undo()
     check_exact(problem, raw)
     check_exact(problem, densely)

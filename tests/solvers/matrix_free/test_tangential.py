@@ -36,7 +36,7 @@ def test_equals_the_dense_answer(tangential_problem, seeds):
     for seed in seeds:
         problem = tangential_problem(seed)
         raw = newton_tangential(problem, SETTINGS)
-        assert raw.status == "Solved", seed
+        assert (raw.solver, raw.status) == ("", "Solved"), seed
         check_exact(problem, raw)
 
 
@@ -140,7 +140,7 @@ def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch,
 
     monkeypatch.setattr(krylov, "gcr", wrong)
     raw = newton_tangential(problem, SETTINGS)
-    assert raw.status == "Solved"
+    assert (raw.solver, raw.status) == ("", "Solved")
     assert calls.count(False) > 4
     monkeypatch.undo()
     check_exact(problem, raw)
@@ -159,13 +159,16 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     """
     problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
     monkeypatch.setattr(krylov, "gcr", lost)
-    raw = newton_tangential(problem, SETTINGS)
-    assert raw.status == "Solved"
+    settings = Settings(1e-8)
+    raw = newton_tangential(problem, settings)
+    assert (raw.solver, raw.status) == ("", "Solved")
+    assert settings.tally.calls["tseng"].count > 1 and set(settings.tally.calls) == {"tseng"}
     check_exact(problem, raw)
 
     monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
     raw = newton_tangential(problem, SETTINGS)
-    assert raw.status == "Solved densely"
+    assert (raw.solver, raw.status) == ("tang-safeguarded", "Solved")
+    assert raw.reason == "newton missed the tolerance, tang-safeguarded was asked"
     check_exact(problem, raw)
 
     monkeypatch.setattr("varcontact.solvers.matrix_free.drive.DENSE", 0)

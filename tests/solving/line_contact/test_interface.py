@@ -1,15 +1,13 @@
 """Line contact in files, reports, pictures and on the command line; and what is refused, by name."""
 
 import json
-import os
-import subprocess
-import sys
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.command import run
 
 SCENE = """
 normal_force = 1e6
@@ -167,18 +165,18 @@ def test_save_and_load(changes, tmp_path):
     np.testing.assert_allclose(vc.solve(again.scene).traction, sol.traction, atol=1e-12)
 
 
-def test_command_line(folder):
-    done = subprocess.run(
-        [sys.executable, "-m", "varcontact", "solve", "scene.toml", "--plot", "a.png", "--out", "a.nc", "--json"],
-        cwd=folder, capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "MPLBACKEND": "Agg"},
-    )  # fmt: skip
+def test_command_line(folder, pictures):
+    done = run("solve", "scene.toml", "--plot", "a.png", "--out", "a.nc", "--json", folder=folder)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert result["force"][0] == pytest.approx(-2e5)
     assert result["approach"] is None
     assert result["elements"]["contact"] == 40
-    assert (folder / "a.png").stat().st_size > 20_000
-    assert vc.load(folder / "a.nc").scene.line
+    solution = vc.load(folder / "a.nc")
+    assert solution.scene.line
+    assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
+    (traction, _), drawn = pictures[0].axes, solution.traction[0, 0]
+    assert any(np.array_equal(line.get_ydata(), drawn) for line in traction.get_lines())
 
 
 def test_picture_of_tractions_and_slip(sol):
@@ -209,6 +207,7 @@ def test_pictures_of_other_kinds(tmp_path):
     assert shift.axes[1].get_title() == "Shift of body 1 over body 2"
     sticking = vc.solve(scene(friction=np.inf)).plot()
     assert "traction bound" not in [text.get_text() for text in sticking.legends[0].get_texts()]
+    assert pressure.get_lines()[0].get_ydata().max() == vc.solve(scene(motion=None)).pressure.max()
     for i, figure in enumerate((pressure.figure, shift, sticking)):
         figure.savefig(tmp_path / f"{i}.png")
         assert (tmp_path / f"{i}.png").stat().st_size > 10_000
@@ -221,11 +220,19 @@ BY_APPROACH = {"normal_force": None, "approach": 0.5}
 @pytest.mark.parametrize(
     ("changes", "field", "words"),
     [
-        (BY_APPROACH, "surface.reference_depth", "for approach"),
-        ({"motion": vc.Shift(ux=0.1)}, "surface.reference_depth", "for motion.ux"),
-        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, "surface.reference_depth", "for motion.uy"),
-        ({"motion": vc.Shift(), "bodies": UNLIKE}, "surface.reference_depth", "for motion.ux"),
-        ({"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE}, "surface.reference_depth", "for motion.ux"),
+        (BY_APPROACH, "surface.reference_depth", "approach needs surface.reference_depth"),
+        ({"motion": vc.Shift(ux=0.1)}, "surface.reference_depth", "motion.ux needs surface.reference_depth"),
+        ({"motion": vc.Shift(Fx=0.1, uy=0.1)}, "surface.reference_depth", "motion.uy needs surface.reference_depth"),
+        (
+            {"motion": vc.Shift(), "bodies": UNLIKE},
+            "surface.reference_depth",
+            "motion.ux needs surface.reference_depth",
+        ),
+        (
+            {"motion": vc.Shift(Fy=0.1), "bodies": UNLIKE},
+            "surface.reference_depth",
+            "motion.ux needs surface.reference_depth",
+        ),
         ({"surface": NEAR}, "surface.reference_depth", "no less than the length of the potential contact"),
         ({"motion": vc.Steady(spin=0.1)}, "motion.spin", "0 in line contact"),
         ({"motion": vc.Shift(rotation=0.1)}, "motion.rotation", "0 in line contact"),

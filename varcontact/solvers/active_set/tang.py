@@ -9,6 +9,8 @@ import numpy as np
 
 from varcontact.problem.gap import magnitude, project, tangential_residual
 from varcontact.problem.problem import RawSolution, TangentialProblem
+from varcontact.problem.tally import Tally
+from varcontact.solvers.splitting import Splitting
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
@@ -83,7 +85,9 @@ def tang(
     return replace(best, iterations=count, status=status, solved=status == "Solved")
 
 
-def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60) -> RawSolution:
+def tang_safeguarded(
+    problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60, tally: Tally | None = None
+) -> RawSolution:
     """TANG with the areas renewed after each Newton step, steps shortened until they help, and a way back.
 
     An element belongs to the slip area where the natural map ``p - E/rho`` leaves the bound, which is the paper's
@@ -100,6 +104,8 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         Where to begin in place of that.
     max_steps : int
         Newton steps from one start.
+    tally : Tally, optional
+        Where the calls of TANG and of the splitting, to fall back on, are counted.
 
     Returns
     -------
@@ -118,9 +124,11 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     best = _descend(problem, at, max_steps)
     if best.solved:
         return best
-    newton = best.iterations
+    newton, tally = best.iterations, tally or Tally()
     if problem.free:
-        rough = tang(problem)
+        with tally.called("tang"):
+            rough = tang(problem)
+            tally.iterated("tang", rough.iterations)
         raw = _descend(problem, _Point(rough.traction, rough.rigid), max_steps)
         newton += rough.iterations + raw.iterations
         if raw.solved:
@@ -131,9 +139,11 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
         if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, _Point(raw.traction, raw.rigid))
-    splitting = _Splitting.of(problem)
+    splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
-        at = splitting.moved(at, rounds)
+        with tally.called("splitting"):
+            at = _split(problem, splitting, at, rounds)
+            tally.iterated("splitting", rounds)
         raw = _descend(problem, at, max_steps)
         newton += raw.iterations
         if raw.solved:
@@ -142,51 +152,19 @@ def tang_safeguarded(problem: TangentialProblem, start: RawSolution | None = Non
     return replace(best, iterations=newton, status="MaxIterations", solved=False)
 
 
+def _split(problem: TangentialProblem, splitting: Splitting, at: _Point, rounds: int) -> _Point:
+    """Where rounds of splitting lead: near enough, at times, for Newton's method."""
+    moved, multipliers = splitting.moved((at.traction - _shift(problem, at) / splitting.weight).ravel(), rounds)
+    rigid = at.rigid.copy()
+    rigid[problem.free] = multipliers
+    return _Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
+
+
 def no_slip(problem: TangentialProblem) -> RawSolution:
     """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
     sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
     at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
     return RawSolution(at.traction, at.rigid, 1, "Solved")
-
-
-@dataclass(frozen=True, eq=False)
-class _Splitting:
-    """Douglas and Rachford's splitting of ``0 in W + M p + normal cone of the disks``: it converges wherever M is
-    monotone, from anywhere, but slowly; one factorisation of ``M + weight`` serves all rounds.
-    """
-
-    problem: TangentialProblem
-    weight: float
-    factors: tuple[np.ndarray, np.ndarray]
-
-    @classmethod
-    def of(cls, problem: TangentialProblem) -> _Splitting:
-        from scipy.linalg import lu_factor
-
-        n, free = problem.size, problem.free
-        size, weight = problem.components * n, problem.operator.row_size
-        system = np.zeros((size + len(free), size + len(free)))
-        system[:size, :size] = problem.operator.matrix + weight * np.eye(size)
-        for i, component in enumerate(free):
-            part = slice(component * n, (component + 1) * n)
-            system[part, size + i] = system[size + i, part] = 1.0
-        return cls(problem, weight, lu_factor(system, overwrite_a=True, check_finite=False))
-
-    def moved(self, at: _Point, rounds: int) -> _Point:
-        """Tractions after so many rounds."""
-        from scipy.linalg import lu_solve
-
-        problem, weight, size = self.problem, self.weight, self.problem.rigid_shift.size
-        forces = np.array([F / problem.area for F in problem.force if F is not None])
-        rigid = at.rigid.copy()
-        auxiliary = at.traction - _shift(problem, at) / weight
-        for _ in range(rounds):
-            traction = project(auxiliary, problem.bound)
-            right = (weight * (2 * traction - auxiliary) - problem.rigid_shift).ravel()
-            step = lu_solve(self.factors, np.concatenate([right, forces]), check_finite=False)
-            auxiliary += step[:size].reshape(auxiliary.shape) - traction
-            rigid[problem.free] = step[size:]
-        return _Point(project(auxiliary, problem.bound), rigid)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.problem.problem import RawSolution
+from varcontact.problem.problem import RawSolution, Settings
 from varcontact.solvers.matrix_free.safeguard import Point
 
 COARSE_TOL = 1e-2
@@ -36,13 +36,26 @@ class Posed(Protocol):
 def driven(
     posed: Posed,
     start: RawSolution | None,
-    tol: float,
+    settings: Settings,
     size: int,
     dense: Callable[[RawSolution], RawSolution],
     residual: Callable[[RawSolution], float],
 ) -> RawSolution:
-    """Newton's method from a start; where there is none, or it leads nowhere, from coarse grids; then active sets."""
-    tol, spent, raw = ROUNDED * tol, 0, None
+    """Newton's method from a start; where there is none, or it leads nowhere, from coarse grids; then active sets.
+
+    Parameters
+    ----------
+    posed : Posed
+    start : RawSolution or None
+    settings : Settings
+    size : int
+        Number of elements.
+    dense : callable
+        Active sets, from what Newton's method has; the answer bears their name.
+    residual : callable
+        Of an answer.
+    """
+    tol, spent, raw = ROUNDED * settings.tol, 0, None
     if start is not None and _finite(start):
         raw = posed.solved(posed.begun(start), tol)
         spent = raw.iterations
@@ -55,8 +68,8 @@ def driven(
         return raw
     other = dense(raw)
     if not (_finite(other) and residual(other) < residual(raw)):
-        return replace(raw, iterations=spent + other.iterations)
-    return replace(other, iterations=spent + other.iterations, status=f"{other.status} densely")
+        return raw
+    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was asked")
 
 
 def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:

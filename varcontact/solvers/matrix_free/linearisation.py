@@ -132,9 +132,8 @@ class TangentialSystem:
     def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """In single precision; the last are the factors of ``t.d`` in its rows."""
         own = 1 - self.held + self.damping * self.held
-        fields = self.stick, self.along, self.across, self.held, own
-        stick, along, across, held, own = (field.astype(np.float32) for field in fields)
-        return stick, along, across, held, own
+        stick, along, across = (field.astype(np.float32) for field in (self.stick, self.along, self.across))
+        return stick, along, across, self.held.astype(np.float32), own.astype(np.float32)
 
     def product(self, step: np.ndarray) -> np.ndarray:
         """M times a step."""

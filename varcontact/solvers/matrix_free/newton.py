@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from varcontact.problem.tally import Tally
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import Kernel
 from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
@@ -122,7 +123,7 @@ def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Po
     return Point(traction, _shift(conditions)(traction, rigid), rigid, NOISE)
 
 
-def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None = None) -> Result:
+def newton(conditions: Conditions, at: Point, tol: float, tally: Tally, finest: Finest | None = None) -> Result:
     """Solve a contact problem on one grid.
 
     Parameters
@@ -132,6 +133,8 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
         Where to begin.
     tol : float
         Residual of the natural map to reach, by the largest traction.
+    tally : Tally
+        Where calls of Tseng's splitting are counted.
     finest : Finest, optional
         Where the answer is to be judged in double precision; else single precision is enough.
     """
@@ -165,7 +168,10 @@ def newton(conditions: Conditions, at: Point, tol: float, finest: Finest | None 
             now = _measured(conditions, at)
         if idle >= STUCK:
             guards, idle, damping = guards + 1, 0, GUARD_DAMPING
-            at = forward_backward_forward(best, shift, conditions.projected, conditions.forces, GUARD_STEPS * guards)
+            rounds = GUARD_STEPS * guards
+            with tally.called("tseng"):
+                at = forward_backward_forward(best, shift, conditions.projected, conditions.forces, rounds)
+                tally.iterated("tseng", rounds)
             continue
         system = conditions.linearised(at.traction, at.shift, now.trial, damping)
         lacking = conditions.forces.lacking(at.traction)

@@ -6,13 +6,14 @@ and Newton's equation is ``A d = -E``; elsewhere it is ``d = -p``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from varcontact.problem.gap import normal_gap, normal_residual
 from varcontact.problem.problem import NormalProblem, RawSolution, Settings
+from varcontact.problem.tally import Tally
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import Kernel, kernel, unit
@@ -40,8 +41,9 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     Returns
     -------
     RawSolution
-        `iterations` counts Newton steps on all grids. `status` is "Solved"; "Solved densely", by NORM where Newton's
-        method ended short of the tolerance; "MaxIterations"; or "NotANumber".
+        `iterations` counts Newton steps on all grids. `status` is "Solved", "MaxIterations" or "NotANumber". Where
+        Newton's method ends short of the tolerance, and elements are few enough, it is the answer of NORM, as `solver`
+        and `reason` say.
 
     Raises
     ------
@@ -51,18 +53,21 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     check_start(start, problem.distance.shape, (1,))
     if not np.isfinite(problem.distance).all():
         return not_a_number(problem.distance.shape, 1)
-    posed = _Posed.of(problem)
+    posed = _Posed.of(problem, settings.tally)
     if posed is None:
         return RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")
 
     def dense(near: RawSolution) -> RawSolution:
-        raw = norm(problem, near)
-        return raw if raw.solved else norm(problem, exchange="one")
+        with settings.tally.called("norm"):
+            raw = norm(problem, near)
+            raw = raw if raw.solved else norm(problem, exchange="one")
+            settings.tally.iterated("norm", raw.iterations)
+        return replace(raw, solver="norm")
 
     def residual(raw: RawSolution) -> float:
         return normal_residual(problem, raw.traction, raw.rigid)
 
-    return driven(posed, start, settings.tol, problem.distance.size, dense, residual)
+    return driven(posed, start, settings, problem.distance.size, dense, residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,14 +178,17 @@ class _Posed:
     box : Box
     load : float
         The pressure that counts as one.
+    tally : Tally
+        Where steps that converge by themselves are counted.
     """
 
     problem: NormalProblem
     box: Box
     load: float
+    tally: Tally
 
     @classmethod
-    def of(cls, problem: NormalProblem) -> _Posed | None:
+    def of(cls, problem: NormalProblem, tally: Tally) -> _Posed | None:
         """None where nothing touches."""
         if problem.distance.size == 0:
             return None
@@ -189,7 +197,7 @@ class _Posed:
         else:
             assert problem.approach is not None
             load = (problem.approach - float(problem.distance.min())) / unit(problem.operator.grid_operator)
-        return None if load <= 0 else cls(problem, Box.around(problem.operator), load)
+        return None if load <= 0 else cls(problem, Box.around(problem.operator), load, tally)
 
     @property
     def displacement(self) -> float:
@@ -229,7 +237,7 @@ class _Posed:
         at, steps = _first(coarse), 0
         while grids:
             fine = grids.pop()
-            result = newton(coarse, at, COARSE_TOL)
+            result = newton(coarse, at, COARSE_TOL, self.tally)
             pressure = doubled(result.at.traction, coarse.within, fine.within.shape)
             at = point(fine, fine.projected(pressure), 2.0 * result.at.rigid)
             coarse, steps = fine, steps + result.steps
@@ -237,7 +245,7 @@ class _Posed:
 
     def solved(self, at: Point, tol: float) -> RawSolution:
         """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self)
+        result = newton(self.conditions, at, tol, self.tally, self)
         pressure, approach = self._physical(result.at.traction, result.at.rigid)
         return RawSolution(pressure, approach, result.steps, result.status, result.status == "Solved")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.problem.gap import gap, project, tangential_residual
 from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
+from varcontact.problem.tally import Tally
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import kernel, unit
@@ -40,8 +41,9 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     Returns
     -------
     RawSolution
-        `iterations` counts Newton steps on all grids. `status` is "Solved"; "Solved densely", by the safeguarded TANG
-        where Newton's method ended short of the tolerance; "MaxIterations"; or "NotANumber".
+        `iterations` counts Newton steps on all grids. `status` is "Solved", "MaxIterations" or "NotANumber". Where
+        Newton's method ends short of the tolerance, and elements are few enough, it is the answer of the safeguarded
+        TANG, as `solver` and `reason` say.
 
     Raises
     ------
@@ -52,14 +54,20 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     check_start(start, problem.rigid_shift.shape, (problem.components,))
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return not_a_number(problem.rigid_shift.shape, problem.components)
-    posed = _Posed.of(problem)
+    posed = _Posed.of(problem, settings.tally)
     if posed is None:
         return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
 
     def residual(raw: RawSolution) -> float:
         return tangential_residual(problem, raw.traction, raw.rigid)
 
-    return driven(posed, start, settings.tol, problem.size, lambda _: tang_safeguarded(problem), residual)
+    def dense(near: RawSolution) -> RawSolution:
+        with settings.tally.called("tang-safeguarded"):
+            raw = tang_safeguarded(problem, tally=settings.tally)
+            settings.tally.iterated("tang-safeguarded", raw.iterations)
+        return replace(raw, solver="tang-safeguarded")
+
+    return driven(posed, start, settings, problem.size, dense, residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,20 +80,25 @@ class _Posed:
     box : Box
     load : float
         The traction that counts as one.
+    tally : Tally
+        Where steps that converge by themselves are counted.
     """
 
     problem: TangentialProblem
     box: Box
     load: float
+    tally: Tally
 
     @classmethod
-    def of(cls, problem: TangentialProblem) -> _Posed | None:
+    def of(cls, problem: TangentialProblem, tally: Tally) -> _Posed | None:
         """None where nothing moves, and no traction arises."""
         if problem.size == 0:
             return None
         forces = [abs(F) / (problem.area * problem.size) for F in problem.force if F is not None]
         moved = max(float(np.abs(problem.rigid_shift).max()) / unit(problem.operator.grid_operator), *forces, 0.0)
-        return None if moved == 0 else cls(problem, Box.around(problem.operator), min(moved, problem.bound.max()))
+        if moved == 0:
+            return None
+        return cls(problem, Box.around(problem.operator), min(moved, float(problem.bound.max())), tally)
 
     @property
     def displacement(self) -> float:
@@ -127,7 +140,7 @@ class _Posed:
         at, steps, expected = point(coarse, np.zeros_like(coarse.known), np.zeros((len(coarse.known), 1, 1))), 0, None
         while grids:
             fine = grids.pop()
-            result = newton(coarse, at, COARSE_TOL)
+            result = newton(coarse, at, COARSE_TOL, self.tally)
             part = result.at.traction / np.where(coarse.contact, coarse.bound, 1.0)
             if expected is not None:
                 part += EXTRAPOLATED * (part - expected)
@@ -139,7 +152,7 @@ class _Posed:
 
     def solved(self, at: Point, tol: float) -> RawSolution:
         """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self)
+        result = newton(self.conditions, at, tol, self.tally, self)
         traction, rigid = self._physical(result.at.traction, result.at.rigid)
         return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
 

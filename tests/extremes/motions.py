@@ -10,15 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.results.solution import Solution
-from varcontact.scene.bodies import Bodies
-from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, Transient
-from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Cylinders, Ellipse, SampledDistance
-from varcontact.solving.solve import solve
-from varcontact.study import extreme_checks as checks
-from varcontact.study.extreme_scenes import (
+from tests.extremes import checks
+from tests.extremes.scenes import (
     CARTER,
     HERTZ,
     HISTORY,
@@ -41,6 +34,13 @@ from varcontact.study.extreme_scenes import (
     proportional,
     same,
 )
+from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, SampledDistance
+from varcontact.solving.solve import solve
 
 LIMIT = 0.3
 """What friction carries in these scenes; in line contact a thousandth."""

@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tests.extremes import motions, scenes
+from tests.extremes.checks import distance
+from tests.extremes.scenes import APPROXIMATE, Case
+from tests.extremes.worker import Worker
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.planning.plan import make_plan
@@ -19,11 +23,7 @@ from varcontact.results.report import columns_of_text
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.study import extreme_motions, extreme_scenes
-from varcontact.study.extreme_checks import distance
-from varcontact.study.extreme_scenes import APPROXIMATE, Case
 from varcontact.study.store import keep, plain_rows, read_rows
-from varcontact.study.worker import Worker
 from varcontact.theories.methods import THEORIES, why_not
 
 if TYPE_CHECKING:
@@ -91,9 +91,9 @@ def cases() -> list[Case]:
     """All scenes at the extremes."""
     made: list[Case] = []
     for group in ("units", "friction", "materials", "shapes"):
-        made += getattr(extreme_scenes, group)()
+        made += getattr(scenes, group)()
     for group in ("creepages", "spins", "forces", "contacts", "touches", "steps"):
-        made += getattr(extreme_motions, group)()
+        made += getattr(motions, group)()
     return made
 
 
@@ -159,7 +159,9 @@ def extremes(
                 if store is not None:
                     keep(store, rows, COLUMNS)
     except KeyboardInterrupt:
-        raise Interrupted(pd.DataFrame(rows, columns=list(COLUMNS))) from None
+        table = pd.DataFrame(rows, columns=list(COLUMNS))
+        finished = f" after {len(table.groupby(['group', 'case']))} of {len(wanted)} scenes"
+        raise Interrupted(table, finished) from None
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 

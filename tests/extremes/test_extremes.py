@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.study import extremes as study
-from varcontact.study.extreme_checks import distance, in_units
-from varcontact.study.extreme_scenes import APPROXIMATE, LINE, MIRROR, ROLLING, Case, Reference, but, same
-from varcontact.study.extremes import FAILED, LIMIT, PASSED, REFUSED, extremes, judge
+from tests.extremes import harness
+from tests.extremes.checks import distance, in_units
+from tests.extremes.harness import FAILED, LIMIT, PASSED, REFUSED, extremes, judge
+from tests.extremes.scenes import APPROXIMATE, LINE, MIRROR, ROLLING, Case, Reference, but, same
 
 SMALL = dataclasses.replace(ROLLING, grid=vc.Grid(nx=5, ny=5))
 
@@ -26,9 +26,9 @@ def short():
 
 def test_nothing_fails_at_the_extremes(short):
     failed = short[short["verdict"] == FAILED]
-    assert failed.empty, study.report(failed)
-    assert set(short["group"]) == {case.group for case in study.cases()}
-    assert set(short["family"]) == set(study.FAMILIES)
+    assert failed.empty, harness.report(failed)
+    assert set(short["group"]) == {case.group for case in harness.cases()}
+    assert set(short["family"]) == set(harness.FAMILIES)
 
 
 def test_each_exact_answer_is_held_against_something(short):
@@ -39,7 +39,7 @@ def test_each_exact_answer_is_held_against_something(short):
 
 
 def test_report_shows_every_scene_and_why_it_was_refused(short):
-    text = study.report(short)
+    text = harness.report(short)
     for case in short["case"]:
         assert case in text
     for reason in short["reason"]:
@@ -47,7 +47,7 @@ def test_report_shows_every_scene_and_why_it_was_refused(short):
 
 
 def test_names_of_cases_are_their_own():
-    names = [(case.group, case.name) for case in study.cases()]
+    names = [(case.group, case.name) for case in harness.cases()]
     assert len(names) == len(set(names)) > 200
 
 
@@ -142,7 +142,7 @@ def test_families_that_disagree_are_found_out():
     solutions = {"default": wrong, "active set": sol, "tang": sol}
     rows = [{"family": name, **judge(CASE, name, each)} for name, each in solutions.items()]
     assert [row["verdict"] for row in rows] == [PASSED] * 3
-    rows = study._agreeing(rows, solutions)
+    rows = harness._agreeing(rows, solutions)
     assert rows[0]["verdict"] == FAILED and "from the answer of" in rows[0]["reason"]
     assert rows[0]["agreement"] == pytest.approx(0.01, rel=1e-6)
 
@@ -170,7 +170,7 @@ def test_a_table_is_gone_on_with(tmp_path):
     table = extremes(chosen=chosen, store=store, progress=told.append)
     assert told == ["2 of 2: test, two"]
     assert names(table) == {(case.name, "active set"): (PASSED, "") for case in chosen}
-    assert len(study.as_json(table)) > 200
+    assert len(harness.as_json(table)) > 200
     store.write_text("a,b\n1,2\n")
     with pytest.raises(vc.SceneError, match="earlier run"):
         extremes(chosen=chosen, store=store)

@@ -1,6 +1,6 @@
 """The scenes at the extremes, each with what its answer is held against: bodies, units, friction, shapes.
 
-All are dimensionless but those in units. What moves at the extremes is in `extreme_motions`.
+All are dimensionless but those in units. What moves at the extremes is in `motions`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.extremes import checks
 from varcontact.reference.line_contact import line_contact
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -22,7 +23,6 @@ from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.solving.solve import solve
-from varcontact.study import extreme_checks as checks
 
 EXACT = ("default", "polished", "conic", "active set", "tang", "scs", "osqp", "joint")
 APPROXIMATE = ("johnson", "fastsim", "linear")

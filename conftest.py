@@ -1,0 +1,6 @@
+"""For every test process: one BLAS thread, for the processes share the cores; before anything imports NumPy."""
+
+import os
+
+for library in ("OMP", "OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")

@@ -1,0 +1,29 @@
+"""The command line, called in this process: a new one for each call takes a second to import what it needs."""
+
+import contextlib
+import io
+import subprocess
+import sys
+from unittest import mock
+
+from varcontact import cli
+
+
+def run(*arguments, folder):
+    """What ``varcontact`` does with these arguments in that folder: status, output and messages, as of a process.
+
+    An exception that the command does not turn into a message is raised here.
+    """
+    words, output, messages = ["varcontact", *map(str, arguments)], io.StringIO(), io.StringIO()
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(output),
+        contextlib.redirect_stderr(messages),
+        mock.patch.object(sys, "argv", words),
+    ):
+        try:
+            cli.main()
+            status = 0
+        except SystemExit as done:
+            status = done.code or 0
+    return subprocess.CompletedProcess(words, status, output.getvalue(), messages.getvalue())

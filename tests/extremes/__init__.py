@@ -1,0 +1,1 @@
+"""The self-test at the extremes: scenes at the edge of what can be described, by every family of solvers."""

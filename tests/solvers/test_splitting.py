@@ -1,0 +1,105 @@
+"""Douglas and Rachford's splitting: to rounding from a rough answer, without active sets."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.gap import normal_residual, tangential_residual
+from varcontact.problem.problem import RawSolution, Settings
+from varcontact.solvers.active_set.norm import norm
+from varcontact.solvers.active_set.tang import tang_safeguarded
+from varcontact.solvers.conic.joint import joint_program, solve_joint
+from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_normal, refine_tangential
+
+MOTIONS = [
+    vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
+    vc.Steady(Fx=-0.2, vy=0.02, spin=0.1),
+    vc.Steady(Fx=-0.2, Fy=0.2),
+    vc.Shift(ux=0.05, uy=0.02, rotation=0.08),
+    vc.Shift(Fx=0.2),
+]
+CELLS = vc.Grid(nx=8, ny=8)
+
+
+def posed(scene):
+    """The scene on its grid, and its pressure without tractions."""
+    sol = vc.solve(dataclasses.replace(scene, motion=None, friction=None))
+    return discretise(scene, sol.grid), sol
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_tractions_from_an_interior_point_answer(rolling, motion):
+    """To rounding, where the solver's own answer is good to 1e-5; and the same as those of active sets."""
+    disc, sol = posed(rolling(motion=motion, grid=CELLS))
+    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    rough = solve_tangential("clarabel", problem, Settings(1e-4))
+    assert tangential_residual(problem, rough.traction, rough.rigid) > 1e-7
+    fine = refine_tangential(problem, Settings(1e-12), rough)
+    assert fine.solved
+    assert tangential_residual(problem, fine.traction, fine.rigid) <= 1e-12
+    exact = tang_safeguarded(problem)
+    np.testing.assert_allclose(fine.traction, exact.traction, atol=1e-10 * problem.bound.max())
+    np.testing.assert_allclose(fine.rigid, exact.rigid, atol=1e-10)
+
+
+@pytest.mark.parametrize("load", ["force", "approach"])
+def test_pressures_from_an_interior_point_answer(rolling, load):
+    scene = rolling(grid=CELLS, motion=None, friction=None)
+    if load == "approach":
+        balls = {"surface": vc.Paraboloids(Rx=1.0, Ry=0.6), "grid": vc.Grid(nx=8, ny=8, margin=2)}
+        scene = rolling(motion=None, friction=None, normal_force=None, approach=0.5, **balls)
+    disc = discretise(scene, vc.solve(scene).grid)
+    problem = disc.normal_problem().reachable()
+    rough = solve_normal("clarabel", problem, Settings(1e-3))
+    assert normal_residual(problem, rough.traction, rough.rigid) > 1e-7
+    fine = refine_normal(problem, Settings(1e-12), rough)
+    assert fine.solved
+    exact = norm(problem)
+    np.testing.assert_allclose(fine.traction, exact.traction, atol=1e-10 * exact.traction.max())
+    np.testing.assert_array_equal(fine.traction > 0, exact.traction > 0)
+    assert fine.rigid[0] == pytest.approx(exact.rigid[0], rel=1e-11)
+
+
+@pytest.mark.parametrize("motion", [vc.Shift(ux=0.03, uy=0.01, rotation=0.02), vc.Shift(Fx=0.1, uy=0.01)])
+def test_joint_program_from_an_interior_point_answer(rolling, motion):
+    """Its optimality conditions, each problem with the displacements that the other causes."""
+    scene = rolling(motion=motion, bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=CELLS)
+    disc, sol = posed(scene)
+    pressure = sol.pressure / disc.pressure
+    normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), pressure)
+    coupling = disc.traction_to_distance.between((0,), tangential.directions)
+    blocks = coupling.dense(normal.operator.elements, tangential.operator.elements)
+    rough = solve_joint("clarabel", normal, tangential, blocks, Settings(1e-4))
+    pressed, rubbed = refine_both(normal, tangential, blocks, Settings(1e-12), rough)
+    assert pressed.solved
+    pressing = dataclasses.replace(normal, distance=normal.distance + blocks @ rubbed.traction.ravel())
+    moved = (blocks.T @ pressed.traction).reshape(tangential.rigid_shift.shape)
+    rubbing = dataclasses.replace(tangential, rigid_shift=tangential.rigid_shift + moved)
+    assert normal_residual(pressing, pressed.traction, pressed.rigid) <= 1e-12
+    assert tangential_residual(rubbing, rubbed.traction, rubbed.rigid) <= 1e-12
+    program = joint_program(normal, tangential, blocks)
+    assert program.q.size == pressed.traction.size + rubbed.traction.size
+
+
+def test_rounds_leave_a_solution_where_it_is(rolling):
+    """A fixed point, and the multipliers of prescribed forces are the rigid shifts that belong to it."""
+    disc, sol = posed(rolling(motion=MOTIONS[2], grid=CELLS))
+    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    exact, splitting = tang_safeguarded(problem), Splitting.of_tangential(problem)
+    at = (exact.traction - problem.shift(exact.traction, exact.rigid) / splitting.weight).ravel()
+    after, multipliers = splitting.moved(at, 5)
+    np.testing.assert_allclose(after, at, atol=1e-12 * np.abs(at).max())
+    np.testing.assert_allclose(multipliers, exact.rigid, atol=1e-12)
+
+
+def test_no_more_than_rounding_is_asked_for(rolling):
+    disc, sol = posed(rolling(grid=CELLS))
+    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    nothing = RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(2), 0, "")
+    fine = refine_tangential(problem, Settings(1e-300), nothing)
+    assert (fine.solved, fine.status) == (True, "Solved")
+    assert tangential_residual(problem, fine.traction, fine.rigid) <= ROUNDING

@@ -1,0 +1,305 @@
+"""The roads as one choice, and who is called on each: counted where solvers are called, not where they are chosen."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.planning.roads import TOLERANCE
+from varcontact.study.bank import unlike_bank
+
+CONIC = {"clarabel", "splitting"}
+ACTIVE = {"norm", "tang-safeguarded", "tang", "splitting"}
+BANK = vc.standard_bank(cells=8)
+UNLIKE = unlike_bank(cells=6)
+CELLS = vc.Grid(nx=8, ny=8)
+
+
+def called(sol, problem=None):
+    """Names of all solvers that were called, for one problem or for all."""
+    return {name for each, solvers in sol.calls.items() if problem in (None, each) for name in solvers}
+
+
+def friction_force(sol):
+    return float(sol.traction_bound.sum() * sol.grid.area)
+
+
+def check_convex(scene):
+    """Converged to its tolerance by conic solvers alone, every pass by the program, and the forces of active sets."""
+    sol, other = vc.solve(scene, method="convex"), vc.solve(scene, method="active-set")
+    assert sol.converged
+    assert sol.certificate.residual <= TOLERANCE
+    assert called(sol) - {"hertz"} == CONIC
+    assert called(other) - {"hertz"} <= ACTIVE
+    assert np.hypot(*(sol.force - other.force)) < 1e-6 * friction_force(other)
+    np.testing.assert_allclose(sol.creepage, other.creepage, rtol=1e-6, atol=1e-9)
+    passes = max(len(sol.passes), 1)
+    assert sol.calls["tangential"]["clarabel"].count >= passes
+    assert sol.plan.fallback == "none"
+    return sol
+
+
+@pytest.mark.parametrize("name", BANK)
+def test_convex_on_the_bank(name):
+    check_convex(BANK[name])
+
+
+@pytest.mark.parametrize("name", UNLIKE)
+def test_convex_on_unlike_bodies(name):
+    """Both problems in every pass by the conic solver: no pressure and no traction from active sets."""
+    sol = check_convex(UNLIKE[name])
+    assert sol.plan.coupling == "panagiotopoulos"
+    assert sol.calls["normal"]["clarabel"].count >= len(sol.passes) > 1
+
+
+@pytest.mark.parametrize("coupling", ["johnson", "joint"])
+@pytest.mark.parametrize("name", ["soft on rigid, shift", "aluminium on steel, force"])
+def test_other_couplings_of_the_convex_road(name, coupling):
+    """One pass, or pressure and tractions in one program (in rolling in turn): by conic solvers just the same."""
+    sol = vc.solve(UNLIKE[name], method="convex", coupling=coupling)
+    assert called(sol) == CONIC
+    assert ("joint" in sol.calls) == (coupling == "joint" and "shift" in name)
+    if coupling == "joint":
+        assert sol.certificate.residual <= TOLERANCE
+        np.testing.assert_allclose(sol.force, vc.solve(UNLIKE[name]).force, atol=1e-6 * friction_force(sol))
+
+
+def test_convex_under_a_law_of_friction(rolling):
+    """The outer loop calls the program in each of its passes."""
+    scene = rolling(friction=vc.StaticKinetic(static=0.4, kinetic=0.3), grid=vc.Grid(nx=6, ny=6))
+    sol = vc.solve(scene, method="convex")
+    assert called(sol, "tangential") == CONIC
+    assert sol.calls["tangential"]["clarabel"].count >= len(sol.passes) > 1
+    np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-6 * friction_force(sol))
+
+
+def test_convex_history(rolling):
+    """Each step by the program; calls are those of the step."""
+    scene = rolling(motion=vc.Transient(steps=3, vx=0.04, spin=0.05), grid=vc.Grid(nx=6, ny=6))
+    history = vc.solve(scene, method="convex")
+    for step, other in zip(history, vc.solve(scene, method="active-set"), strict=True):
+        assert called(step, "tangential") == CONIC
+        assert step.calls["tangential"]["clarabel"].count == 1
+        np.testing.assert_allclose(step.force, other.force, atol=1e-8)
+
+
+def test_convex_march(rolling):
+    """Where the gap is not convex, it is refused, with what to ask for instead; and that has the solution."""
+    a, b = np.sqrt(3), 1 / np.sqrt(3)
+    motion = vc.Steady(vx=0.05, spin=0.03, dq=0.3 * 2 * a / 8)
+    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS)
+    with pytest.raises(vc.SceneError, match="the gap is not convex for elements so long") as refusal:
+        vc.solve(scene, method="convex")
+    assert refusal.value.field == "formulation"
+    assert 'must be "marching", or motion.dq longer' in str(refusal.value)
+    sol = vc.solve(scene, method="convex", formulation="marching")
+    assert called(sol, "tangential") == CONIC
+    assert sol.calls["tangential"]["clarabel"].count > 3
+    np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-6 * friction_force(sol))
+
+
+def test_convex_by_other_solvers(rolling):
+    """`normal` and `tangential` refine the choice, as long as they are solvers of programs."""
+    sol = vc.solve(rolling(grid=CELLS), method="convex", normal="osqp", tangential="scs")
+    assert {"osqp"} <= called(sol, "normal") <= {"osqp", "splitting"}
+    assert {"scs"} <= called(sol, "tangential") <= {"scs", "splitting"}
+    assert sol.certificate.residual <= TOLERANCE
+
+
+def test_hertz_is_in_closed_form_on_every_road(rolling):
+    """Unless asked otherwise; then the QP has the same pressure but for the grid."""
+    for method in ("auto", "convex", "active-set", "kalker"):
+        assert called(vc.solve(rolling(grid=CELLS), method=method), "normal") == {"hertz"}
+    assert called(vc.solve(rolling(grid=CELLS), method="convex", normal="clarabel"), "normal") == CONIC
+
+
+def test_the_grid_is_looked_for_by_the_same_solvers():
+    sol = vc.solve(BANK["two arcs"], method="convex")
+    assert called(sol, "grid") == CONIC
+    assert called(vc.solve(BANK["two arcs"]), "grid") == {"norm"}
+
+
+def test_infinite_friction_is_one_linear_system(rolling):
+    for method in ("convex", "active-set", "kalker"):
+        sol = vc.solve(rolling(friction=math.inf, grid=CELLS), method=method)
+        assert called(sol, "tangential") == {"no-slip"}
+        assert sol.solved_by["tangential"] == "no-slip"
+
+
+def test_kalker_is_as_printed(rolling):
+    """NORM and TANG with Newton's method to the end, nobody else: where that fails, it fails."""
+    scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), grid=CELLS)
+    sol = vc.solve(scene, method="kalker")
+    assert (called(sol, "normal"), called(sol, "tangential")) == ({"norm"}, {"tang-exact"})
+    assert (sol.plan.tangential, sol.plan.fallback) == ("tang-exact", "none")
+    np.testing.assert_allclose(sol.force, vc.solve(scene).force, atol=1e-8)
+
+
+def test_auto_may_ask_a_program_and_active_sets_may_not(rolling):
+    assert vc.plan(rolling()).fallback == "clarabel"
+    for method in ("active-set", "kalker"):
+        assert vc.plan(rolling(), method=method).fallback == "none"
+
+
+# --------------------------------------------------------------------------- what really produced the answer
+
+
+def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
+    """Clarabel is not called at all: then nothing says that it solved anything."""
+    a, b = np.sqrt(5), 1 / np.sqrt(5)
+    motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.4 * 2 * a / 8)
+    sol = vc.solve(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS), tangential="clarabel")
+    assert "clarabel" not in sol.calls["tangential"]
+    assert sol.solved_by["tangential"] == "tang-safeguarded"
+    why = "the gap is not convex on these elements, so that tang-safeguarded was asked"
+    assert sol.plan.reasons["tangential"] == f"asked for; {why}"
+    assert f"clarabel: asked for; {why}; the answer is that of tang-safeguarded" in sol.report()
+    count = sol.calls["tangential"]["tang-safeguarded"]
+    assert f"tang-safeguarded {count.count} ({count.iterations} iterations, " in sol.report()
+
+
+def test_a_polished_answer_is_that_of_the_polish(rolling):
+    sol = vc.solve(rolling(grid=CELLS), normal="clarabel", tangential="clarabel")
+    assert sol.solved_by == {"normal": "norm", "tangential": "tang-safeguarded"}
+    assert set(sol.calls["normal"]) == {"clarabel", "norm"}
+    assert {name: each.count for name, each in sol.calls["tangential"].items()} == {
+        "no-slip": 1,
+        "clarabel": 1,
+        "tang-safeguarded": 1,
+    }
+    assert sol.calls["tangential"]["clarabel"].iterations == sol.iterations["tangential"]
+    raw = vc.solve(rolling(grid=CELLS), tangential="clarabel", polish=False, tol=1e-5)
+    assert raw.solved_by["tangential"] == "clarabel"
+    assert called(raw, "tangential") == {"clarabel"}
+
+
+def test_unlike_bodies_count_every_pass():
+    """Named solvers without a method are polished from pass to pass: that shows."""
+    sol = vc.solve(UNLIKE["soft on rigid, spin"], "clarabel", "clarabel")
+    assert {name: sol.calls[name]["clarabel"].count for name in ("normal", "tangential")} == {
+        "normal": 1,
+        "tangential": 1,
+    }
+    assert sol.calls["normal"]["norm"].count >= len(sol.passes) > 3
+    assert sol.calls["tangential"]["tang-safeguarded"].count >= len(sol.passes)
+
+
+def test_seconds_of_calls_are_part_of_those_of_the_stages(rolling):
+    sol = vc.solve(rolling(), method="convex")
+    for problem in ("normal", "tangential"):
+        assert 0 < sum(each.seconds for each in sol.calls[problem].values()) <= sol.timing[problem]
+
+
+def test_theories_are_counted(rolling):
+    sol = vc.solve(rolling(grid=CELLS), tangential="fastsim")
+    assert sol.calls["tangential"]["fastsim"].count == 1
+    assert sol.solved_by["tangential"] == "fastsim"
+
+
+def test_calls_in_json_and_in_files(rolling, tmp_path):
+    sol = vc.solve(rolling(grid=CELLS), method="convex")
+    summary = json.loads(json.dumps(sol.summary(), allow_nan=False))
+    assert summary["road"] == "convex"
+    assert summary["solved_by"] == {"normal": "hertz", "tangential": "splitting"}
+    assert summary["calls"]["tangential"]["clarabel"]["count"] == 1
+    assert summary["calls"]["tangential"]["splitting"]["iterations"] >= 20
+    assert summary["calls"]["normal"]["hertz"]["seconds"] >= 0
+    sol.save(tmp_path / "a.nc")
+    again = vc.load(tmp_path / "a.nc")
+    assert again.summary() == sol.summary()
+    assert again.plan.method == "convex"
+
+
+def test_files_from_before_calls_were_counted_load(rolling, tmp_path):
+    sol = vc.solve(rolling(grid=CELLS))
+    data = sol.to_xarray()
+    record = json.loads(str(data["record"].values))
+    for name in ("calls", "solved_by"):
+        del record[name]
+    del record["plan"]["method"]
+    del record["plan"]["reasons"]["method"]
+    data.assign(record=((), json.dumps(record))).to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    old = vc.load(tmp_path / "old.nc")
+    assert (old.calls, old.solved_by, old.plan.method) == ({}, {}, "auto")
+    assert old.report().count("tang-safeguarded: active sets") == 1
+    np.testing.assert_array_equal(old.traction, sol.traction)
+
+
+def test_calls_of_stored_histories(rolling, tmp_path):
+    scene = rolling(motion=vc.Transient(steps=2, vx=0.04), grid=vc.Grid(nx=6, ny=6))
+    history = vc.solve(scene, method="convex", store=tmp_path / "h.nc")
+    assert vc.load(tmp_path / "h.nc")[1].calls == history[1].calls
+    assert history[1].calls["tangential"]["clarabel"].count == 1
+
+
+# --------------------------------------------------------------------------- refused, by name
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field", "words"),
+    [
+        ({"method": "konvex"}, "method", "one of auto, convex, active-set, kalker (did you mean convex?)"),
+        ({"method": 3}, "method", "one of auto, convex, active-set, kalker"),
+        (
+            {"method": "convex", "tangential": "tang"},
+            "tangential",
+            'a solver of programs, as clarabel or scs, by method = "convex"; by "auto" any solver may be named',
+        ),
+        (
+            {"method": "convex", "normal": "norm"},
+            "normal",
+            'a solver of programs, as clarabel or scs, by method = "conv',
+        ),
+        ({"method": "convex", "tangential": "fastsim"}, "tangential", "a solver of programs"),
+        ({"method": "convex", "tangential": "clarable"}, "tangential", "did you mean clarabel?"),
+        (
+            {"method": "active-set", "tangential": "clarabel"},
+            "tangential",
+            'tang or tang-exact or tang-safeguarded, by method = "active-set"',
+        ),
+        ({"method": "active-set", "normal": "osqp"}, "normal", "norm or norm-single, by method"),
+        ({"method": "kalker", "tangential": "tang"}, "tangential", 'tang-exact, by method = "kalker"'),
+        ({"method": "kalker", "formulation": "gap"}, "formulation", "tang-exact states no program"),
+        ({"method": "convex", "polish": True}, "polish", 'left out: method = "convex" calls no active sets'),
+        ({"method": "convex", "polish": 1}, "polish", "true or false"),
+    ],
+)
+def test_contradictions_are_refused(rolling, arguments, field, words):
+    with pytest.raises(vc.SceneError) as refusal:
+        vc.solve(rolling(), **arguments)
+    assert refusal.value.field == field
+    assert words in str(refusal.value)
+
+
+def test_plan_and_scan_take_a_method(rolling):
+    """The plan is that of the solution; a scan calls the conic solver for each creepage."""
+    scene = rolling(grid=CELLS)
+    planned, sol = vc.plan(scene, method="convex"), vc.solve(scene, method="convex")
+    assert planned == sol.plan
+    assert planned.reasons["method"] == "asked for: QP and SOCP by conic solvers, never polished by active sets"
+    assert f"  method              convex: {planned.reasons['method']}" in str(planned)
+    assert f"  method            convex: {planned.reasons['method']}" in sol.report()
+    curve = vc.scan(scene, [(0.02, 0.0, 0.0), (0.04, -0.02, 0.05)], method="convex")
+    assert all(each.calls["tangential"]["clarabel"].count == 1 for each in curve)
+    np.testing.assert_allclose(curve[1].traction, sol.traction, atol=1e-9)
+    with pytest.raises(vc.SceneError, match="polish = True"):
+        vc.scan(scene, [(0.02, 0.0, 0.0)], method="convex", polish=True)
+
+
+def test_forces_beyond_friction_are_refused_on_every_road(rolling):
+    for method in ("convex", "active-set", "kalker"):
+        with pytest.raises(vc.Saturated):
+            vc.solve(rolling(motion=vc.Steady(Fx=0.31)), method=method)
+
+
+def test_unlike_bank_is_unlike():
+    assert len(UNLIKE) == 20
+    assert all(abs(scene.bodies.K) > 0.05 for scene in UNLIKE.values())
+    assert {scene.friction for scene in UNLIKE.values()} == {0.1, 0.3, 0.6, 0.9}
+    assert any(isinstance(scene.motion, vc.Shift) for scene in UNLIKE.values())
+    assert any(getattr(scene.motion, "Fx", None) is not None for scene in UNLIKE.values())
+    same = {dataclasses.replace(scene, grid="auto") for scene in UNLIKE.values()}
+    assert len(same) == 20

@@ -1,0 +1,78 @@
+"""The roads to a solution as one choice: what `method` stands for, and which solvers go that way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from varcontact.checks import choice
+from varcontact.errors import SceneError
+from varcontact.solvers.registry import NORMAL, TANGENTIAL, states_programs
+
+TOLERANCE = 1e-8
+"""Natural-map residual to reach if none is given, whatever the method: each reaches it, see docs/methods.md."""
+
+
+@dataclass(frozen=True)
+class Road:
+    """A method.
+
+    Attributes
+    ----------
+    normal, tangential : str
+        The solvers that are taken if none is named.
+    why : str
+        What makes it this road, in one line.
+    normals, tangentials : tuple of str, optional
+        The active sets that go this way; if none are given, solvers of programs do.
+    fallback : str
+        The solver of programs that is asked where active sets miss the tolerance; "none" for nobody.
+    """
+
+    normal: str
+    tangential: str
+    why: str
+    normals: tuple[str, ...] = ()
+    tangentials: tuple[str, ...] = ()
+    fallback: str = "none"
+
+
+ROADS: dict[str, Road] = {
+    "auto": Road("norm", "tang-safeguarded", "the fastest by measurement, solvers as named", fallback="clarabel"),
+    "convex": Road("clarabel", "clarabel", "QP and SOCP by conic solvers, never polished by active sets"),
+    "active-set": Road(
+        "norm", "tang-safeguarded", "NORM and the safeguarded TANG, no program", tuple(NORMAL), tuple(TANGENTIAL)
+    ),
+    "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, no program", ("norm",), ("tang-exact",)),
+}
+"""By name. The first leaves everything open: there any solver may be named."""
+
+
+def road(method: str) -> Road:
+    """The road of that name.
+
+    Raises
+    ------
+    SceneError
+        If there is none; the nearest is suggested.
+
+    Examples
+    --------
+    >>> road("kalker").tangential
+    'tang-exact'
+    """
+    return ROADS[choice("method", method, ROADS)]
+
+
+def check_on_road(method: str, field: str, name: str) -> None:
+    """Refuse a solver, named for the "normal" or the "tangential" problem, that does not go a method's way.
+
+    Hertz's closed form is no solver, and goes everywhere.
+    """
+    if method == "auto" or name in ("auto", "hertz"):
+        return
+    chosen = ROADS[method]
+    allowed = chosen.normals if field == "normal" else chosen.tangentials
+    if name in allowed or (not allowed and states_programs(name)):
+        return
+    words = " or ".join(allowed) or "a solver of programs, as clarabel or scs"
+    raise SceneError(field, name, f'{words}, by method = "{method}"; by "auto" any solver may be named')

@@ -1,0 +1,92 @@
+"""The influence numbers of a lattice: one object owns all tables, and builds each when it is first asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from varcontact.elasticity.operators import GridOperator, influence_operator
+from varcontact.scene.grid import Grid
+
+KEPT_DISTANCES = 4
+"""Operators C of steps in time that are kept, one for each distance of a step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Operators:
+    """The operators between tractions and displacements on a lattice, dimensionless (G = 1).
+
+    What is derived from a discretisation holds the same object: whoever builds a table first, builds it for all.
+
+    Attributes
+    ----------
+    lattice : Grid
+        Explicit, dimensionless.
+    nu, K : float
+        Combined constants (59), (60).
+    depth : float
+        In line contact: the dimensionless depth from which displacements count.
+
+    Examples
+    --------
+    >>> operators = Operators(Grid(nx=4, ny=3, dx=0.1, dy=0.1, x0=0.0, y0=0.0), nu=0.3, K=0.0)
+    >>> operators.normal is operators.normal, operators.tangential(lag=0.1).table.shape
+    (True, (2, 2, 5, 7))
+    """
+
+    lattice: Grid
+    nu: float
+    K: float
+    depth: float = 1.0
+    _tables: dict[tuple[str, str, float | None], GridOperator] = field(default_factory=dict, repr=False)
+    _carrying: dict[float, GridOperator] = field(default_factory=dict, repr=False)
+
+    @property
+    def normal(self) -> GridOperator:
+        """A_zz: distances by pressures."""
+        return self._table("z", "z")
+
+    def tangential(self, lag: float | None = None) -> GridOperator:
+        """A_tt: shifts by tractions; with a `lag` A_tt - C_tt, of steady rolling by steps of that distance."""
+        return self._table("xy", "xy", lag)
+
+    def pressure_to_shift(self, lag: float | None = None) -> GridOperator:
+        """A_tz, or A_tz - C_tz with a `lag`: shifts by pressures, where K != 0."""
+        return self._table("xy", "z", lag)
+
+    @property
+    def traction_to_distance(self) -> GridOperator:
+        """A_zt: distances by tractions, where K != 0."""
+        return self._table("z", "xy")
+
+    def carrying(self, distance: float) -> GridOperator:
+        """C: displacements of the particles that come from a distance further along x, by all tractions that count."""
+        if distance not in self._carrying:
+            if len(self._carrying) >= KEPT_DISTANCES:
+                del self._carrying[next(iter(self._carrying))]
+            columns = "xyz" if self.K != 0 else "xy"
+            self._carrying[distance] = influence_operator(
+                self.lattice, "xy", columns, nu=self.nu, K=self.K, depth=self.depth, offset=distance
+            )
+        return self._carrying[distance]
+
+    @cached_property
+    def around(self) -> Operators:
+        """Those of the lattice with one more element on every side, where one looks whether the contact goes on."""
+        return self.on(self.lattice.extended())
+
+    def on(self, lattice: Grid) -> Operators:
+        """Those of the same bodies on another lattice."""
+        return Operators(lattice, self.nu, self.K, self.depth)
+
+    def same(self, lattice: Grid, nu: float, K: float, depth: float) -> bool:
+        """Whether these are the operators of that lattice and those constants."""
+        return (self.lattice, self.nu, self.K, self.depth) == (lattice, nu, K, depth)
+
+    def _table(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:
+        key = rows, columns, lag
+        if key not in self._tables:
+            self._tables[key] = influence_operator(
+                self.lattice, rows, columns, nu=self.nu, K=self.K, depth=self.depth, lag=lag
+            )
+        return self._tables[key]

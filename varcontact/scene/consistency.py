@@ -1,0 +1,196 @@
+"""What the entries of a scene ask of each other.
+
+A history is expanded into its steps, and each step has to meet the rules of one problem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import NoContact, SceneError
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.units import Units
+
+if TYPE_CHECKING:
+    from varcontact.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """One problem that a scene poses: the scene's own, or that of a step of its history."""
+
+    step: int | None  # of a history
+    surface: Surface
+    load: tuple[float | None, float | None]  # normal force, approach
+    friction: float | np.ndarray | Law | None
+    motion: Steady | Shift | TimeStep | None
+
+
+def check_parts(scene: Scene) -> None:
+    """Each entry is of a class that it may have."""
+    _instance("bodies", scene.bodies, (Bodies,))
+    _instance("surface", scene.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
+    if scene.motion is not None:
+        _instance("motion", scene.motion, (Steady, Shift, TimeStep, Transient))
+    if scene.units is not None:
+        _instance("units", scene.units, (Units,))
+    if not (isinstance(scene.grid, str) and scene.grid == "auto"):
+        _instance("grid", scene.grid, (Grid,), ' or "auto"')
+
+
+def check_load(scene: Scene) -> None:
+    """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch."""
+    both = (scene.normal_force, scene.approach)
+    given = sum(each is not None for each in both)
+    history = isinstance(scene.motion, Transient)
+    if given == 2 or (given == 0 and not history):
+        which = "both" if given else "neither"
+        raise SceneError("normal_force, approach", both, f"exactly one of the two ({which} given)")
+    for problem in _problems(scene):
+        if sum(each is not None for each in problem.load) != 1:
+            name = f"motion.normal_force[{problem.step}], motion.approach[{problem.step}]"
+            raise SceneError(name, problem.load, f"one of the two{' at most' if given else ''}")
+    if isinstance(scene.surface, Ellipse) and given == 0:
+        raise SceneError("surface", scene.surface, "Paraboloids, where the scene has no load of its own")
+    least = float(scene.surface.h.min()) if isinstance(scene.surface, SampledDistance) else 0.0
+    apart = scene.approach is not None and scene.approach <= least
+    if apart and not isinstance(scene.motion, TimeStep | Transient):
+        raise NoContact("approach", scene.approach, f"above the least undeformed distance, {least:.6g}: no contact")
+
+
+def check_line(scene: Scene) -> None:
+    """Line contact, and nothing else, has no rows; it has no spin; and all surfaces of a history are of one kind."""
+    grid, motion = scene.grid, scene.motion
+    if isinstance(grid, Grid) and grid.line and not scene.line:
+        raise SceneError("grid.ny", None, "given: only line contact has no rows")
+    for name in ("spin", "rotation"):
+        turns = np.atleast_1d(getattr(motion, name, 0.0))
+        if scene.line and np.any(turns != 0):
+            given = float(turns[turns != 0][0])
+            raise SceneError(f"motion.{name}", given, "0 in line contact, where nothing depends on y")
+    for surface in scene.surfaces:
+        if is_line(surface) != scene.line or getattr(surface, "reference_depth", None) != scene.reference_depth:
+            raise SceneError("motion.surface", surface, "line contact as the scene's surface, from the same depth")
+
+
+def without_rows(grid: Grid) -> Grid:
+    """A grid of one row as line contact has it, without rows."""
+    if grid.ny != 1:
+        raise SceneError("grid.ny", grid.ny, "left out in line contact")
+    if grid.dy is not None:
+        raise SceneError("grid.dy", grid.dy, "left out in line contact, where forces are per unit length")
+    return Grid(nx=grid.nx, margin=grid.margin, edge=grid.edge)
+
+
+def check_depth(scene: Scene) -> None:
+    """In line contact displacements count from a depth: it is needed where they are prescribed or carried along.
+
+    No depth is needed along a direction in which nothing moves, in which a force is prescribed all the time, or in
+    steady rolling, where only differences of displacements count.
+    """
+    if not scene.line or isinstance(scene.motion, TimeStep):
+        return
+    if all(getattr(surface, "reference_depth", None) is not None for surface in scene.surfaces):
+        return
+    problems = list(_problems(scene))
+    for problem in problems:
+        if problem.load[1] is not None:
+            where = f" of step {problem.step}" if problem.step is not None else ""
+            raise _depth_for(f"the approach{where}", "a normal force")
+    if scene.motion is None or isinstance(scene.motion, Steady):
+        return
+    for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
+        if not _displaced(scene, problems, i):
+            continue
+        for problem in problems:
+            if getattr(problem.motion, force) is None and problem.step is None:
+                raise _depth_for(f"motion.{shift}", f"motion.{force}")
+            if getattr(problem.motion, force) is None:
+                raise _depth_for(f"step {problem.step}, without motion.{force},", f"motion.{force} in every step")
+
+
+def _depth_for(what: str, instead: str) -> SceneError:
+    return SceneError(
+        "surface.reference_depth",
+        None,
+        message=f"{what} needs surface.reference_depth: in line contact displacements count from a depth. "
+        f"Give the depth, or prescribe {instead}",
+    )
+
+
+def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
+    """Whether tractions arise along x (i = 0) or y in any of the problems."""
+    start = scene.motion.start if isinstance(scene.motion, Transient) else None
+    if start is not None and np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
+        return True
+    if i == 0 and scene.bodies.K != 0 and not scene.frictionless:
+        return True
+    motions = [problem.motion for problem in problems if problem.motion is not None]
+    return any(motion.rigid[i] != 0 or (motion.Fx, motion.Fy)[i] for motion in motions)
+
+
+def check_friction(scene: Scene) -> None:
+    """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls."""
+    for problem in _problems(scene):
+        if scene.motion is not None and problem.friction is None:
+            raise SceneError("friction", None, "given where there is a motion (a number, inf, a law, or an array)")
+        falls = isinstance(problem.friction, Law) and problem.friction.continuous
+        if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
+            own = problem.friction is not scene.friction
+            allowed = f"without slip velocity, as StaticKinetic: step {problem.step} does not roll (motion.dq = 0)"
+            raise SceneError("motion.friction" if own else "friction", problem.friction, allowed)
+    if isinstance(scene.friction, np.ndarray):
+        _check_on_grid(scene, "friction", scene.friction)
+        if np.any(scene.friction < 0):
+            raise SceneError("friction", float(np.min(scene.friction)), "zero or positive everywhere")
+
+
+def check_samples(scene: Scene) -> None:
+    """Distances without coordinates lie on the scene's own grid."""
+    for surface in scene.surfaces:
+        if isinstance(surface, SampledDistance) and surface.x is None:
+            _check_on_grid(scene, "surface.h", surface.samples)
+
+
+def _problems(scene: Scene) -> Iterator[_Problem]:
+    """The problems that a scene poses, one after the other."""
+    motion = scene.motion
+    if not isinstance(motion, Transient):
+        yield _Problem(None, scene.surface, (scene.normal_force, scene.approach), scene.friction, motion)
+        return
+    surfaces, frictions = scene.surfaces, scene.frictions
+    for k in range(motion.steps):
+        load = motion.of("normal_force", k), motion.of("approach", k)
+        load = (scene.normal_force, scene.approach) if load == (None, None) else load
+        # Without dq a step is as long as an element, which no rule depends on.
+        yield _Problem(k, surfaces[k % len(surfaces)], load, frictions[k], motion.step(k, dx=1.0))
+
+
+def _check_on_grid(scene: Scene, field: str, values: Any) -> None:
+    entries = "nx, dx, x0" if scene.line else "nx, ny, dx, dy, x0, y0"
+    grid = scene.grid
+    if not (isinstance(grid, Grid) and grid.explicit):
+        raise SceneError("grid", grid, f"explicit ({entries}) where {field} is given on it")
+    if values.shape != grid.shape:
+        allowed = f"(nx,) = ({grid.nx},)" if scene.line else f"(ny, nx) = {grid.shape}"
+        given = values.shape[1:] if scene.line and values.shape[0] == 1 else values.shape
+        raise SceneError(field, f"array of shape {given}", f"of the grid's shape {allowed}")
+
+
+def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "") -> None:
+    if not isinstance(value, classes):
+        raise SceneError(field, value, " or ".join(c.__name__ for c in classes) + more)
+
+
+def as_array(field: str, value: Any, line: bool) -> np.ndarray:
+    """Numbers for each element, (ny, nx); in line contact also (nx,)."""
+    return checks.array(field, np.atleast_2d(value) if line and np.ndim(value) == 1 else value, 2)

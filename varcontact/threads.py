@@ -1,0 +1,78 @@
+"""One BLAS thread while varcontact computes.
+
+Active sets make many products and factors of some hundred rows. Wherever processes share the cores, threads of BLAS
+lose much on them by waiting for each other: docs/methods.md has the measurement.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from threading import Lock
+from typing import Any
+
+VARIABLES = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+"""Where one of these is set, its number of threads stays."""
+
+
+class _Limit:
+    """The number of threads is the whole process's: the first to come lowers it, the last to leave restores it."""
+
+    def __init__(self) -> None:
+        self._lock, self._inside = Lock(), 0
+        self._lowered: Any = None
+
+    def enter(self) -> None:
+        with self._lock:
+            if self._inside == 0:
+                self._lowered = _libraries().limit(limits=1, user_api="blas")
+            self._inside += 1
+
+    def leave(self) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                self._lowered.restore_original_limits()
+
+
+_LIMIT = _Limit()
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Limit BLAS to one thread within a block, or as a decorator within a function.
+
+    Calls may be nested, and may come from several threads at once. Nothing is limited where an environment variable of
+    `VARIABLES` is set: it is the user's choice.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> with one_blas_thread():
+    ...     print(np.ones((2, 2)) @ np.ones(2))
+    [2. 2.]
+    """
+    if any(name in os.environ for name in VARIABLES):
+        yield
+        return
+    _LIMIT.enter()
+    try:
+        yield
+    finally:
+        _LIMIT.leave()
+
+
+@cache
+def _libraries() -> Any:
+    import scipy.linalg  # noqa: F401  (its BLAS is another library than NumPy's, and has to be there to be found)
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
