@@ -7,7 +7,7 @@ converge by themselves keep it on the way.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -97,15 +97,13 @@ class Result:
     at : Point
     status : str
         "Solved", "MaxIterations", or "NotANumber".
-    steps, iterations, guards : int
-        Newton steps, iterations of GCR, and how often steps that converge by themselves were taken.
+    steps : int
+        Newton steps.
     """
 
     at: Point
     status: str
     steps: int
-    iterations: int
-    guards: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,60 +136,82 @@ def newton(conditions: Conditions, at: Point, tol: float, tally: Tally, finest: 
     finest : Finest, optional
         Where the answer is to be judged in double precision; else single precision is enough.
     """
-    shift = _shift(conditions) if finest is None else finest.shift
-    goal, damping, iterations, idle, guards = tol, 0.0, 0, 0, 0
+    goal, damping, idle, guards = tol, 0.0, 0, 0
     best, least = at, np.inf
     room = Room.of(at.traction.size, conditions.forces)
     for count in range(MAX_STEPS):
-        now = _measured(conditions, at)
-        if finest is not None and at.noise > 0.1 * max(now.residual, goal):
-            at = Point(at.traction, shift(at.traction, at.rigid), at.rigid, EXACT)
-            now = _measured(conditions, at)
-        if conditions.forces.components and (count == 0 or damping > 0) and not conditions.linear:
-            there = balanced(conditions, at)
-            then = _measured(conditions, there)
-            if count == 0 or then.merit < now.merit:
-                at, now = there, then
+        at, now = _seen(conditions, at, goal, finest)
+        if count == 0 or damping > 0:
+            at, now = _balanced(conditions, at, now, in_any_case=count == 0)
         if not np.isfinite(now.merit):
-            return Result(best, "NotANumber", count, iterations, guards)
+            return Result(best, "NotANumber", count)
         if now.residual < least:
             best, least = at, now.residual
         if now.residual <= goal:
-            traction = conditions.admissible(at.traction, now.trial)
-            if finest is None:
-                return Result(Point(traction, at.shift, at.rigid, NOISE), "Solved", count, iterations, guards)
-            best = at = Point(traction, shift(traction, at.rigid), at.rigid, EXACT)
-            error = finest.error(at)
+            best = at = _admissible(conditions, at, finest)
+            error = 0.0 if finest is None else finest.error(at)
             if error <= tol:
-                return Result(at, "Solved", count, iterations, guards)
+                return Result(at, "Solved", count)
             goal *= min(0.3 * tol / error, 0.3)
             now = _measured(conditions, at)
         if idle >= STUCK:
             guards, idle, damping = guards + 1, 0, GUARD_DAMPING
-            rounds = GUARD_STEPS * guards
-            with tally.called("tseng"):
-                at = forward_backward_forward(best, shift, conditions.projected, conditions.forces, rounds)
-                tally.iterated("tseng", rounds)
+            at = _guarded(conditions, best, GUARD_STEPS * guards, tally, finest)
             continue
-        system = conditions.linearised(at.traction, at.shift, now.trial, damping)
-        lacking = conditions.forces.lacking(at.traction)
-        near = conditions.linear or now.residual <= NEAR * goal
-        enough = float(np.clip(0.3 * goal / now.residual, FINE, ROUGH)) if near else ROUGH
-        step = krylov.gcr(system, system.right, conditions.forces, lacking, enough, room)
-        iterations += step.iterations
+        step = _step(conditions, at, now, goal, damping, room)
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
             idle = STUCK
             continue
-        step = system.bent(at.traction, step)
         noise = at.noise + NOISE * float(np.abs(step.traction).max()) / now.largest
         at, merit, part = searched(at, step, lambda there: _measured(conditions, there).merit, now.merit)
-        at = Point(at.traction, at.shift, at.rigid, noise)
+        at = replace(at, noise=noise)
         damping = damped(damping, part, merit / now.merit)
         idle = idle + 1 if merit >= IDLE * now.merit else max(idle - 1, 0)
-    if finest is not None:
-        traction = conditions.admissible(best.traction, best.traction - best.shift)
-        best = Point(traction, shift(traction, best.rigid), best.rigid, EXACT)
-    return Result(best, "MaxIterations", MAX_STEPS, iterations, guards)
+    return Result(_admissible(conditions, best, finest), "MaxIterations", MAX_STEPS)
+
+
+def _seen(conditions: Conditions, at: Point, goal: float, finest: Finest | None) -> tuple[Point, _Measure]:
+    """A point and how far it is from the solution, with its shift in double precision where noise would be seen."""
+    now = _measured(conditions, at)
+    if finest is None or at.noise <= 0.1 * max(now.residual, goal):
+        return at, now
+    at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=EXACT)
+    return at, _measured(conditions, at)
+
+
+def _balanced(conditions: Conditions, at: Point, now: _Measure, in_any_case: bool) -> tuple[Point, _Measure]:
+    """With rigid shifts at which prescribed forces are there, where that brings it nearer."""
+    if conditions.linear or not conditions.forces.components or not np.isfinite(now.merit):
+        return at, now
+    there = balanced(conditions, at)
+    then = _measured(conditions, there)
+    return (there, then) if in_any_case or then.merit < now.merit else (at, now)
+
+
+def _step(conditions: Conditions, at: Point, now: _Measure, goal: float, damping: float, room: Room) -> Step:
+    """Newton's step, as exact as it pays."""
+    system = conditions.linearised(at.traction, at.shift, now.trial, damping)
+    near = conditions.linear or now.residual <= NEAR * goal
+    enough = float(np.clip(0.3 * goal / now.residual, FINE, ROUGH)) if near else ROUGH
+    lacking = conditions.forces.lacking(at.traction)
+    return system.bent(at.traction, krylov.gcr(system, system.right, conditions.forces, lacking, enough, room))
+
+
+def _guarded(conditions: Conditions, at: Point, steps: int, tally: Tally, finest: Finest | None) -> Point:
+    """After steps that converge wherever M is monotone."""
+    shift = _shift(conditions) if finest is None else finest.shift
+    with tally.called("tseng"):
+        at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
+        tally.iterated("tseng", steps)
+    return replace(at, noise=NOISE if finest is None else EXACT)
+
+
+def _admissible(conditions: Conditions, at: Point, finest: Finest | None) -> Point:
+    """Admissible tractions, on the finest grid with their shift in double precision."""
+    traction = conditions.admissible(at.traction, at.traction - at.shift)
+    if finest is None:
+        return replace(at, traction=traction)
+    return replace(at, traction=traction, shift=finest.shift(traction, at.rigid), noise=EXACT)
 
 
 def _shift(conditions: Conditions) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
