@@ -374,3 +374,17 @@ def test_tables_are_csv_files(folder, arguments):
         f"{arguments[-2]} = '{arguments[-1]}': tables are written as CSV, and the name must end in .csv" in done.stderr
     )
     assert os.listdir(folder) == ["scene.toml"]
+
+
+def test_how_much_of_the_certificate(folder):
+    """By an option, or in the file's [solve] table; the option has the last word."""
+    (folder / "less.toml").write_text(SCENE + '[solve]\ncertify = "none"\n')
+    for options, level in (((), "none"), (("--certify", "gap"), "gap")):
+        done = run("solve", "less.toml", "--json", *options, folder=folder)
+        certificate = json.loads(done.stdout)["certificate"]
+        assert certificate["level"] == level
+        assert (certificate["gap"] is None) == (level == "none")
+        assert certificate["force_bound"] == [None, None, None]
+    refused = run("solve", "less.toml", "--certify", "all", folder=folder)
+    assert refused.returncode == 2
+    assert "certify = 'all'" in refused.stderr

@@ -17,7 +17,7 @@ from varcontact.io.solution_file import load
 from varcontact.planning.plan import Plan, plan
 from varcontact.planning.sizes import Matrix, Sizes
 from varcontact.plotting.solution import plot_comparison, plot_stress
-from varcontact.problem.gap import Certificate
+from varcontact.problem.certificate import Certificate
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.results.stress import SubsurfaceStress, stress, stress_below

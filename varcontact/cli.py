@@ -108,6 +108,10 @@ def solve(
     start: Annotated[
         str | None, typer.Option(help="Under a law of friction, the solution sought: from stick or from slip.")
     ] = None,
+    certify: Annotated[
+        str | None,
+        typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Write the solution to this netCDF file (.nc); of a history step by step, going on from it."),
@@ -123,7 +127,7 @@ def solve(
     _check_outputs(out, plot, ".nc")
     described, options = read_scene(scene)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start}
+    given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         options["store"], out = out, None
@@ -189,11 +193,11 @@ def compare(
     """Solve scenes by many methods side by side, each judged by the same certificate."""
     from varcontact.io.scene_file import read_scene
     from varcontact.plotting.solution import plot_comparison
-    from varcontact.results.report import summary
     from varcontact.study.bank import standard_bank
     from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
     from varcontact.study.store import as_json as table_as_json
+    from varcontact.study.tables import summary
 
     _check_outputs(out, plot)
     files = scenes or []

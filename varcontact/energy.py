@@ -23,9 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.errors import SceneError
+from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.energies import complementary_energy, potential_energy
-from varcontact.problem.gap import Certificate, gap, normal_gap, normal_residual, tangential_residual
+from varcontact.problem.gap import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.problem.slip import unit_slip
 from varcontact.results.solution import Solution

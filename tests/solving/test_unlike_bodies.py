@@ -10,8 +10,8 @@ import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
 from varcontact.planning.plan import make_plan
 from varcontact.problem.discretisation import discretise
-from varcontact.problem.problem import Settings
 from varcontact.solvers.conic.joint import solve_joint
+from varcontact.solvers.settings import Settings
 from varcontact.solving.subproblems import Steps, unloaded
 from varcontact.solving.timing import Clock
 

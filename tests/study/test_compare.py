@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.results.report import summary
 from varcontact.study.compare import DEFAULT_METHODS, Method
 from varcontact.study.store import as_json
+from varcontact.study.tables import summary
 
 EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-exact", "tang-safeguarded")
 

@@ -252,7 +252,7 @@ def _tables_at(
 
 def _whole(number: float) -> bool:
     """Whether a number is whole, but for rounding."""
-    return abs(number - round(number)) <= 4 * np.finfo(float).eps * max(abs(number), 1.0)
+    return bool(abs(number - round(number)) <= 4 * np.finfo(float).eps * max(abs(number), 1.0))
 
 
 def _mirrored(half: np.ndarray, odd: bool) -> np.ndarray:

@@ -29,7 +29,7 @@ SURFACES = {
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """What stands in TOML, which has no null, for a step in which an entry of a history is not given."""
-SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start")
+SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify")
 
 
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:

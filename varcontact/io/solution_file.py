@@ -14,12 +14,12 @@ import numpy as np
 from varcontact.errors import OutputError, VarcontactError
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
-from varcontact.problem.gap import Certificate
-from varcontact.problem.tally import Calls
+from varcontact.problem.certificate import Certificate
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
+from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -195,15 +195,16 @@ def assembled(
     ValueError
         If that cannot be.
     """
-    certificate = {**record["certificate"], "force_bound": np.array(record["certificate"]["force_bound"])}
+    vectors = ("force_bound", "pressure_part")
+    certificate: dict[str, Any] = dict(record["certificate"])
+    certificate |= {name: np.array(certificate[name]) for name in vectors if name in certificate}
     vx, vy, spin = (float(value) for value in creepage)
-    vectors = ("traction", "slip")
-    shapes = {name: (2, *grid.shape) if name in vectors else grid.shape for name in fields}
+    shapes = {name: (2, *grid.shape) if name in ("traction", "slip") else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
         raise ValueError("fields that are not finite numbers")
-    if certificate["force_bound"].shape != (3,):
+    if any(certificate[name].shape != (3,) for name in vectors if name in certificate):
         raise ValueError("a bound on the forces that is not three numbers")
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):

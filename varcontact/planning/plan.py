@@ -99,7 +99,7 @@ class Plan:
 
     def __str__(self) -> str:
         """For people."""
-        from varcontact.results.report import plan_report
+        from varcontact.planning.report import plan_report
 
         return plan_report(self)
 

@@ -11,9 +11,9 @@ import numpy as np
 from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import DENSE_LIMIT
 from varcontact.problem.mirror import mirror_of
 from varcontact.problem.state import ContactState
+from varcontact.problem.symmetric import DENSE_LIMIT
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs

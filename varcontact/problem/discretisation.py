@@ -234,19 +234,25 @@ class Discretisation:
         bearing: np.ndarray | None = None,
         marching: bool = False,
         acting: np.ndarray | None = None,
+        possible: np.ndarray | None = None,
     ) -> TangentialProblem:
         """The tangential problem on the elements with a traction bound, for a pressure (ny, nx).
 
         The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
         `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
+        Elements with friction that are `possible` (ny, nx) enter with a bound of zero where there is no pressure.
         """
         motion = self.motion
         assert motion is not None
         pressed = (pressure if bearing is None else bearing).ravel()
         contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            bound = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel() * pressed
-        elements = np.flatnonzero(contact & (bound > 0))
+            friction = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel()
+            bound = friction * np.maximum(pressed, 0.0)
+        bears = contact & (bound > 0)
+        if possible is not None:
+            bears |= possible.ravel() & (friction > 0)
+        elements = np.flatnonzero(bears)
         shift = self.known_shift().reshape(2, -1)[:, elements]
         if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]

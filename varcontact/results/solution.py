@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.planning.plan import Plan
+from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import Discretisation, undeformed_distance
-from varcontact.problem.gap import Certificate
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
-from varcontact.problem.tally import Calls
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
+from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -223,7 +223,9 @@ class Solution:
             "certificate": {
                 "gap": known(certificate.gap),
                 "relative_gap": known(certificate.relative_gap),
+                "level": certificate.level,
                 "force_bound": [known(bound) for bound in certificate.force_bound],
+                "pressure_part": [known(part) for part in certificate.pressure_part],
                 "residual": known(certificate.residual),
                 "normal_relative_gap": known(certificate.normal_relative_gap),
                 "normal_residual": known(certificate.normal_residual),

@@ -11,13 +11,14 @@ from typing import TypeVar
 
 from varcontact import checks
 from varcontact.errors import SolverUnavailable
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
 from varcontact.solvers.matrix_free.normal import newton_normal
 from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.settings import Settings
 
 Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)

@@ -13,10 +13,11 @@ from functools import partial
 import numpy as np
 
 from varcontact.errors import SceneError, TooLarge
+from varcontact.machine.memory import need
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import magnitude, normal_residual, tangential_residual
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
@@ -32,6 +33,7 @@ from varcontact.solvers.registry import (
     states_programs,
     tangential_solver,
 )
+from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
 
 UNPOLISHED = 1e-2
@@ -195,7 +197,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
         formulation = "complementary" if problem.symmetric else "gap"
         try:
             peak = memory.peak(program, formulation, problem.rigid_shift.size)
-            memory.need("the tangential program", peak, "a grid with fewer elements would fit")
+            need("the tangential program", peak, "a grid with fewer elements would fit")
         except TooLarge:
             return raw
         if formulation == "gap" and not problem.monotone:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from varcontact.problem.tally import Calls, Tally
+from varcontact.solvers.tally import Calls, Tally
 
 
 class Clock:

@@ -15,9 +15,10 @@ import numpy as np
 
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import outside
+from varcontact.problem.certificate import Certificate
+from varcontact.problem.contact_grid import common_grid, enlarged
+from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
-from varcontact.problem.gap import Certificate
 from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution, solution_of
@@ -26,7 +27,7 @@ from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
-from varcontact.solving.grid_search import common_grid, enlarged, on_a_grid_that_holds_it
+from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
 
@@ -38,6 +39,7 @@ def solve_transient(
     polish: bool,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
+    certify: str = "auto",
 ) -> History:
     """Solve a transient scene step by step, see `solve`."""
     from varcontact.io.history_file import Stored
@@ -46,7 +48,7 @@ def solve_transient(
     if not isinstance(motion.start, Solution | None):
         raise SceneError("motion.start", motion.start, "a Solution")
     stored = None if store is None else Stored.opened(Path(store), scene, plan, tol, polish)
-    steps = Steps(plan, tol, polish, Clock())
+    steps = Steps(plan, tol, polish, Clock(), certify=certify)
     contacts = _largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
     march = _March(scene, _discretisation(contacts[0], grid), steps)
@@ -223,7 +225,7 @@ def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Soluti
     if size > 0:
         raise Saturated(size, 0.0)
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
-    exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+    exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0, np.zeros(3))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
 

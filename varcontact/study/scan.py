@@ -14,7 +14,7 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.solve import polished_by, solve_many
+from varcontact.solving.solve import level, polished_by, solve_many
 
 
 def scan(
@@ -28,6 +28,7 @@ def scan(
     method: str = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
+    certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
 ) -> list[Solution]:
     """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
@@ -40,7 +41,7 @@ def scan(
         With a motion, whose creepages are replaced; no prescribed tangential force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, method, tol, polish, progress
+    normal, tangential, coupling, formulation, method, tol, polish, certify, progress
         As for `solve`.
 
     Returns
@@ -72,7 +73,7 @@ def scan(
     choices = normal, tangential, coupling, formulation, method
     plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
     tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
-    return list(solve_many(scene, motions, plans[0], tol, polish, progress))
+    return list(solve_many(scene, motions, plans[0], tol, polish, progress, level(certify)))
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:

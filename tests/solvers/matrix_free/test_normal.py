@@ -8,10 +8,11 @@ import pytest
 import varcontact as vc
 from varcontact.errors import SceneError
 from varcontact.problem.gap import normal_gap, normal_residual
-from varcontact.problem.problem import RawSolution, Settings
+from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.normal import newton_normal
+from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
 

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from varcontact.problem.tally import Tally
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces, Room, gcr
@@ -14,6 +13,7 @@ from varcontact.solvers.matrix_free.newton import point
 from varcontact.solvers.matrix_free.preconditioner import circulant, parzen
 from varcontact.solvers.matrix_free.safeguard import balanced, damped, forward_backward_forward
 from varcontact.solvers.matrix_free.tangential import _Posed
+from varcontact.solvers.tally import Tally
 
 
 @pytest.fixture(params=["ellipse", "strip", "row", "single"])

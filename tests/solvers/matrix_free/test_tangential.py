@@ -9,11 +9,12 @@ import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged, SceneError
 from varcontact.problem.gap import gap, tangential_residual
-from varcontact.problem.problem import RawSolution, Settings
+from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import Kernel
 from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
 

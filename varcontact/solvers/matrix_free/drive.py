@@ -9,8 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.problem.problem import RawSolution, Settings
+from varcontact.problem.problem import RawSolution
 from varcontact.solvers.matrix_free.safeguard import Point
+from varcontact.solvers.settings import Settings
 
 COARSE_TOL = 1e-2
 """Residual on all grids but the finest."""

@@ -12,7 +12,6 @@ from typing import Protocol
 
 import numpy as np
 
-from varcontact.problem.tally import Tally
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import Kernel
 from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
@@ -25,6 +24,7 @@ from varcontact.solvers.matrix_free.safeguard import (
     forward_backward_forward,
     searched,
 )
+from varcontact.solvers.tally import Tally
 
 MAX_STEPS = 100
 ROUGH, FINE = 0.3, 1e-2

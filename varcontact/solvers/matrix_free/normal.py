@@ -12,8 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.problem.gap import normal_gap, normal_residual
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings
-from varcontact.problem.tally import Tally
+from varcontact.problem.problem import NormalProblem, RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import Kernel, kernel, unit
@@ -22,6 +21,8 @@ from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_m
 from varcontact.solvers.matrix_free.newton import newton, point
 from varcontact.solvers.matrix_free.preconditioner import Circulant, circulant
 from varcontact.solvers.matrix_free.safeguard import Point
+from varcontact.solvers.settings import Settings
+from varcontact.solvers.tally import Tally
 
 FIRST = 0.1
 """Part of the overlap, by an element's own influence, that is the first pressure where the approach is given."""

@@ -9,8 +9,7 @@ import numpy as np
 
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.problem.gap import gap, project, tangential_residual
-from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
-from varcontact.problem.tally import Tally
+from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import kernel, unit
@@ -20,6 +19,8 @@ from varcontact.solvers.matrix_free.linearisation import TangentialConditions
 from varcontact.solvers.matrix_free.newton import newton, point
 from varcontact.solvers.matrix_free.preconditioner import circulant
 from varcontact.solvers.matrix_free.safeguard import Point
+from varcontact.solvers.settings import Settings
+from varcontact.solvers.tally import Tally
 
 EXTRAPOLATED = 0.3
 """Part of the last change by a finer grid that is added when going to the next."""
