@@ -41,7 +41,7 @@ def test_equals_norm(normal_problem, line):
 
 
 def test_units_do_not_matter(normal_problem):
-    """Pressures by powers of two: the same numbers, down and up to where doubles end."""
+    """Pressures and distances by powers of two: the same numbers, far below and beyond single precision."""
     problem = normal_problem(7)
     raw = newton_normal(problem, SETTINGS)
     for unit in (2.0**-300, 2.0**300):

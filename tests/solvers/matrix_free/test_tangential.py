@@ -65,10 +65,10 @@ def test_extremes(tangential_problem, name):
 
 
 def test_units_do_not_matter(tangential_problem):
-    """Tractions, shifts and lengths by powers of two: the same numbers, down and up to where doubles end."""
+    """Tractions and shifts by powers of two: the same numbers, far below and beyond single precision."""
     problem = tangential_problem(3, shape="levels", carried=0.3)
     raw = newton_tangential(problem, SETTINGS)
-    for power in (-300, -100, 100, 300):
+    for power in (-200, -50, 50, 200):
         unit = 2.0**power
         other = dataclasses.replace(
             problem,
@@ -224,7 +224,7 @@ def test_forms_no_matrix(rolling, monkeypatch, name):
         raise AssertionError("a dense matrix was assembled")
 
     monkeypatch.setattr(GridOperator, "dense", refuse)
-    monkeypatch.setattr("varcontact.problem.gap.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.problem.symmetric.DENSE_LIMIT", 0)
     scene = rolling(grid=vc.Grid(nx=26, ny=25), **NO_MATRIX[name])
     found = vc.solve(scene, normal="newton", tangential="newton")
     for sol in found if name == "history" else [found]:
