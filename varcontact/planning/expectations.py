@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.planning.plan import Plan
-from varcontact.planning.sizes import Counted, Sizes, sizes_of, solves
+from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
 from varcontact.problem.contact_grid import enlarged, known_grid, wanted_grid
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Discretisation, discretise, out_of_reach
@@ -71,7 +71,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
         moving = sum(bool(shift[i].any()) or force[i] is not None for i in (0, 1))
         if moving < 2:
             return Counted(contact, contact, elements.size, components=1)
-    folded = solves(plan) and mirror(elements, grid.nx, shift, bound[elements], force) is not None
+    folded = folds(plan) and mirror(elements, grid.nx, shift, bound[elements], force) is not None
     return Counted(contact, contact, elements.size, mirrored=folded)
 
 

@@ -22,6 +22,9 @@ PEAK_MATRICES: dict[tuple[str, str], float] = {
 Programs by complementary energy have one dense block; those by the gap or by potential energy more.
 """
 
+PEAK_BYTES: dict[str, float] = {"newton": 1000.0}
+"""Peak memory of methods without a matrix, in bytes by unknown, as measured."""
+
 OTHERS = {ONE_BLOCK: 25.0, TWO_BLOCKS: 60.0}
 """The same of solvers behind qpsolvers and CVXPY."""
 
@@ -33,7 +36,7 @@ CERTIFICATE_MATRICES = 4.0
 
 
 def peak(method: str, formulation: str, unknowns: int) -> float:
-    """Bytes that a method takes at its peak, with all its matrices.
+    """Bytes that a method takes at its peak, with all its matrices; influence numbers by offset are not among them.
 
     Parameters
     ----------
@@ -49,6 +52,8 @@ def peak(method: str, formulation: str, unknowns: int) -> float:
     >>> print(f"{peak('clarabel', 'gap', 2 * 812) / 2**20:.0f} MiB")
     684 MiB
     """
+    if method in PEAK_BYTES:
+        return PEAK_BYTES[method] * unknowns
     blocks = TWO_BLOCKS if formulation in ("gap", "potential") else ONE_BLOCK
     known = PEAK_MATRICES.get((method, ""), PEAK_MATRICES.get((method, blocks), OTHERS[blocks]))
     compiled = CVXPY_TWO_BLOCKS * float(unknowns) ** 4 if method.startswith("cvxpy:") and blocks == TWO_BLOCKS else 0.0

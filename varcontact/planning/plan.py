@@ -14,7 +14,14 @@ from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solvers.registry import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
+from varcontact.solvers.registry import (
+    MATRIX_FREE,
+    TANGENTIAL,
+    available,
+    normal_methods,
+    states_programs,
+    tangential_methods,
+)
 from varcontact.theories.methods import THEORIES, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
@@ -295,7 +302,7 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
         if reason:
             raise SceneError("tangential", wanted, f"another method: {reason}")
         return wanted, "asked for: an approximate theory, how wrong is in the certificate"
-    if scene.no_slip:
+    if scene.no_slip and wanted not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "asked for"

@@ -16,7 +16,7 @@ from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import TANGENTIAL, states_programs
+from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan
@@ -116,7 +116,7 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
     counted = Counted(normal, contact, 0)
     if plan.tangential != "none":
         problem = disc.tangential_problem(state.pressure)
-        folded = solves(plan) and mirror_of(problem) is not None
+        folded = folds(plan) and mirror_of(problem) is not None
         counted = Counted(normal, contact, problem.size, len(problem.rigid_shift), folded)
     return sizes_of(scene, plan, disc.grid.shape, disc.grid.sides, counted)
 
@@ -124,6 +124,11 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
 def solves(plan: Plan) -> bool:
     """Whether the tangential problem is solved, by whatever method, and not left to a theory."""
     return plan.tangential == "no-slip" or plan.tangential in TANGENTIAL or states_programs(plan.tangential)
+
+
+def folds(plan: Plan) -> bool:
+    """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all."""
+    return solves(plan) and plan.tangential not in MATRIX_FREE
 
 
 def _joint_program(plan: Plan) -> bool:
@@ -182,18 +187,19 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     n, m = counted.normal, counted.components * counted.tangential
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
-    if plan.normal != "hertz":
+    if plan.normal not in ("hertz", *MATRIX_FREE):
         yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
     if plan.tangential == "none" or m == 0:
         return
     joint = _joint_program(plan)
     steps_only = plan.formulation == "marching" and not states_programs(plan.tangential)  # programs are polished whole
     whole = (solves(plan) and not steps_only) or plan.tangential == "linear"
+    whole = whole and plan.tangential not in MATRIX_FREE
     if counted.mirrored and whole:
         yield block(name, "dense", m // 2, m // 2, "the tangential problem, on one side of its line of symmetry")
     elif whole:
         yield block(name, "dense", m, m, "the tangential problem")
-    if plan.formulation == "marching":
+    if plan.formulation == "marching" and plan.tangential not in MATRIX_FREE:
         half = m // 2 if counted.mirrored else m
         yield block("A_tt", "dense", half, half, "a step of the march")
     if joint:

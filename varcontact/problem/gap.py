@@ -94,24 +94,37 @@ def worst(*values: float) -> float:
     return float(np.max(values))
 
 
-def normal_residual(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> float:
-    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks."""
-    image = normal_image(problem, pressure, rigid)
+def normal_residual(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> float:
+    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
+
+    A p is taken from `elastic` where that is known already.
+    """
+    image = normal_image(problem, pressure, rigid, elastic)
     residual = relative(np.abs(pressure - image).max(), worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
         residual = worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
     return residual
 
 
-def normal_image(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+def normal_image(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> np.ndarray:
     """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
-    distance = problem.distance - rigid[0] + problem.operator.apply(pressure[None])[0]
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
+    distance = problem.distance - rigid[0] + elastic
     return np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
 
 
-def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> float:
-    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack."""
-    shift = problem.shift(traction, rigid)
+def tangential_residual(
+    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+) -> float:
+    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack.
+
+    E is taken from `shift` where that is known already.
+    """
+    shift = problem.shift(traction, rigid) if shift is None else shift
     image = project(traction - shift / problem.operator.diagonal, problem.bound)
     size = worst(magnitude(traction).max(), magnitude(image).max())
     residual = relative(float(magnitude(traction - image).max()), float(size))
@@ -124,14 +137,17 @@ def tangential_residual(problem: TangentialProblem, traction: np.ndarray, rigid:
     return residual
 
 
-def gap(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
+def gap(
+    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+) -> tuple[float, float]:
     """Duality gap of admissible tractions, absolute and relative (dimensionless).
 
     Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and Schwarz), so nothing cancels in the
     sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
-    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more.
+    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more. E is taken from `shift`
+    where that is known already.
     """
-    shift = problem.shift(traction, rigid)
+    shift = problem.shift(traction, rigid) if shift is None else shift
     if problem.no_slip:
         definite = problem.symmetric_part
         error = np.inf if definite is None else float(definite.energies(shift[None])[0])
@@ -158,14 +174,16 @@ def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.nda
     return np.asarray(slack * length + turned)
 
 
-def normal_gap(problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray) -> tuple[float, float]:
+def normal_gap(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> tuple[float, float]:
     """Duality gap of the normal problem, absolute and relative to ``p'A p`` (dimensionless).
 
     It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
     of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
-    ``sum(p*)``, ``(d - min h) / min A``.
+    ``sum(p*)``, ``(d - min h) / min A``. A p is taken from `elastic` where that is known already.
     """
-    elastic = problem.operator.apply(pressure[None])[0]
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
     total, approach = float(pressure.sum()), float(rigid[0])
     if problem.force is not None:
         level = problem.distance + elastic

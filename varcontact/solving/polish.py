@@ -22,6 +22,7 @@ from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
 from varcontact.solvers.registry import (
+    MATRIX_FREE,
     NormalSolver,
     Problem,
     Solver,
@@ -90,7 +91,7 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
         solver = refined(solver, counted("splitting", refine_tangential), tangential_residual)
     if marches:
         solver = partial(march, solver)
-    road = closer(solver)
+    road = solver if plan.tangential in MATRIX_FREE else closer(solver)
     if not states_programs(plan.tangential):
         road = with_fallback(road, plan.fallback) if plan.fallback != "none" and not marches else road
     elif plan.method == "convex" or not polish:
@@ -98,7 +99,7 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
     else:
         road = polished(solver, TANG, tangential_residual, _from_start)
         road = unless_all_sticks(where_convex(road, _by_active_sets))
-    return _with_a_bound(road)
+    return road if plan.tangential in MATRIX_FREE else _with_a_bound(road)
 
 
 def joint_road(plan: Plan, polish: bool) -> JointSolver:

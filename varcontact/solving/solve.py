@@ -55,13 +55,14 @@ def solve(
     scene : Scene
     normal : str
         Method of the normal problem: "auto"; "hertz", closed form; "clarabel", "osqp", "scs", "qpsolvers:<name>"
-        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets. Hertz's pressure is sampled at the element
-        centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force; or
-        averaged over them, see `Grid`.
+        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets; "newton", without a matrix. Hertz's pressure is
+        sampled at the element centres and scaled (by one within the grid's error) so that the elements carry exactly
+        the normal force; or averaged over them, see `Grid`.
     tangential : str
         Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
         "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
-        sets; or an approximate theory: "fastsim", "fastsim-elliptic", "linear", "vermeulen-johnson".
+        sets; "newton", without a matrix, for many elements; or an approximate theory: "fastsim", "fastsim-elliptic",
+        "linear", "vermeulen-johnson".
     coupling : {"auto", "johnson", "panagiotopoulos", "joint"}
         How the two meet where the bodies differ (K != 0): one pass; both problems in turn; or pressure and tractions
         together with only the traction bound fixed, in a shift one convex program a pass.

@@ -21,7 +21,7 @@ from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.registry import states_programs
+from varcontact.solvers.registry import MATRIX_FREE, states_programs
 from varcontact.solvers.settings import Settings
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
@@ -163,7 +163,7 @@ class Steps:
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        mirror = mirror_of(problem)
+        mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
         if mirror is None:
             return self._solved(problem, start)
         halved = None if start is None else mirror.fold_solution(start)
