@@ -6,24 +6,38 @@ Fig. 37: a sphere with R = 243, G = 2, nu = 0 on a rigid slab, f = 0.4013, press
 (Spence's compression), then rolled without creepage in steps of 0.2; steady after almost two contact widths.
 `cells` elements are as long as one of the paper's.
 
-Run: python examples/fig36_37_rolling_spheres.py [picture.png]
+Drawn as in the paper: tractions along rows of elements at y = 3, 2, 1, 0 (they are mirror images in y), px in Fig. 36
+and |p| in Fig. 37 with arrows for its direction, within the traction bound (dotted, broken), and below the stick and
+slip areas; a column for each distance rolled. The paper prints 3 twice among those of Fig. 36; here the first is 2.
+
+The paper's stick radius 2.45 is Cattaneo's formula, a (1 - 0.657)^(1/3). Nine by nine elements cannot tell it: they
+stick where their centres are within it, and 21 centres are within any radius from 2.24 to 2.82. Their area is that of a
+circle of 2.59.
+
+Run: python examples/fig36_37_rolling_spheres.py [folder]
 """
 
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 import varcontact as vc
-from varcontact.plotting.solution import draw_areas
+from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR, draw_areas
 
 RADIUS, FRICTION = 3.5, 0.4013
+LOAD = 0.470508  # (7/9)^3, rounded by the paper to 0.4705
+FORCE = -0.657 * FRICTION * LOAD
 LIKE = vc.Bodies(G=1.0, nu=0.28)
 ON_RIGID = vc.Bodies(G=(2.0, math.inf), nu=(0.0, 0.0))
-SHOWN = {"like": (0, 1, 3, 5, 7), "unlike": (0, 1, 3, 5, 13)}
+SHOWN = {"like": (0, 1, 2, 3, 5, 7), "unlike": (0, 1, 2, 3, 4, 5, 7, 10, 13)}
+ROWS = (3, 2, 1, 0)
 
 
 def square(cells: int) -> vc.Grid:
@@ -32,19 +46,21 @@ def square(cells: int) -> vc.Grid:
     return vc.Grid(nx=n, ny=n, dx=9 / n, dy=9 / n, x0=-4.5, y0=-4.5)
 
 
-def like_spheres(cells: int) -> vc.History:
+def like_scene(cells: int) -> vc.Scene:
     """Fig. 36: the shift, and 7 units of rolling in steps of 0.5."""
-    load = 0.470508  # (7/9)^3, rounded by the paper to 0.4705
-    motion = vc.Transient(steps=15, dq=[0.0] + [0.5] * 14, Fx=-0.657 * FRICTION * load)
-    scene = vc.Scene(
+    return vc.Scene(
         bodies=LIKE,
         surface=vc.Paraboloids(Rx=337.5 / 2, Ry=337.5 / 2),
-        normal_force=load,
+        normal_force=LOAD,
         friction=FRICTION,
-        motion=motion,
+        motion=vc.Transient(steps=15, dq=[0.0] + [0.5] * 14, Fx=FORCE),
         grid=square(cells),
     )
-    return vc.solve(scene, tangential="tang-safeguarded")
+
+
+def like_spheres(cells: int) -> vc.History:
+    """Fig. 36 solved."""
+    return vc.solve(like_scene(cells), tangential="tang-safeguarded")
 
 
 def unlike_spheres(cells: int, presses: int = 7) -> vc.History:
@@ -63,12 +79,50 @@ def unlike_spheres(cells: int, presses: int = 7) -> vc.History:
     return vc.solve(scene, normal="norm", tangential="tang-safeguarded")
 
 
-def draw(axes: list[Axes], history: vc.History, distances: tuple[int, ...]) -> None:
-    """Tractions over stick and slip areas after so much rolling."""
-    for ax, distance in zip(axes, distances, strict=True):
-        sol = history[int(np.flatnonzero(np.isclose(history.rolled, distance))[-1])]
-        draw_areas(ax, sol)
-        ax.set_title(f"Vt = {distance}, $F_x$ = {sol.force[0]:.3f}")
+def after(history: vc.History, distance: float) -> vc.Solution:
+    """The last step at which so much has been rolled."""
+    return history[int(np.flatnonzero(np.isclose(history.rolled, distance))[-1])]
+
+
+def draw_row(ax: Axes, sol: vc.Solution, y: float, sign: bool) -> None:
+    """Traction and its bound along the row of elements at y: px with its sign, or |p| with its direction below."""
+    row = int(np.argmin(np.abs(sol.grid.y - y)))
+    inside = sol.state[row] > 0
+    x, (px, py), bound = sol.grid.x[inside], sol.traction[:, row, inside], sol.traction_bound[row, inside]
+    side = -1.0 if sign else 1.0  # px opposes the creepage that the force makes
+    ax.plot(x, side * bound, color="0.4", linestyle=":" if sign else "--", linewidth=1.2)
+    ax.plot(x, px if sign else np.hypot(px, py), "o-", color=TRACTION_COLOUR, markersize=2.5, linewidth=1.2)
+    ax.axhline(0, color="k", linewidth=0.5)
+    if not sign:
+        some = slice(None, None, max(1, round(1 / sol.grid.sides[0])))  # an arrow for each of the paper's elements
+        size = np.where(np.hypot(px, py) > 0, np.hypot(px, py), 1.0)
+        below = np.full(x.size, -0.12 * sol.traction_bound.max())
+        arrows = {"angles": "uv", "pivot": "mid", "scale": 9, "width": 0.014, "headwidth": 4}
+        ax.quiver(x[some], below[some], (px / size)[some], (py / size)[some], color=TRACTION_COLOUR, **arrows)
+
+
+def draw(history: vc.History, distances: tuple[int, ...], sign: bool) -> Figure:
+    """A column for each distance rolled: tractions row by row, and below them the areas."""
+    layout = {"height_ratios": (2, 2, 2, 2, 2.6), "hspace": 0.15, "wspace": 0.3}
+    size = (2.6 * len(distances), 11.5)
+    figure, axes = plt.subplots(len(ROWS) + 1, len(distances), figsize=size, gridspec_kw=layout)
+    figure.subplots_adjust(left=1.0 / size[0], right=1 - 0.2 / size[0], bottom=0.09, top=0.96)
+    shown = [after(history, distance) for distance in distances]
+    most = 1.08 * max(float(sol.traction_bound.max()) for sol in shown)
+    for column, sol, distance in zip(axes.T, shown, distances, strict=True):
+        for ax, y in zip(column, ROWS, strict=False):
+            draw_row(ax, sol, y, sign)
+            ax.set(xlim=(-RADIUS - 0.5, RADIUS + 0.5), ylim=(-most, 0.12 * most) if sign else (-0.25 * most, most))
+            ax.label_outer()
+        column[0].set_title(f"Vt = {distance}")
+        draw_areas(column[-1], sol)
+        column[-1].set(title=f"$F_x$ = {sol.force[0]:.4f}", xlabel="x", ylabel="", xlim=(-4.5, 4.5), ylim=(-4.5, 4.5))
+        column[-1].get_legend().remove()
+    for ax, y in zip(axes[:, 0], ROWS, strict=False):
+        ax.set_ylabel(f"{'$p_x$' if sign else '$|p|$'} at y = {y}")
+    areas = [Patch(color=STICK_COLOUR, label="stick (A)"), Patch(color=SLIP_COLOUR, label="slip (S)")]
+    figure.legend(handles=areas, loc="lower center", ncols=2, frameon=False)
+    return figure
 
 
 def off(one: vc.Solution, other: vc.Solution) -> float:
@@ -76,29 +130,44 @@ def off(one: vc.Solution, other: vc.Solution) -> float:
     return float(np.hypot(*(one.traction - other.traction)).sum() / one.traction_bound.sum())
 
 
-def main(picture: str = "fig36_37_rolling_spheres.png", cells: int = 2) -> dict[str, float]:
+def shift(cells: int) -> vc.Solution:
+    """Cattaneo's shift alone, the first step of Fig. 36."""
+    return vc.solve(replace(like_scene(cells), motion=vc.Shift(Fx=FORCE)))
+
+
+def stick_radii(sol: vc.Solution) -> dict[str, float]:
+    """Cattaneo's radius, that of a circle of the stick elements' area, and what the formula makes of this grid."""
+    formula = vc.reference.cattaneo_mindlin(sol.scene.hertz, sol.scene.bodies, FRICTION, float(sol.force[0]))
+    radius = formula.stick_radius
+    within = np.hypot(*np.meshgrid(sol.grid.x, sol.grid.y)) < radius
+    return {
+        "Fig. 36, stick radius by Cattaneo (2.45)": radius,
+        "Fig. 36, by the area of stick elements": math.sqrt(sol.areas["stick"] / math.pi),
+        "Fig. 36, by that of centres within Cattaneo's": math.sqrt(within.sum() * sol.grid.area / math.pi),
+        "Fig. 36, elements that are in one and not both": float(np.sum(within != (sol.state == 1))),
+    }
+
+
+def main(folder: str = ".", cells: int = 3) -> dict[str, float]:
     """Solve and draw both; the paper's numbers."""
     like, unlike = like_spheres(cells), unlike_spheres(cells)
     methods = {"tangential": "tang-safeguarded"}
     carter = vc.solve(replace(like.scene, motion=vc.Steady(Fx=like.force[0, 0], dq=0.5)), **methods)
     steady = vc.solve(replace(unlike.scene, motion=vc.Steady(dq=0.2)), normal="norm", **methods)
-    first = like[0]
     numbers = {
-        "Fig. 36, Fz (0.4705)": first.normal_force,
-        "Fig. 36, Fx (-0.1240)": float(first.force[0]),
-        "Fig. 36, contact radius (3.5)": first.scene.hertz.a,
-        "Fig. 36, stick radius of the shift (2.45)": math.sqrt(first.areas["stick"] / math.pi),
+        "Fig. 36, Fz (0.4705)": like[0].normal_force,
+        "Fig. 36, Fx (-0.1240)": float(like[0].force[0]),
+        "Fig. 36, contact radius (3.5)": like[0].scene.hertz.a,
+        **stick_radii(like[0]),
         "Fig. 36, Vt = 7 off the steady state (0)": off(like[-1], carter),
         "Fig. 37, Vt = 13 off the steady state (0)": off(unlike[-1], steady),
         "Fig. 37, Vt = 0 off the steady state": off(unlike[6], steady),
     }
     for name, value in numbers.items():
-        print(f"{name:<45}{value:8.4f}")
-    figure, axes = plt.subplots(2, 5, figsize=(20, 9.6), layout="constrained")
-    draw(list(axes[0]), like, SHOWN["like"])
-    draw(list(axes[1]), unlike, SHOWN["unlike"])
-    figure.savefig(picture, dpi=80)
-    plt.close(figure)
+        print(f"{name:<50}{value:8.4f}")
+    draw(like, SHOWN["like"], sign=True).savefig(Path(folder) / "fig36.png", dpi=80)
+    draw(unlike, SHOWN["unlike"], sign=False).savefig(Path(folder) / "fig37.png", dpi=80)
+    plt.close("all")
     return numbers
 
 

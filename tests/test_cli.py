@@ -57,8 +57,8 @@ def folder(tmp_path):
 
 
 def untimed(report):
-    """The lines of a report but for that of seconds, which differ from run to run."""
-    return [line for line in report.splitlines() if not line.startswith("  time ")]
+    """The lines of a report but for those of seconds, which differ from run to run."""
+    return [line for line in report.splitlines() if not line.startswith(("  time ", "  solver calls "))]
 
 
 def test_installed_command(folder):
@@ -180,9 +180,10 @@ def test_options_go_before_the_file(folder):
         (SCENE, ("--tol", "-1"), ["tol", "-1"]),
         (SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
         (SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
-        (SCENE, ("--out", "a.png", "--plot", "a.png"), ["--plot", "a.png", "--out"]),
-        (SCENE, ("--out", "a.png", "--plot", "../{folder}/a.png"), ["--plot", "a.png", "--out"]),
-        (SCENE, ("--out", "a" * 300), ["--out", "cannot be written"]),
+        (SCENE, ("--out", "a.csv"), ["--out = 'a.csv'", "written as netCDF", "must end in .nc"]),
+        (SCENE, ("--out", "a"), ["--out = 'a'", "must end in .nc"]),
+        (SCENE, ("--out", "a.png", "--plot", "a.png"), ["--out = 'a.png'", "must end in .nc"]),
+        (SCENE, ("--out", "a" * 300 + ".nc"), ["--out", "cannot be written"]),
         (SCENE.replace("nx = 8", "nx = 100000000"), (), ["grid of this size", "GiB"]),
         ("a = " + "[" * 5000 + "]" * 5000, (), ["scene.toml", "nested too deep"]),
         (SCENE + "[solve]\npolish = 0\n", (), ["polish", "true or false"]),
@@ -236,16 +237,36 @@ def test_json_has_no_nan_where_numbers_overflow(folder):
     assert strict(done.stdout)["converged"] is False
 
 
-@pytest.mark.parametrize("options", [(), ("--json", "--out", "a.nc")])
-def test_reader_that_has_gone(folder, options):
-    """As in ``varcontact solve ... | true``: no complaint, and the files are written."""
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("solve", "scene.toml"),
+        ("solve", "scene.toml", "--json", "--out", "a.nc"),
+        ("plan", "scene.toml"),
+        ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv"),
+        ("converge", "scene.toml", "--cells", "4,5,6", "--offsets", "1", "--store", "a.csv"),
+        ("--version",),
+    ],
+)
+def test_reader_that_has_gone(folder, arguments):
+    """As in ``varcontact ... | true``: no complaint, and the files are written."""
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "varcontact", "solve", "scene.toml", *options]
+    command = [sys.executable, "-m", "varcontact", *arguments]
     done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writing)
     assert (done.returncode, done.stderr) == (0, "")
-    assert sorted(os.listdir(folder)) == (["a.nc", "scene.toml"] if options else ["scene.toml"])
+    assert sorted(os.listdir(folder)) == sorted({"scene.toml", *(name for name in arguments if name.startswith("a."))})
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("solve", "--help")])
+def test_reader_of_help_that_has_gone(folder, arguments):
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "varcontact", *arguments]
+    done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writing)
+    assert done.stderr == ""
 
 
 def test_output_that_cannot_be_written(folder):
@@ -319,6 +340,7 @@ def test_compare(folder, pictures):
         (["scene.toml", "scene.toml"], ["scenes", "each file once"]),
         ([], ["scenes", "--bank"]),
         (["scene.toml", "--out", "none/t.csv"], ["--out", "no folder"]),
+        (["scene.toml", "--out", "t.txt"], ["--out = 't.txt'", "tables are written as CSV"]),
     ],
 )
 def test_compare_refuses(folder, arguments, words):
@@ -327,6 +349,16 @@ def test_compare_refuses(folder, arguments, words):
     assert "Traceback" not in done.stderr
     assert all(word in done.stderr for word in words), done.stderr
     assert {path.name for path in folder.iterdir()} == {"scene.toml"}
+
+
+def test_compare_refuses_a_history(folder):
+    history = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 3\ndq = 0.1')
+    surface = 'kind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
+    (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
+    done = run("compare", "scene.toml", "history.toml", folder=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "motion of scene 'history' = 'Transient' is not allowed" in done.stderr
+    assert "methods are compared on one problem, not a history" in done.stderr
 
 
 def test_methods_and_formulation_from_the_command_line(folder):
@@ -348,9 +380,31 @@ def test_a_solver_without_polish_that_is_not_exact_enough(folder):
     assert json.loads(done.stdout)["converged"] is False
 
 
-def test_table_and_picture_of_a_comparison_are_two_files(folder):
-    (folder / "scene.toml").write_text(SCENE)
-    done = run("compare", "scene.toml", "--methods", "tang", "--out", "a.png", "--plot", "a.png", folder=folder)
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", "scene.toml", "--methods", "tang", "--out", "a.png"),
+        ("converge", "scene.toml", "--cells", "6,8,10", "--store", "a.nc"),
+    ],
+)
+def test_tables_are_csv_files(folder, arguments):
+    done = run(*arguments, folder=folder)
     assert done.returncode == 2
-    assert "--plot" in done.stderr
-    assert not (folder / "a.png").exists()
+    assert (
+        f"{arguments[-2]} = '{arguments[-1]}': tables are written as CSV, and the name must end in .csv" in done.stderr
+    )
+    assert os.listdir(folder) == ["scene.toml"]
+
+
+def test_how_much_of_the_certificate(folder):
+    """By an option, or in the file's [solve] table; the option has the last word."""
+    (folder / "less.toml").write_text(SCENE + '[solve]\ncertify = "none"\n')
+    for options, level in (((), "none"), (("--certify", "gap"), "gap")):
+        done = run("solve", "less.toml", "--json", *options, folder=folder)
+        certificate = json.loads(done.stdout)["certificate"]
+        assert certificate["level"] == level
+        assert (certificate["gap"] is None) == (level == "none")
+        assert certificate["force_bound"] == [None, None, None]
+    refused = run("solve", "less.toml", "--certify", "all", folder=folder)
+    assert refused.returncode == 2
+    assert "certify = 'all'" in refused.stderr

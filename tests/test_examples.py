@@ -64,15 +64,28 @@ def test_fig21_fastsim(tmp_path, capsys, pictures):
 
 
 def test_fig22_to_24_creep_forces(tmp_path, capsys, pictures):
-    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one)."""
+    """FASTSIM is 5 % of f Fz from the exact theory of a coarse grid by vx alone (4 % on a fine one).
+
+    Where two creepages are there the weighted flexibility is further off, but in case (3), as the paper's worst one.
+    """
     numbers = script("fig22_to_24_creep_forces").main(str(tmp_path / "picture.png"), cells=10, points=5, elements=50)
     assert (tmp_path / "picture.png").stat().st_size > 20_000
     assert "Fig. 24 (3*)" in capsys.readouterr().out
     away = curves_of(pictures[0].axes[2])
     assert away["Fig. 22, $v_x$"].max() == pytest.approx(100 * numbers["Fig. 22, vx"]["FASTSIM 50 x 50"])
-    assert len(away) == len(numbers) == 7
+    labels = [name.replace("vx", "$v_x$").replace("vy", "$v_y$") for name in numbers]
+    assert len(labels) == 7 and {*labels, "weighted"} <= set(away)
+    dashed = [line.get_ydata() for line in pictures[0].axes[2].get_lines() if line.get_linestyle() == "--"]
+    worst = [100 * numbers[f"Fig. 24 {case}"]["weighted 50 x 50"] for case in ("(1)", "(2)", "(3)", "(3*)")]
+    assert [curve.max() for curve in dashed if len(curve)] == pytest.approx(worst)
     assert numbers["Fig. 22, vx"]["FASTSIM 50 x 50"] == pytest.approx(0.051, abs=0.003)
-    assert max(row["FASTSIM 50 x 50"] for row in numbers.values()) < 0.21
+    assert max(row["FASTSIM 50 x 50"] for row in numbers.values()) < 0.18
+    for name in ("Fig. 22, vx", "Fig. 22, vy", "Fig. 23"):
+        assert numbers[name]["weighted 50 x 50"] == pytest.approx(numbers[name]["FASTSIM 50 x 50"], rel=1e-9)
+    for name in ("Fig. 24 (1)", "Fig. 24 (2)"):
+        assert numbers[name]["weighted 50 x 50"] > 2 * numbers[name]["FASTSIM 50 x 50"]
+    assert max(numbers, key=lambda name: numbers[name]["FASTSIM 50 x 50"] * (name != "Fig. 24 (3*)")) == "Fig. 24 (3)"
+    assert numbers["Fig. 24 (3)"]["weighted 50 x 50"] < 0.03
     assert max(row.get("Kalker's line", 0) for row in numbers.values()) < 0.06
 
 
@@ -135,6 +148,21 @@ def test_rail_profile_is_smooth():
     angles = np.arcsin(10.228 / 300), np.arcsin((26.0265 - 220 * 10.228 / 300) / 80)
     end = 220 * np.sin(angles[0]) + 67 * np.sin(angles[1]) + 13 * np.sin(flank)
     assert 2 * end == pytest.approx(72.0, abs=0.01)
+
+
+def test_theories_bank(capsys):
+    """Separate flexibilities are closer where creepages are mixed in a circle, and the same where one acts alone."""
+    distances = script("theories_bank").main(cells=12)
+    assert "fastsim-weighted-elliptic" in capsys.readouterr().out
+    assert len(distances) == 11
+    for bound in ("", "-elliptic"):
+        one, other = distances[f"fastsim{bound}"], distances[f"fastsim-weighted{bound}"]
+        for name in ("vx, vy and spin", "vy against spin", "near full slip", "Fx prescribed"):
+            assert 0.5 < one[name] < other[name] - 1
+        for name in ("pure vx", "pure vy", "pure spin, small", "pure spin, large"):
+            assert one[name] == pytest.approx(other[name], rel=1e-6)
+    assert distances["fastsim"].max() < 15
+    assert distances["vermeulen-johnson"].count() == 3
 
 
 def test_compare_bank(tmp_path, capsys, pictures):
@@ -274,18 +302,44 @@ def test_fig34_spheres(tmp_path, pictures):
 
 
 def test_fig36_37_rolling_spheres(tmp_path, capsys, pictures):
-    """The paper's force, radii and near-steady ends, on its own grid."""
-    numbers = script("fig36_37_rolling_spheres").main(str(tmp_path / "picture.png"), cells=1)
-    assert (tmp_path / "picture.png").stat().st_size > 20_000
+    """The paper's force, radii and near-steady ends, on its own grid, and its stick radius as such elements have it."""
+    example = script("fig36_37_rolling_spheres")
+    numbers = example.main(str(tmp_path), cells=1)
+    assert all((tmp_path / f"fig{k}.png").stat().st_size > 60_000 for k in (36, 37))
     assert "Fig. 37" in capsys.readouterr().out
-    force, Fx, radius, stick, like, unlike, begun = numbers.values()
-    assert titles(pictures[0])[0] == f"Vt = 0, $F_x$ = {Fx:.3f}"
-    assert [title.split(",")[0] for title in titles(pictures[0])[5:]] == [f"Vt = {k}" for k in (0, 1, 3, 5, 13)]
+    force, Fx, radius, cattaneo, by_area, by_centres, apart, like, unlike, begun = numbers.values()
     assert (force, Fx) == pytest.approx((0.4705, -0.1240), rel=5e-4)
-    assert radius == pytest.approx(3.5, rel=1e-5)
-    assert stick == pytest.approx(2.45, abs=0.2)
+    assert (radius, cattaneo) == pytest.approx((3.5, 2.45), rel=1e-4)
+    assert by_area == by_centres == pytest.approx(np.sqrt(21 / np.pi))
+    assert apart == 0
     assert like < 0.03
     assert unlike < 0.03 < 0.5 < begun
+    for figure, distances in zip(pictures, example.SHOWN.values(), strict=True):
+        assert titles(figure)[: len(distances)] == [f"Vt = {distance}" for distance in distances]
+    check_fig37(np.array(pictures[1].axes).reshape(5, 9), example.unlike_spheres(1)[-1])
+
+
+def check_fig37(axes, last):
+    """|p| and its bound along four rows of y, nine times, with arrows; the last by its solution."""
+    assert [ax.get_ylabel() for ax in axes[:4, 0]] == [f"$|p|$ at y = {y}" for y in (3, 2, 1, 0)]
+    for ax, y in zip(axes[:4, 8], (3, 2, 1, 0), strict=True):
+        bound, traction, _ = ax.lines
+        inside = last.state[4 + y] > 0
+        np.testing.assert_array_equal(traction.get_ydata(), np.hypot(*last.traction[:, 4 + y, inside]))
+        np.testing.assert_array_equal(bound.get_ydata(), last.traction_bound[4 + y, inside])
+        (arrows,) = (artist for artist in ax.get_children() if isinstance(artist, Quiver))
+        assert arrows.N == inside.sum()
+
+
+def test_the_stick_radius_of_fig36_needs_finer_elements():
+    """2.59 on the paper's elements, as for any radius from 2.24 to 2.82; finer ones come to Cattaneo's 2.45."""
+    example = script("fig36_37_rolling_spheres")
+    sol = example.shift(1)
+    distance = np.hypot(*np.meshgrid(sol.grid.x, sol.grid.y))
+    assert distance[sol.state == 1].max() == pytest.approx(np.sqrt(5))
+    assert distance[sol.state == 2].min() == pytest.approx(np.sqrt(8))
+    found = [example.stick_radii(example.shift(cells))["Fig. 36, by the area of stick elements"] for cells in (1, 3, 6)]
+    assert np.array(found) - 2.45 == pytest.approx([0.135, 0.052, 0.016], abs=1e-3)
 
 
 def test_spence_indentation(tmp_path, pictures):

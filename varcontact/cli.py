@@ -6,20 +6,44 @@ import io
 import json
 import os
 import sys
+import textwrap
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
+from varcontact import __version__
 from varcontact.errors import Interrupted, NotConverged, OutputError, SceneError, VarcontactError
+from varcontact.planning.plan import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.roads import ROADS
+from varcontact.solvers.registry import normal_methods, tangential_methods
+from varcontact.theories.methods import THEORIES
 
 BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
 
+
+class _Commands(TyperGroup):
+    """All commands: what goes wrong becomes one line on standard error and an exit status."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except NotConverged as error:
+            _fail(error, NOT_SOLVED)
+        except VarcontactError as error:
+            _fail(error, BAD_INPUT)
+        except KeyboardInterrupt:
+            _fail("interrupted; nothing is kept, and the same command begins again", INTERRUPTED)
+
+
 app = typer.Typer(
     name="varcontact",
+    cls=_Commands,
     add_completion=False,
     no_args_is_help=True,
-    rich_markup_mode="rich",
+    rich_markup_mode=None,  # help is full of brackets
     pretty_exceptions_enable=False,
     help="Rolling contact of elastic bodies as convex optimisation, with a certificate of exactness.",
     epilog="Examples:\n\n"
@@ -29,39 +53,64 @@ app = typer.Typer(
     "  varcontact plan scene.toml\n\n"
     "  varcontact compare scene.toml --methods convex,kalker,fastsim\n\n"
     "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
-    "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported).",
+    "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported), "
+    "130 interrupted (standard error says what is kept).",
 )
 
 
-@app.command(epilog="Example: varcontact solve scene.toml --plot picture.png --json")
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        _print(f"varcontact {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def _listed(kind: str, names: Iterable[str]) -> str:
+    """Names as lines that help does not fill again: it would break them at their hyphens."""
+    return textwrap.fill(f"{kind}: {', '.join(names)}.", 76, subsequent_indent="    ", break_on_hyphens=False)
+
+
+METHODS = "\b\n" + "\n".join(
+    (
+        _listed("Method, the road as one choice", ROADS),
+        _listed("Normal problem", ("auto", *normal_methods())),
+        _listed("Tangential problem", ("auto", *tangential_methods())),
+        _listed("Approximate theories of the tangential problem", THEORIES),
+        _listed("Coupling, for unlike bodies", ("auto", *COUPLING_METHODS)),
+        _listed("Formulation of the programs", ("auto", *FORMULATIONS)),
+    )
+)
+"""All methods by name."""
+
+
+@app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
 def solve(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    method: Annotated[
-        str | None, typer.Option(help="The road as one choice: auto, convex, active-set, kalker.")
-    ] = None,
-    normal: Annotated[
-        str | None,
-        typer.Option(help="Normal problem: auto, hertz, norm, clarabel, osqp, scs, qpsolvers:<name>, cvxpy:<NAME>."),
-    ] = None,
+    method: Annotated[str | None, typer.Option(help="The road as one choice, one of those below.")] = None,
+    normal: Annotated[str | None, typer.Option(help="Method of the normal problem, one of those below.")] = None,
     tangential: Annotated[
-        str | None,
-        typer.Option(
-            help="Tangential problem: auto, tang, tang-safeguarded, clarabel, scs, cvxpy:<NAME>, fastsim, linear, "
-            "vermeulen-johnson."
-        ),
+        str | None, typer.Option(help="Method of the tangential problem, or a theory, one of those below.")
     ] = None,
-    coupling: Annotated[
-        str | None, typer.Option(help="For unlike bodies: auto, johnson, panagiotopoulos, joint.")
-    ] = None,
-    formulation: Annotated[
-        str | None, typer.Option(help="The programs: auto, complementary, potential, gap, marching.")
-    ] = None,
+    coupling: Annotated[str | None, typer.Option(help="How the two meet for unlike bodies, see below.")] = None,
+    formulation: Annotated[str | None, typer.Option(help="What programs are solved, see below.")] = None,
     polish: Annotated[
         bool | None, typer.Option("--polish/--no-polish", help="Take a solver's answer to rounding.  [default: polish]")
     ] = None,
     tol: Annotated[float | None, typer.Option(help="Natural-map residual to reach.  [default: 1e-8]")] = None,
     start: Annotated[
         str | None, typer.Option(help="Under a law of friction, the solution sought: from stick or from slip.")
+    ] = None,
+    certify: Annotated[
+        str | None,
+        typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
     ] = None,
     out: Annotated[
         Path | None,
@@ -75,10 +124,10 @@ def solve(
     from varcontact.scene.motion import Transient
     from varcontact.solving.solve import solve as solve_scene
 
-    _check_outputs(out, plot)
+    _check_outputs(out, plot, ".nc")
     described, options = read_scene(scene)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start}
+    given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         options["store"], out = out, None
@@ -87,7 +136,7 @@ def solve(
     except Interrupted as stopped:
         if stopped.partial:  # a history of one step at least
             _deliver(stopped.partial, out, plot, as_json)
-        raise
+        _stop(stopped, options["store"], "--out FILE.nc", "steps")
     except VarcontactError as failure:
         kept = getattr(failure, "solution", None) if failure.history is None else failure.history
         if kept:
@@ -96,7 +145,10 @@ def solve(
     _deliver(solution, out, plot, as_json)
 
 
-@app.command(epilog="Example: varcontact plan scene.toml --normal clarabel")
+@app.command(
+    short_help="Tell what a scene requires, without solving it.",
+    epilog=f"{METHODS}\n\nExample: varcontact plan scene.toml --normal clarabel",
+)
 def plan(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
     method: Annotated[str | None, typer.Option(help="The road as one choice, as for solve.")] = None,
@@ -118,7 +170,10 @@ def plan(
     _print(json.dumps(planned.summary(), indent=2, allow_nan=False) if as_json else str(planned))
 
 
-@app.command(epilog="Example: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png")
+@app.command(
+    short_help="Solve scenes by many methods side by side.",
+    epilog=f"{METHODS}\n\nExample: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png",
+)
 def compare(
     scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
     bank: Annotated[bool, typer.Option("--bank", help="The standard bank of scenes as well.")] = False,
@@ -138,11 +193,11 @@ def compare(
     """Solve scenes by many methods side by side, each judged by the same certificate."""
     from varcontact.io.scene_file import read_scene
     from varcontact.plotting.solution import plot_comparison
-    from varcontact.results.report import summary
     from varcontact.study.bank import standard_bank
     from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
     from varcontact.study.store import as_json as table_as_json
+    from varcontact.study.tables import summary
 
     _check_outputs(out, plot)
     files = scenes or []
@@ -155,13 +210,24 @@ def compare(
     if not described:
         raise SceneError("scenes", [], "one file at least, or --bank")
     chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
-    table = _with_progress(lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress))
-    _print(table_as_json(table) if as_json else summary(table))
+    show = table_as_json if as_json else summary
+    try:
+        table = _with_progress(
+            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress)
+        )
+    except Interrupted as stopped:
+        if len(stopped.partial):
+            _print(show(stopped.partial))
+        _stop(stopped, out, "--out FILE.csv", "scenes")
+    _print(show(table))
     if plot is not None:
         _write_picture(plot_comparison(table), plot)
 
 
-@app.command(epilog="Example: varcontact converge scene.toml --cells 8,12,16,24,32 --plot order.png")
+@app.command(
+    short_help="Solve a scene on finer and finer grids.",
+    epilog=f"{METHODS}\n\nExample: varcontact converge scene.toml --cells 8,12,16,24,32 --plot order.png",
+)
 def converge(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
     cells: Annotated[str, typer.Option(help="Elements across the contact, grid by grid, with commas between.")],
@@ -180,7 +246,7 @@ def converge(
     from varcontact.io.scene_file import read_scene
     from varcontact.study.converge import converge as converge_on
 
-    _check_outputs(store, plot, "--store")
+    _check_outputs(store, plot, name_of_out="--store")
     described, _ = read_scene(scene)
     grids: list[Any] = [int(n) if n.strip().isdigit() else n for n in cells.split(",")]
     methods = [name for name in method.split(",") if name.strip()]
@@ -201,23 +267,15 @@ def converge(
     except Interrupted as stopped:
         if len(stopped.partial.runs):
             _print(stopped.partial.to_json() if as_json else stopped.partial.report())
-        kept = "" if store is None else f"; {len(stopped.partial.runs)} solves are kept in {store}"
-        _fail(f"interrupted{kept}", INTERRUPTED)
+        _stop(stopped, store, "--store FILE.csv", "solves")
     _print(study.to_json() if as_json else study.report())
     if plot is not None:
         _write_picture(study.plot(), plot)
 
 
 def main() -> None:
-    """Entry point: errors become one line on standard error and an exit status."""
-    try:
-        app()
-    except NotConverged as error:
-        _fail(error, NOT_SOLVED)
-    except VarcontactError as error:
-        _fail(error, BAD_INPUT)
-    except KeyboardInterrupt as error:
-        _fail(str(error) or "interrupted", INTERRUPTED)
+    """Entry point."""
+    app()
 
 
 def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) -> None:
@@ -253,17 +311,17 @@ def _with_progress(work: Any) -> Any:
         return work(status.update)
 
 
-def _check_outputs(out: Path | None, plot: Path | None, name_of_out: str = "--out") -> None:
+def _check_outputs(out: Path | None, plot: Path | None, ending: str = ".csv", name_of_out: str = "--out") -> None:
     """Refuse files that could not be written, before any work is done for them."""
-    from varcontact.io.solution_file import check_writable
+    from varcontact.io.solution_file import check_ending, check_writable
 
+    if out is not None:
+        check_ending(name_of_out, out, ending)
     for name, path in ((name_of_out, out), ("--plot", plot)):
         if path is not None:
             check_writable(name, path)
     if plot is not None:
         _check_picture(plot)
-        if out is not None and out.resolve() == plot.resolve():
-            raise OutputError("--plot", plot, f"is the file of {name_of_out} as well")
 
 
 def _check_picture(path: Path) -> None:
@@ -287,7 +345,18 @@ def _write_picture(figure: Any, path: Path) -> None:
     write_whole("--plot", path, picture.getvalue())
 
 
-def _fail(error: object, status: int) -> None:
+def _stop(stopped: Interrupted, store: Path | None, option: str, what: str) -> NoReturn:
+    """After Ctrl-C: what is kept, and how to go on."""
+    if store is None:
+        kept = f"nothing is kept: with {option} finished {what} are, and the same command goes on from there"
+    elif store.exists():
+        kept = f"finished {what} are kept in {store}, and the same command goes on from there"
+    else:
+        kept = f"nothing is kept in {store} yet, and the same command begins again"
+    _fail(f"{stopped}; {kept}", INTERRUPTED)
+
+
+def _fail(error: object, status: int) -> NoReturn:
     print(f"varcontact: {error}", file=sys.stderr)
     raise SystemExit(status)
 

@@ -96,8 +96,8 @@ def tang_seconds(kind: str, motion: str, cells: int) -> dict[str, Any]:
     import numpy as np
 
     from varcontact.problem.gap import tangential_residual
-    from varcontact.problem.problem import Settings
     from varcontact.solvers.registry import tangential_solver
+    from varcontact.solvers.settings import Settings
     from varcontact.solving.subproblems import hertz_pressure, unloaded
 
     disc = discretised(cells, MOTIONS[motion])

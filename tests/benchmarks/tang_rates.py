@@ -17,8 +17,9 @@ import numpy as np
 import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import tangential_residual
-from varcontact.problem.problem import Settings, TangentialProblem
+from varcontact.problem.problem import TangentialProblem
 from varcontact.solvers.registry import tangential_solver
+from varcontact.solvers.settings import Settings
 from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 METHODS = ("tang-exact", "tang", "tang-safeguarded")

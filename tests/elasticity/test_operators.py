@@ -32,6 +32,22 @@ def test_dense_block_entry_by_entry():
             assert block[i, 3 + j] == pytest.approx(here - before, rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.3, -0.6, 0.2])
+@pytest.mark.parametrize("lag", [None, 0.3, 0.9, 0.1, 3000.0])
+def test_numbers_of_one_place_are_made_once_and_are_right(lag, offset):
+    """Steps of whole elements share theirs between tables, mirror images too: as if each had been made by itself."""
+    operator = influence_operator(GRID, "xyz", "xyz", nu=0.3, K=0.2, lag=lag, offset=offset)
+    x, y = (np.arange(1 - n, n) * side for n, side in ((9, 0.3), (7, 0.5)))
+    names = [row + column for row in "xyz" for column in "xyz"]
+    given = {"nu": 0.3, "K": 0.2, "components": names}
+    one_by_one = influence_numbers(x + offset, y[:, None], 0.3, 0.5, **given)
+    if lag is not None:
+        before = influence_numbers(x + offset + lag, y[:, None], 0.3, 0.5, **given)
+        one_by_one = {name: one_by_one[name] - before[name] for name in names}
+    for name, numbers in zip(names, operator.table.reshape(9, 13, 17), strict=True):
+        np.testing.assert_allclose(numbers, one_by_one[name], rtol=0, atol=1e-15)
+
+
 def test_restricted_product():
     operator = influence_operator(GRID, "xy", "xy", nu=0.3, lag=0.3)
     elements = np.array([1, 5, 20, 21, 62])

@@ -19,11 +19,11 @@ from tests.extremes.worker import Worker
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.planning.plan import make_plan
-from varcontact.results.report import columns_of_text
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.study.store import keep, plain_rows, read_rows
+from varcontact.study.tables import columns_of_text
 from varcontact.theories.methods import THEORIES, why_not
 
 if TYPE_CHECKING:
@@ -159,7 +159,9 @@ def extremes(
                 if store is not None:
                     keep(store, rows, COLUMNS)
     except KeyboardInterrupt:
-        raise Interrupted(pd.DataFrame(rows, columns=list(COLUMNS))) from None
+        table = pd.DataFrame(rows, columns=list(COLUMNS))
+        finished = f" after {len(table.groupby(['group', 'case']))} of {len(wanted)} scenes"
+        raise Interrupted(table, finished) from None
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 

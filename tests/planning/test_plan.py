@@ -37,6 +37,9 @@ HERTZIAN = {
     "normal only, unlike": ({"motion": None, "bodies": UNLIKE}, {}),
     "friction by element": ({"friction": ROUGH, "grid": AROUND}, {}),
     "active sets": ({}, {"tangential": "tang-safeguarded"}),
+    "newton, pure vx": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "newton"}),
+    "newton, no slip": ({"friction": np.inf}, {"tangential": "newton"}),
+    "newton, marching": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "newton", "formulation": "marching"}),
     "marching": ({"motion": vc.Steady(vx=0.05)}, {"formulation": "marching"}),
     "marching by programs": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "clarabel", "formulation": "marching"}),
     "programs": ({}, {"tangential": "clarabel"}),
@@ -44,6 +47,8 @@ HERTZIAN = {
     "law": ({"friction": FALLING}, {}),
     "law, pure vx": ({"friction": FALLING, "motion": vc.Steady(vx=0.05)}, {}),
     "law, fastsim": ({"friction": FALLING}, {"tangential": "fastsim"}),
+    "fastsim-weighted": ({}, {"tangential": "fastsim-weighted"}),
+    "law, fastsim-weighted-elliptic": ({"friction": FALLING}, {"tangential": "fastsim-weighted-elliptic"}),
     "linear": ({}, {"tangential": "linear"}),
     "line": ({**LINE, "motion": vc.Steady(vx=0.05, vy=0.02)}, {}),
     "line, vx": ({**LINE, "motion": vc.Steady(vx=0.05)}, {}),
@@ -56,6 +61,8 @@ SOLVED_FOR = {
     "sampled, frictionless": ({"surface": SAMPLES, "grid": EXPLICIT, "friction": 0.0}, {}),
     "a normal program": ({}, {"normal": "clarabel"}),
     "normal active sets": ({}, {"normal": "norm"}),
+    "newton": ({}, {"normal": "newton", "tangential": "newton"}),
+    "unlike, newton": (COUPLED, {"normal": "newton", "tangential": "newton"}),
     "unlike": (COUPLED, {}),
     "unlike, pure vx": ({**COUPLED, "motion": vc.Steady(vx=0.05)}, {}),
     "unlike, law": ({"bodies": UNLIKE, "friction": FALLING}, {}),
@@ -178,8 +185,8 @@ def test_what_a_scene_does_not_require_is_not_built(rolling):
 def test_kinds_of_scenes(rolling, changes, expected):
     plan = vc.plan(rolling(**changes))
     assert {name: getattr(plan, name) for name in expected} == expected
-    reasons = {"method", "dimension", "bodies", "surface", "motion", "friction"}
-    reasons |= {"normal", "tangential", "coupling", "formulation"}
+    reasons = {"dimension", "bodies", "surface", "motion", "friction"}
+    reasons |= {"method", "normal", "tangential", "coupling", "formulation"}
     assert set(plan.reasons) == reasons | set(plan.special)
     assert all(reason and "\n" not in reason for reason in plan.reasons.values())
 
@@ -242,7 +249,7 @@ def test_no_scene_and_no_memory():
 def test_what_is_refused_for_memory_is_what_was_planned(rolling, monkeypatch):
     scene = rolling()
     planned = vc.plan(scene).sizes
-    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 1e6)
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge) as error:
         vc.solve(scene)
     assert error.value.needed == pytest.approx(planned.memory["tangential"], rel=0.2)

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from varcontact.problem.tally import Tally
+from varcontact.solvers.tally import Tally
 
 
 def test_a_call_inside_another_takes_its_own_time():

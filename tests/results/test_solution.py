@@ -78,6 +78,21 @@ def test_unwritable(sol, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["folder.nc"]
 
 
+@pytest.mark.parametrize("name", ["x.csv", "x.vtk", "x.mat", "x.nc.txt", "x", ".nc"])
+def test_a_solution_is_netcdf(sol, tmp_path, name):
+    """What is written is netCDF, whatever the name: other endings are refused."""
+    with pytest.raises(vc.OutputError) as refused:
+        sol.save(tmp_path / name)
+    allowed = "solutions and histories are written as netCDF, and the name must end in .nc"
+    assert str(refused.value) == f"path = {str(tmp_path / name)!r}: {allowed}"
+    assert not list(tmp_path.iterdir())
+
+
+def test_endings_may_be_capitals(sol, tmp_path):
+    sol.save(tmp_path / "A.NC")
+    assert vc.load(tmp_path / "A.NC").moment == sol.moment
+
+
 @pytest.mark.parametrize("name", ["a" * 300 + ".nc", "a\0b.nc"])
 def test_names_that_no_file_can_have(sol, tmp_path, name):
     with pytest.raises(vc.OutputError, match="cannot be written"):

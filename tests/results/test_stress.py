@@ -299,3 +299,16 @@ def test_picture_of_a_line_contact(cylinders):
 def test_pictures_that_are_refused(cylinders, bad):
     with pytest.raises(vc.SceneError, match=next(iter(bad))):
         vc.plot_stress(cylinders, **bad)
+
+
+def test_print_is_short(rolling):
+    """Place and size of the largest stress in a line or two, and not every number of every array."""
+    sol = vc.solve(rolling())
+    found = vc.stress_below(sol, np.linspace(0.0, 1.0, 20), 2)
+    assert len(str(found)) < 200
+    x, y, z = found.points[:, *np.unravel_index(found.von_mises.argmax(), found.von_mises.shape)]
+    largest = f"von Mises up to {found.von_mises.max():.4g} at ({x:.4g}, {y:.4g}, {z:.4g})"
+    shape = (20, *sol.grid.shape)
+    assert str(found) == f"SubsurfaceStress(body 2, points of shape {shape}, z from -1 to 0, {largest})"
+    assert str(vc.stress(sol, np.zeros((3, 0)))) == "SubsurfaceStress(body 1, no points)"
+    assert str(vc.stress(sol, [0.0, 0.0, 0.5])).startswith("SubsurfaceStress(body 1, points of shape (), z from 0.5")

@@ -209,6 +209,7 @@ def test_the_conditions_notice(rolling, check_kkt, motion, field):
         ({"tangential": "cvxpy:clarabel"}, "tangential", "cvxpy:CLARABEL"),
         ({"tangential": "tang-safegarded"}, "tangential", "tang-safeguarded"),
         ({"tangential": "fastsim-eliptic"}, "tangential", "fastsim-elliptic"),
+        ({"tangential": "fastsim-weigted"}, "tangential", "fastsim-weighted"),
         ({"formulation": "marchin"}, "formulation", "marching"),
     ],
 )

@@ -8,11 +8,12 @@ import pytest
 import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import normal_residual, tangential_residual
-from varcontact.problem.problem import RawSolution, Settings
+from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.conic.joint import joint_program, solve_joint
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_normal, refine_tangential
 
 MOTIONS = [

@@ -158,7 +158,7 @@ def test_refused_where_the_pressure_is_computed(rolling, changes, methods, why):
     assert why in str(refused.value)
 
 
-@pytest.mark.parametrize("theory", ["fastsim", "fastsim-elliptic", "vermeulen-johnson"])
+@pytest.mark.parametrize("theory", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "vermeulen-johnson"])
 def test_theories_know_centres_only(rolling, theory):
     with pytest.raises(vc.SceneError, match=r'grid\.edge is "touched"'):
         vc.solve(rolling(grid=TOUCHED, motion=vc.Steady(vx=0.01)), tangential=theory)

@@ -371,6 +371,22 @@ def test_unknown_methods(rolling, arguments, field, words):
     assert failure.value.field == field
 
 
+def test_progress_is_a_function():
+    """Of a history, too, and before any work."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Transient(steps=2, dq=0.01),
+        grid=vc.Grid(nx=10),
+    )
+    for motion in (scene.motion, vc.Steady()):
+        with pytest.raises(vc.SceneError) as refused:
+            vc.solve(dataclasses.replace(scene, motion=motion), progress=3)
+        assert str(refused.value) == "progress = 3 is not allowed: must be None, or a function of one string"
+
+
 @pytest.mark.parametrize("scene", [None, "scene.toml", {"normal_force": 1.0}])
 def test_what_is_no_scene_is_refused(scene):
     with pytest.raises(vc.SceneError, match="must be a Scene"):
@@ -410,7 +426,7 @@ def test_without_polish_the_answer_is_the_solvers_own(rolling):
 
 
 def test_too_large_is_refused_before_the_work(rolling, monkeypatch):
-    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 1e6)
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge, match="tangential"):
         vc.solve(rolling())
 

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.results.report import summary
 from varcontact.study.compare import DEFAULT_METHODS, Method
 from varcontact.study.store import as_json
+from varcontact.study.tables import summary
 
 EXACT = ("convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang")
 
@@ -165,6 +165,27 @@ def test_unknown_names_are_refused_before_any_work(rolling, name, hint):
     with pytest.raises(vc.SceneError, match=hint.replace("?", r"\?")) as failure:
         vc.compare({"a": rolling(), "b": rolling()}, ["clarabel", name], progress=pytest.fail)
     assert failure.value.field == "methods"
+
+
+def test_a_history_is_refused_before_any_work(rolling, tmp_path):
+    """No method is compared on several steps, and a table in which all is refused would look like a result."""
+    history = rolling(surface=vc.Paraboloids(Rx=1.0, Ry=1.0), motion=vc.Transient(steps=2, dq=0.01))
+    with pytest.raises(vc.SceneError) as refused:
+        vc.compare({"one": rolling(), "two": history}, ["tang"], store=tmp_path / "t.csv", progress=pytest.fail)
+    allowed = "Steady, Shift or none: methods are compared on one problem, not a history"
+    assert str(refused.value) == f"motion of scene 'two' = 'Transient' is not allowed: must be {allowed}"
+    assert not list(tmp_path.iterdir())
+
+
+def test_interrupted_it_hands_over_the_scenes_that_are_finished(rolling):
+    def stop(word):
+        if word.startswith("two"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted, match="after 1 of 2 scenes") as stopped:
+        vc.compare({"one": rolling(), "two": rolling()}, ["tang", "fastsim"], progress=stop)
+    assert stopped.value.partial["method"].tolist() == ["tang", "fastsim"]
+    assert set(stopped.value.partial["scene"]) == {"one"}
 
 
 def test_store_keeps_what_is_done(rolling, tmp_path):

@@ -71,6 +71,27 @@ def test_refused(rolling, changes, creepages, field):
     assert failure.value.field.startswith(field)
 
 
+@pytest.mark.parametrize(
+    ("motion", "creepages", "words"),
+    [
+        (vc.Steady(), [0.1, 0.0, 0.0], r"array of shape \(3,\).*\(k, 3\), a row of vx, vy, spin.*\[\[vx, vy, spin\]\]"),
+        (
+            vc.Shift(),
+            [0.1, 0.0, 0.0],
+            r"a row of ux, uy, rotation for each solution; a single .*\[\[ux, uy, rotation\]\]",
+        ),
+        (vc.Steady(), [0.1, 0.2], r"array of shape \(2,\)' is not allowed: .*a row of vx, vy, spin for each solution$"),
+        (vc.Steady(), [[0.1, 0.2]], r"array of shape \(1, 2\).*a row of vx, vy, spin"),
+        (vc.Steady(), np.zeros((0, 3)), r"array of shape \(0, 3\).*a row of vx, vy, spin"),
+        (vc.Steady(), 0.1, r"array of shape \(\).*a row of vx, vy, spin"),
+        (vc.Steady(), [["a", "b", "c"]], "finite numbers"),
+    ],
+)
+def test_creepages_are_rows_of_three_with_names(rolling, motion, creepages, words):
+    with pytest.raises(vc.SceneError, match=words):
+        vc.scan(rolling(grid=GRID, motion=motion), creepages)
+
+
 def test_progress_that_cannot_be_called_is_refused(rolling):
     with pytest.raises(vc.SceneError, match="progress = 3 is not allowed"):
         vc.scan(rolling(grid=GRID), CREEPAGES, progress=3)

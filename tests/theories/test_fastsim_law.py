@@ -41,16 +41,18 @@ def test_closed_form(v):
 
 @pytest.mark.parametrize("creepage", [(0.7, 0.2, 0.0), (0.2, -0.5, 0.8)])
 @pytest.mark.parametrize("bound", ["parabolic", "elliptic"])
-def test_limits(creepage, bound):
-    """One coefficient is FASTSIM as printed; so is the kinetic one, from slip."""
-    plain = fastsim_field(A, B, G, 0.3 * FZ, creepage, TABLE, m=20, n=15, bound=bound)
+@pytest.mark.parametrize("flexibility", ["separate", "weighted"])
+def test_limits(creepage, bound, flexibility):
+    """One coefficient is plain FASTSIM; so is the kinetic one, from slip."""
+    options = {"m": 20, "n": 15, "bound": bound, "flexibility": flexibility}
+    plain = fastsim_field(A, B, G, 0.3 * FZ, creepage, TABLE, **options)
     for law, start in (
         (vc.StaticKinetic(0.3, 0.3), "stick"),
         (vc.ExponentialFalling(0.3, 0.3, 1.0), "stick"),
         (vc.StaticKinetic(0.4, 0.3), "slip"),
         (vc.LinearFalling(0.3, 0.1, 1e12), "stick"),
     ):
-        found = field(law, creepage, m=20, n=15, bound=bound, start=start)
+        found = field(law, creepage, **options, start=start)
         np.testing.assert_allclose(found.traction, plain.traction, atol=1e-9)
         np.testing.assert_array_equal(found.state, plain.state)
         np.testing.assert_allclose(found.slip, plain.slip, atol=1e-9)
@@ -66,9 +68,10 @@ def test_effect_on_the_force_is_small(v):
 
 @pytest.mark.parametrize("law", [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling])
 @pytest.mark.parametrize("start", ["stick", "slip"])
-def test_law_holds_at_every_point(law, start):
+@pytest.mark.parametrize("flexibility", ["separate", "weighted"])
+def test_law_holds_at_every_point(law, start, flexibility):
     friction = law(0.4, 0.2, half_velocity=0.5)
-    found = field(friction, (0.6, 0.3, 0.5), m=30, n=10, start=start)
+    found = field(friction, (0.6, 0.3, 0.5), m=30, n=10, start=start, flexibility=flexibility)
     size, slip = np.hypot(*found.traction), np.hypot(*found.slip)
     x = found.x / A
     pressure = 2 * FZ / (np.pi * A * B) * (1 - x**2 - (found.y[:, None] / B) ** 2)
@@ -80,7 +83,8 @@ def test_law_holds_at_every_point(law, start):
     np.testing.assert_allclose(np.sum(found.traction * found.slip, axis=0), -size * slip, atol=1e-9)
 
 
-def test_as_a_method():
+@pytest.mark.parametrize("name", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"])
+def test_as_a_method(name):
     """On the grid of a scene: from slip it is FASTSIM for the kinetic coefficient."""
     base = {
         "bodies": vc.Bodies(G=1.0, nu=0.25),
@@ -89,9 +93,22 @@ def test_as_a_method():
         "motion": vc.Steady(vx=0.1, spin=0.05),
         "grid": vc.Grid(nx=16, ny=16),
     }
-    plain = vc.solve(vc.Scene(friction=0.3, **base), tangential="fastsim")
+    plain = vc.solve(vc.Scene(friction=0.3, **base), tangential=name)
     scene = vc.Scene(friction=vc.StaticKinetic(0.36, 0.3), **base)
-    slip, stick = (vc.solve(scene, tangential="fastsim", start=start) for start in ("slip", "stick"))
+    slip, stick = (vc.solve(scene, tangential=name, start=start) for start in ("slip", "stick"))
     np.testing.assert_allclose(slip.traction, plain.traction, atol=1e-13)
     assert -stick.force[0] >= -slip.force[0]
     assert stick.branch == "stick"
+
+
+def test_separate_flexibilities_are_those_of_more_than_one_creepage():
+    """The same field where one creepage acts alone, whatever the law; not where two do."""
+    law, kinds = vc.LinearFalling(0.4, 0.2, half_velocity=0.5), ("separate", "weighted")
+    for creepage in ((0.6, 0.0, 0.0), (0.0, 0.6, 0.0), (0.0, 0.0, 0.9)):
+        one, other = (field(law, creepage, flexibility=kind) for kind in kinds)
+        np.testing.assert_allclose(one.traction, other.traction, atol=1e-12)
+        np.testing.assert_allclose(one.slip, other.slip, atol=1e-12)
+    one, other = (field(law, (0.6, 0.6, 0.0), flexibility=kind).force for kind in kinds)
+    assert np.hypot(*(one - other)) > 0.05 * 0.4 * FZ
+    with pytest.raises(vc.SceneError, match=r"flexibility = 'one' .*separate, weighted"):
+        field(law, flexibility="one")

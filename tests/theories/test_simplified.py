@@ -6,6 +6,7 @@ import pytest
 import varcontact as vc
 from varcontact.reference import creepage_coefficients
 from varcontact.theories import (
+    flexibilities,
     flexibility,
     linear_forces,
     simplified_force,
@@ -68,8 +69,9 @@ def test_linear_force_with_spin_by_quadrature():
 def test_flexibility_ties_simplified_to_linear_theory():
     """By (161)-(163) both give the same force where one creepage acts alone."""
     table = creepage_coefficients(A, B, 0.28)
-    for creepage in np.eye(3):
+    for i, creepage in enumerate(np.eye(3)):
         L = flexibility(A, B, 3.0, creepage, table)
+        assert L == flexibilities(A, B, 3.0, table)[i]
         linear = linear_forces(A, B, 3.0, creepage, table).force
         np.testing.assert_allclose(simplified_linear_force(A, B, L, creepage), linear, rtol=1e-14)
 
@@ -82,6 +84,16 @@ def test_flexibility_is_a_mean_of_three():
     for size in (1.0, 1e-170, 1e170):
         assert flexibility(A, B, 3.0, size * creepage, table) == pytest.approx((3 * L1 + 4 * L2 + 12 * L3) / 13)
     assert flexibility(A, B, 3.0, (0, 0, 0), table) == L1
+
+
+def test_flexibilities_of_many_contacts():
+    """Table 4 (nu = 0.25) in one call, its last digits; .727 where it misprints .784, and .332 where .352."""
+    ratios = np.array([0.1, 0.3, 1.0, 1 / 0.3, 10.0])
+    found = flexibilities(2 * ratios, 2.0, 5.0, creepage_coefficients(ratios, 1.0, 0.25)) * 5 / (2 * ratios[:, None])
+    printed = [(0.806, 1.06, 0.525), (0.775, 0.970, 0.602), (0.647, 0.727, 0.534), (0.421, 0.417, 0.332)]
+    np.testing.assert_allclose(found, [*printed, (0.228, 0.208, 0.170)], atol=2.1e-3)
+    with pytest.raises(vc.SceneError, match="G = -5"):
+        flexibilities(1.0, 1.0, -5.0, creepage_coefficients(1.0, 1.0, 0.25))
 
 
 @pytest.mark.parametrize(

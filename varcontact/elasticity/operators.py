@@ -70,11 +70,11 @@ class GridOperator:
         """
         from scipy import fft
 
-        ny, nx = self.shape
-        size = self._fft_shape
-        spectrum = fft.rfft2(tractions, size)
-        product = np.einsum("ij...,j...->i...", self._kernel, spectrum)
-        return np.ascontiguousarray(fft.irfft2(product, size)[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1])
+        (ny, nx), (height, width) = self.shape, self._fft_shape
+        spectrum = fft.fft(fft.rfft(tractions, width, axis=-1), height, axis=-2, overwrite_x=True)
+        product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._kernel])
+        image = fft.ifft(product, axis=-2, overwrite_x=True)[:, :ny]  # along x only the rows that are asked for
+        return np.ascontiguousarray(fft.irfft(image, width, axis=-1)[..., :nx])
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
         """The same operator between some components of traction (columns) and displacement (rows) only.
@@ -106,9 +106,17 @@ class GridOperator:
 
     @cached_property
     def _kernel(self) -> np.ndarray:
+        """Transform of the table, the offset zero first."""
         from scipy import fft
 
-        return fft.rfft2(self.table, self._fft_shape)
+        (ny, nx), (height, width) = self.shape, self._fft_shape
+        wrapped = np.zeros((*self.table.shape[:2], height, width))
+        below, left = slice(height - ny + 1, None), slice(width - nx + 1, None)
+        wrapped[..., :ny, :nx] = self.table[..., ny - 1 :, nx - 1 :]
+        wrapped[..., below, :nx] = self.table[..., : ny - 1, nx - 1 :]
+        wrapped[..., :ny, left] = self.table[..., ny - 1 :, : nx - 1]
+        wrapped[..., below, left] = self.table[..., : ny - 1, : nx - 1]
+        return np.asarray(fft.fft(fft.rfft(wrapped, axis=-1), axis=-2, overwrite_x=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,25 +218,41 @@ def influence_operator(
     >>> influence_operator(Grid(nx=3, dx=0.1, x0=0.0), "xy", "xy", nu=0.3, depth=4.0).table.shape
     (2, 2, 1, 5)
     """
-    dx, dy = grid.sides
-    x = np.arange(-(grid.nx - 1), grid.nx) * dx + offset
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
-
-    def numbers(x: np.ndarray) -> dict[str, np.ndarray]:
-        if grid.line:
-            strips = strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=names)
-            return {name: values[None] for name, values in strips.items()}
-        y = np.arange(grid.rows)[:, None] * dy
-        half = influence_numbers(x, y, dx, dy, nu=nu, K=K, components=names)
-        return {name: _mirrored(values, odd=name.count("y") == 1) for name, values in half.items()}
-
-    found = numbers(x)
-    if lag is not None:
-        before = numbers(x + lag)
-        found = {name: found[name] - before[name] for name in names}
+    offsets = [offset] if lag is None else [offset, offset + lag]
+    tables = _tables_at(grid, offsets, names, nu, K, depth)
+    found = tables[0] if lag is None else {name: tables[0][name] - tables[1][name] for name in names}
     table = np.array([found[name] for name in names])
     return GridOperator(grid.shape, table.reshape(len(rows), len(columns), 2 * grid.rows - 1, 2 * grid.nx - 1))
+
+
+def _tables_at(
+    grid: Grid, offsets: list[float], names: list[str], nu: float, K: float, depth: float
+) -> list[dict[str, np.ndarray]]:
+    """Influence numbers by offset of elements, each table at points further along x: those of one place made once.
+
+    Numbers are even or odd in x and in y. Where all points lie on the lattice of the elements, as with steps of whole
+    elements, tables share nearly all of theirs.
+    """
+    (dx, dy), steps = grid.sides, np.arange(-(grid.nx - 1), grid.nx)
+    x = np.array([(steps + round(at / dx)) * dx if _whole(at / dx) else steps * dx + at for at in offsets])
+    places, index = np.unique(np.abs(x), return_inverse=True)
+    if grid.line:
+        strips = strip_influence_numbers(places, dx, nu=nu, K=K, depth=depth, components=names)
+        half = {name: values[None] for name, values in strips.items()}
+    else:
+        y = np.arange(grid.rows)[:, None] * dy
+        half = influence_numbers(places, y, dx, dy, nu=nu, K=K, components=names)
+    full = {name: _mirrored(values, odd=name.count("y") == 1) for name, values in half.items()}
+    sign = {name: np.where(x < 0, -1.0, 1.0) if name.count("x") == 1 else np.ones(x.shape) for name in names}
+    index = index.reshape(x.shape)
+    return [{name: full[name][:, index[k]] * sign[name][k] for name in names} for k in range(len(offsets))]
+
+
+def _whole(number: float) -> bool:
+    """Whether a number is whole, but for rounding."""
+    return bool(abs(number - round(number)) <= 4 * np.finfo(float).eps * max(abs(number), 1.0))
 
 
 def _mirrored(half: np.ndarray, odd: bool) -> np.ndarray:

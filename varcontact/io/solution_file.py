@@ -5,21 +5,22 @@ from __future__ import annotations
 import io
 import json
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.errors import OutputError, VarcontactError
+from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
-from varcontact.problem.gap import Certificate
-from varcontact.problem.tally import Calls
+from varcontact.problem.certificate import Certificate
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
+from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from varcontact.results.history import History
 
 FORMAT = "varcontact solution 1"
+AS_STORED = "the certificate is as stored in the file, not measured again"
 
 FIELDS = {
     "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
@@ -95,6 +97,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
 def save(sol: Solution, path: str | Path, field: str = "path") -> None:
     """Write a solution to a netCDF file, whole or not at all."""
     path = Path(path)
+    check_ending(field, path, ".nc")
     check_writable(field, path)
     write_whole(field, path, solution_to_bytes(sol))
 
@@ -111,22 +114,13 @@ def write_whole(field: str, path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def load(path: str | Path) -> Solution | History:
-    """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Solution or History
-        A history reads its steps from the file when they are asked for.
+def read(path: str | Path) -> Solution | History:
+    """A solution or a history from its file, as it is stored: fields that no solution can have are refused.
 
     Raises
     ------
     OutputError
-        If there is no such file, or it is not one of ours.
+        If there is no such file, it is not one of ours, or it holds what no solution can be.
     """
     from varcontact.io.history_file import is_history, load_history
 
@@ -139,9 +133,14 @@ def load(path: str | Path) -> Solution | History:
         raise OutputError("path", path, f"cannot be read ({error})") from None
     data = _data(path, path)
     try:
-        return solution_from(data)
+        return replace(solution_from(data), note=AS_STORED)
     except (KeyError, TypeError, ValueError, VarcontactError) as error:
-        raise OutputError("path", path, f"is damaged ({first_line(error)})") from None
+        raise damaged(path, error) from None
+
+
+def damaged(path: str | Path, error: Exception) -> OutputError:
+    """The error of a file that holds what no solution can be."""
+    return OutputError("path", path, f"is damaged ({first_line(error)})")
 
 
 def _data(path: str | Path, content: Any) -> xr.Dataset:
@@ -182,7 +181,7 @@ def assembled(
     scene: Scene,
     grid: Grid,
     plan: Plan,
-    fields: dict[str, np.ndarray],
+    fields: dict[str, Any],
     approach: float,
     creepage: np.ndarray,
     record: dict[str, Any],
@@ -194,20 +193,21 @@ def assembled(
     ValueError
         If that cannot be.
     """
-    certificate = {**record["certificate"], "force_bound": np.array(record["certificate"]["force_bound"])}
+    vectors = ("force_bound", "pressure_part")
+    certificate: dict[str, Any] = dict(record["certificate"])
+    certificate |= {name: np.array(certificate[name]) for name in vectors if name in certificate}
     vx, vy, spin = (float(value) for value in creepage)
-    vectors = ("traction", "slip")
-    shapes = {name: (2, *grid.shape) if name in vectors else grid.shape for name in fields}
+    shapes = {name: (2, *grid.shape) if name in ("traction", "slip") else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
         raise ValueError("fields that are not finite numbers")
-    if certificate["force_bound"].shape != (3,):
+    if any(certificate[name].shape != (3,) for name in vectors if name in certificate):
         raise ValueError("a bound on the forces that is not three numbers")
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
         raise ValueError(f"{', '.join(kinds)} that are of other types")
-    return Solution(
+    sol = Solution(
         scene=scene,
         grid=grid,
         plan=plan,
@@ -227,6 +227,17 @@ def assembled(
             for problem, solvers in record.get("calls", {}).items()
         },
     )
+    check_plausible(sol)
+    return sol
+
+
+FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}
+
+
+def check_ending(field: str, path: Path, ending: str) -> None:
+    """Raise `OutputError` where a name promises another format than the one that is written."""
+    if path.suffix.lower() != ending:
+        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
 
 
 def check_writable(field: str, path: Path) -> None:

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.planning.plan import Plan
-from varcontact.planning.sizes import Counted, Sizes, sizes_of, solves
-from varcontact.problem.contact_grid import outside
+from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
+from varcontact.problem.contact_grid import enlarged, known_grid, wanted_grid
+from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Discretisation, discretise, out_of_reach
 from varcontact.problem.mirror import mirror
 from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.grid_search import enlarged, known_grid, wanted_grid
 
 
 def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
@@ -38,7 +38,7 @@ def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
         margin = 2 * grid.margin
         shape = (grid.rows + (0 if grid.line else margin), grid.nx + margin)
         return sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1]))
-    disc = discretise(scene, grid)
+    disc = discretise(scene, grid, coupled=not plan.left_out)
     if plan.normal == "hertz":
         counted = _closed_form(scene, disc, plan)
     else:
@@ -71,7 +71,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
         moving = sum(bool(shift[i].any()) or force[i] is not None for i in (0, 1))
         if moving < 2:
             return Counted(contact, contact, elements.size, components=1)
-    folded = solves(plan) and mirror(elements, grid.nx, shift, bound[elements], force) is not None
+    folded = folds(plan) and mirror(elements, grid.nx, shift, bound[elements], force) is not None
     return Counted(contact, contact, elements.size, mirrored=folded)
 
 

@@ -10,10 +10,18 @@ from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.roads import Road, check_on_road, road
 from varcontact.planning.sizes import Sizes
+from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solvers.registry import TANGENTIAL, available, normal_methods, states_programs, tangential_methods
+from varcontact.solvers.registry import (
+    MATRIX_FREE,
+    TANGENTIAL,
+    available,
+    normal_methods,
+    states_programs,
+    tangential_methods,
+)
 from varcontact.theories.methods import THEORIES, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
@@ -31,7 +39,8 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos" or "joint".
+        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
+        "joint".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
@@ -39,7 +48,7 @@ class Plan:
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
-        "quasi-identical" (K = 0) or "unlike".
+        "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
     surface : str
         "Hertzian" or "sampled".
     motion : str
@@ -53,6 +62,9 @@ class Plan:
         The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
+    left_out : float
+        Where the coupling of almost like bodies is left out: what that changes of the tangential forces at given
+        creepages at most, in parts of f Fz, see `varcontact.scene.likeness`; else 0.
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
     """
@@ -71,6 +83,7 @@ class Plan:
     sizes: Sizes | None = None
     fallback: str = "none"
     method: str = "auto"
+    left_out: float = 0.0
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
@@ -92,7 +105,7 @@ class Plan:
 
     def __str__(self) -> str:
         """For people."""
-        from varcontact.results.report import plan_report
+        from varcontact.planning.report import plan_report
 
         return plan_report(self)
 
@@ -187,6 +200,9 @@ def make_plan(
         raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
     way = road(method)
     chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
+    K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
+    if effect:
+        scene = replace(scene, bodies=scene.bodies.alike)
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
         way = road("convex")  # what is asked for, only programs have
@@ -198,6 +214,8 @@ def make_plan(
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = kinds_of(scene, chosen), special_of(scene)
+    if effect:
+        kinds["bodies"], reasons["coupling"] = almost_like(K, effect)
     reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
     dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
     return Plan(
@@ -214,6 +232,7 @@ def make_plan(
         tuple(special),
         fallback=way.fallback if (tangential, chosen["tangential"]) == ("auto", way.tangential) else "none",
         method=method,
+        left_out=effect,
     )
 
 
@@ -283,7 +302,7 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
         if reason:
             raise SceneError("tangential", wanted, f"another method: {reason}")
         return wanted, "asked for: an approximate theory, how wrong is in the certificate"
-    if scene.no_slip:
+    if scene.no_slip and wanted not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "asked for"

@@ -11,12 +11,12 @@ import numpy as np
 from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import DENSE_LIMIT
 from varcontact.problem.mirror import mirror_of
 from varcontact.problem.state import ContactState
+from varcontact.problem.symmetric import DENSE_LIMIT
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import TANGENTIAL, states_programs
+from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan
@@ -116,7 +116,7 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
     counted = Counted(normal, contact, 0)
     if plan.tangential != "none":
         problem = disc.tangential_problem(state.pressure)
-        folded = solves(plan) and mirror_of(problem) is not None
+        folded = folds(plan) and mirror_of(problem) is not None
         counted = Counted(normal, contact, problem.size, len(problem.rigid_shift), folded)
     return sizes_of(scene, plan, disc.grid.shape, disc.grid.sides, counted)
 
@@ -124,6 +124,11 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
 def solves(plan: Plan) -> bool:
     """Whether the tangential problem is solved, by whatever method, and not left to a theory."""
     return plan.tangential == "no-slip" or plan.tangential in TANGENTIAL or states_programs(plan.tangential)
+
+
+def folds(plan: Plan) -> bool:
+    """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all."""
+    return solves(plan) and plan.tangential not in MATRIX_FREE
 
 
 def _joint_program(plan: Plan) -> bool:
@@ -149,7 +154,7 @@ def sizes_of(
 
 def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix]:
     """Influence numbers by offset; each only where it is needed."""
-    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0
+    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0 and not plan.left_out
 
     def table(block: str, blocks: int, rolled: bool, reason: str) -> Matrix:
         name = f"A_{block} - C_{block}" if rolled else f"A_{block}"
@@ -182,7 +187,7 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     n, m = counted.normal, counted.components * counted.tangential
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
-    if plan.normal != "hertz" and plan.method != "convex":
+    if plan.normal not in ("hertz", *MATRIX_FREE) and plan.method != "convex":
         yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
     if plan.tangential == "none" or m == 0:
         return
@@ -190,16 +195,19 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     polished = states_programs(plan.tangential) and plan.method != "convex"  # and that the whole, not a step
     steps_only = plan.formulation == "marching" and not polished
     whole = (solves(plan) and not steps_only) or plan.tangential == "linear"
+    whole = whole and plan.tangential not in MATRIX_FREE
     if counted.mirrored and whole:
         yield block(name, "dense", m // 2, m // 2, "the tangential problem, on one side of its line of symmetry")
     elif whole:
         yield block(name, "dense", m, m, "the tangential problem")
-    if plan.formulation == "marching":
+    if plan.formulation == "marching" and plan.tangential not in MATRIX_FREE:
         half = m // 2 if counted.mirrored else m
         yield block("A_tt", "dense", half, half, "a step of the march")
     if joint:
         yield block("A_zt", "dense", size, m, "the joint program")
-    guaranteed = scene.bodies.K == 0 and not scene.under_law and counted.tangential <= DENSE_LIMIT
+    guaranteed = (
+        (scene.bodies.K == 0 or plan.left_out > 0) and not scene.under_law and counted.tangential <= DENSE_LIMIT
+    )
     if (joint or guaranteed) and (counted.mirrored or not whole):
         yield block(name, "dense", m, m, "the joint program" if joint else "the certificate's bound on forces")
 

@@ -29,6 +29,8 @@ def plot_history(history: History) -> Figure:
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
+    from varcontact.plotting.ticks import readable_ticks
+
     rolls = bool(np.any(history.dq > 0))
     along = history.rolled if rolls else np.arange(len(history))
     last = history[-1]
@@ -49,6 +51,8 @@ def plot_history(history: History) -> Figure:
     edges = np.append(np.arange(len(history)), len(history)) - 0.5
     below.pcolormesh(edges, np.linspace(left, right, history.grid.nx + 1), areas, cmap=colours, vmin=1, vmax=2)
     below.set(xlabel="step", ylabel=label("x", "length", last), title="Areas along the middle of the contact")
+    readable_ticks(above)
+    readable_ticks(below)
     handles = [Patch(color=STICK_COLOUR, label="stick"), Patch(color=SLIP_COLOUR, label="slip")]
     below.legend(handles=handles, ncols=2, **BELOW)
     return figure

@@ -80,6 +80,9 @@ def _draw_components(ax: Axes, sol: Solution, values: np.ndarray) -> None:
 
 def _frame(ax: Axes, sol: Solution, name: str) -> None:
     """Labels, and the contact with a margin."""
+    from varcontact.plotting.ticks import readable_ticks
+
+    readable_ticks(ax)
     contact = sol.grid.x[sol.state[0] > 0] if sol.state.any() else sol.grid.x
     margin = 0.05 * (contact[-1] - contact[0]) + 1.5 * sol.grid.sides[0]
     ax.set_xlim(contact[0] - margin, contact[-1] + margin)

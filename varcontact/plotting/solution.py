@@ -8,6 +8,7 @@ import numpy as np
 
 from varcontact.checks import choice, number, positive
 from varcontact.errors import SceneError
+from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
@@ -57,11 +58,14 @@ def plot(sol: Solution) -> Figure:
 
 def draw_pressure(ax: Axes, sol: Solution) -> None:
     """Pressure over the contact."""
+    from varcontact.plotting.ticks import readable_numbers
+
     left, right, bottom, top = sol.grid.box
     pressure = np.ma.masked_less_equal(sol.pressure, 0)
     image = ax.imshow(pressure, origin="lower", extent=(left, right, bottom, top), cmap="viridis")
     assert ax.figure is not None
-    ax.figure.colorbar(image, ax=ax, shrink=0.8, label=label("pressure", "pressure", sol))
+    pressures = label("pressure", "pressure", sol)
+    ax.figure.colorbar(image, ax=ax, shrink=0.8, label=pressures, format=readable_numbers())
     ax.set_title("Pressure")
     _frame(ax, sol)
 
@@ -98,6 +102,8 @@ def draw_areas(ax: Axes, sol: Solution) -> None:
 
 def draw_section(ax: Axes, sol: Solution) -> None:
     """The row of elements with the largest pressure: tractions between the traction bounds, or the pressure."""
+    from varcontact.plotting.ticks import readable_ticks
+
     row = int(np.argmax(sol.pressure.max(axis=1)))
     contact = sol.pressure[row] > 0
     ends = np.flatnonzero(contact) if contact.any() else np.array([0, contact.size])
@@ -116,29 +122,39 @@ def draw_section(ax: Axes, sol: Solution) -> None:
         ax.set_ylabel(label("traction", "pressure", sol))
         ax.legend(ncols=3, **BELOW)
     ax.axhline(0, color="k", linewidth=0.5)
+    readable_ticks(ax)
     ax.set_xlabel(label("x", "length", sol))
     ax.set_title(label(f"Section along x at y = {sol.grid.y[row]:.3g}", "length", sol, brackets=False))
 
 
 def plot_passes(sol: Solution) -> Figure:
-    """Change and residual of the whole against the passes of a coupling loop, see `Solution.plot_passes`."""
+    """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
     from matplotlib import pyplot as plt
 
     if not sol.passes:
-        raise SceneError("solution", sol.plan.coupling, "of a coupling loop (panagiotopoulos or joint)")
+        found = f"coupling {sol.plan.coupling}, no passes"
+        raise SceneError("solution", found, "of a coupling loop (panagiotopoulos or joint), or under a law of friction")
+    if isinstance(sol.scene.friction, Law):
+        shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
+    else:
+        shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
+        changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
     figure, ax = plt.subplots(figsize=(5.2, 4.0), layout="constrained")
     changes, residuals = np.array(sol.passes).T
     passes = np.arange(1, len(residuals) + 1)
     ax.semilogy(passes, residuals, "o-", color=TRACTION_COLOUR, markersize=4, label="residual of the whole")
-    ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", markersize=3, label="change of the pass")
+    ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", markersize=3, label=f"change of the {changed}")
     ax.set_xlabel("pass")
-    ax.set_title(f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}" + ("" if sol.converged else ": not converged"))
+    ax.set_title(f"Passes: {shown}" + ("" if sol.converged else " (not converged)"))
     ax.legend(frameon=False)
     return figure
 
 
 def _frame(ax: Axes, sol: Solution) -> None:
     """Labels, and the contact with a margin of two elements."""
+    from varcontact.plotting.ticks import readable_ticks
+
+    readable_ticks(ax)
     ax.set_xlabel(label("x", "length", sol) + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, ""))
     ax.set_ylabel(label("y", "length", sol))
     left, right, bottom, top = _contact_box(sol)
@@ -244,6 +260,7 @@ def plot_stress(
     from matplotlib import pyplot as plt
     from matplotlib.ticker import MaxNLocator
 
+    from varcontact.plotting.ticks import readable_numbers, readable_ticks
     from varcontact.results.stress import one_solution, stress
 
     if not one_solution(sol).pressure.any():
@@ -268,7 +285,8 @@ def plot_stress(
         place = fields[body].points
         image = ax.contourf(place[0], place[2], part, levels, cmap="RdBu_r" if signed else "viridis")
         ax.contour(place[0], place[2], part, levels[::2], colors="k", linewidths=0.4, negative_linestyles="solid")
-    figure.colorbar(image, ax=ax, shrink=0.85, label=label(_stress_name(quantity), "pressure", sol))
+    stresses = label(_stress_name(quantity), "pressure", sol)
+    figure.colorbar(image, ax=ax, shrink=0.85, label=stresses, format=readable_numbers())
     ax.axhline(0, color="0.35", linewidth=0.8)
     contact = sol.grid.x[(sol.pressure > 0).any(axis=0)]
     half = sol.grid.sides[0] / 2
@@ -277,6 +295,7 @@ def plot_stress(
     ax.set_ylabel(label("z, up into body 1", "length", sol))
     where = "" if sol.scene.line else label(f" at y = {y:.3g}", "length", sol, brackets=False)
     ax.set_title(f"{_stress_name(quantity)}{where}; the bar is the contact")
+    readable_ticks(ax)
     ax.set_aspect("equal")
     return figure
 

@@ -101,7 +101,7 @@ class Discretisation:
 
     @property
     def K(self) -> float:
-        """The constant (60) by which normal and tangential problem couple; 0: like bodies."""
+        """The constant (60) by which the problems couple; 0: like bodies, or almost like ones that count as such."""
         return self.operators.K
 
     @property
@@ -234,19 +234,25 @@ class Discretisation:
         bearing: np.ndarray | None = None,
         marching: bool = False,
         acting: np.ndarray | None = None,
+        possible: np.ndarray | None = None,
     ) -> TangentialProblem:
         """The tangential problem on the elements with a traction bound, for a pressure (ny, nx).
 
         The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
         `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
+        Elements with friction that are `possible` (ny, nx) enter with a bound of zero where there is no pressure.
         """
         motion = self.motion
         assert motion is not None
         pressed = (pressure if bearing is None else bearing).ravel()
         contact = pressed > 0
         with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            bound = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel() * pressed
-        elements = np.flatnonzero(contact & (bound > 0))
+            friction = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel()
+            bound = friction * np.maximum(pressed, 0.0)
+        bears = contact & (bound > 0)
+        if possible is not None:
+            bears |= possible.ravel() & (friction > 0)
+        elements = np.flatnonzero(bears)
         shift = self.known_shift().reshape(2, -1)[:, elements]
         if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
@@ -306,8 +312,10 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
     return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
 
 
-def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
+
+    Unless it is `coupled`, pressure and tractions do not depend on each other, whatever K is.
 
     Raises
     ------
@@ -339,7 +347,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
             raise out_of_reach(scene.surface, scene.approach, grid)
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
-    operators = _operators(scene, grid.scaled(length), length, known)
+    operators = _operators(scene, grid.scaled(length), length, scene.bodies.K if coupled else 0.0, known)
     return Discretisation(
         bodies=scene.bodies,
         surface=scene.surface,
@@ -374,9 +382,9 @@ def _posed(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _operators(scene: Scene, lattice: Grid, length: float, known: Operators | None) -> Operators:
+def _operators(scene: Scene, lattice: Grid, length: float, K: float, known: Operators | None) -> Operators:
     """The operators of a lattice, those already known where they are the same."""
-    nu, K, depth = scene.bodies.combined_nu, scene.bodies.K, FREE_DEPTH
+    nu, depth = scene.bodies.combined_nu, FREE_DEPTH
     if scene.reference_depth is not None:
         depth = scene.reference_depth / length
     if known is not None and known.same(lattice, nu, K, depth):

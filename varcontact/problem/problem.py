@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.elasticity.operators import RestrictedOperator
-from varcontact.problem.tally import Tally
-
-if TYPE_CHECKING:
-    from varcontact.solvers.conic.setups import Setups
+from varcontact.problem.symmetric import PositiveDefinite, positive_definite
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,20 +109,22 @@ class TangentialProblem:
         return bool(np.isinf(self.bound).all())
 
     @property
+    def symmetric_part(self) -> PositiveDefinite | None:
+        """The symmetric part of M, where it is positive definite: found once for an operator, which steps share."""
+        kept: dict[str, PositiveDefinite | None] = self.operator.__dict__
+        if "_symmetric_part" not in kept:
+            kept["_symmetric_part"] = positive_definite(self.operator)
+        return kept["_symmetric_part"]
+
+    @property
     def monotone(self) -> bool:
         """Whether the symmetric part of M is positive definite: then the solution is the only one.
 
         It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md) with steps of 0.7
         elements or more; with shorter ones it may not be, the less so the larger nu, the longer the elements along
-        x, and the more of them there are.
+        x, and the more of them there are. No dense matrix is needed for many elements.
         """
-        from scipy.linalg import LinAlgError, cholesky
-
-        try:
-            cholesky(self.operator.matrix + self.operator.matrix.T, overwrite_a=True, check_finite=False)
-        except LinAlgError:
-            return False
-        return True
+        return self.symmetric_part is not None
 
     def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
         """Local shift E = W + M p, (c, n), by FFT; `free_shift` (c,) is the unknown part of W."""
@@ -143,28 +141,6 @@ class TangentialProblem:
         field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
         field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid
         return field.reshape(2, ny, nx), shifts
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What every solver is told.
-
-    Attributes
-    ----------
-    tol : float
-        Accuracy wanted of the tractions, relative; `varcontact.solvers.conic.accuracy` says what that means to each.
-    formulation : str
-        The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
-    setups : Setups, optional
-        Where solvers keep their set-ups for the next problem of the same structure.
-    tally : Tally
-        Where their calls are counted.
-    """
-
-    tol: float = 1e-8
-    formulation: str = "auto"
-    setups: Setups | None = None
-    tally: Tally = field(default_factory=Tally)
 
 
 @dataclass(frozen=True, eq=False)

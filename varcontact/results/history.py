@@ -162,7 +162,7 @@ class History(Sequence[Solution]):
         Raises
         ------
         OutputError
-            If the file cannot be written.
+            If the file cannot be written, or its name does not end in ``.nc``.
         """
         from varcontact.io.history_file import save
 

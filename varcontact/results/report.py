@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +11,9 @@ from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from varcontact.planning.plan import Plan
-    from varcontact.planning.sizes import Sizes
-    from varcontact.problem.tally import Calls
     from varcontact.results.history import History
     from varcontact.results.solution import Solution
+    from varcontact.solvers.tally import Calls
 
 
 def report(sol: Solution) -> str:
@@ -34,7 +30,8 @@ _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling
 def _headline(sol: Solution) -> str:
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     K = sol.scene.bodies.K
-    bodies = "quasi-identical bodies" if K == 0 else f"unlike bodies (K = {K:.3g})"
+    unlike = "almost like" if sol.plan.left_out else "unlike"
+    bodies = "quasi-identical bodies" if K == 0 else f"{unlike} bodies (K = {K:.3g})"
     state = "" if sol.converged else ": NOT CONVERGED"
     size = f"line contact, {sol.grid.nx}" if sol.grid.line else f"{sol.grid.nx} x {sol.grid.ny}"
     return f"{kind} of {bodies}, {size} elements{state}"
@@ -85,26 +82,44 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
 
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
-    rows = [("certificate", f"relative gap {certificate.relative_gap:.1e}, residual {certificate.residual:.1e}")]
+    gap = "" if certificate.level == "none" else f"relative gap {certificate.relative_gap:.1e}, "
+    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}")]
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
     elif sol.plan.tangential != "none":
-        guaranteed = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
-        rows.append(("", f"guaranteed on this grid: {guaranteed}"))
+        sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
+        rows.append(("", f"guaranteed on this grid{_of_what(sol)}: {sizes}"))
+    if sol.note:
+        rows.append(("", sol.note))
+    if sol.plan.left_out:
+        effect = f"tangential force at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
+        rows.append(("", f"the coupling of almost like bodies is left out: it changes the {effect}"))
     if sol.plan.normal == "hertz":
         rows.append(("", "(Hertz's pressure is exact but for the grid, whose own equations it meets "
                          f"to {certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
 
 
+def _of_what(sol: Solution) -> str:
+    """What a bound is for: the step of a history, and whose pressure."""
+    step = " in this step" if isinstance(sol.motion, TimeStep) else ""
+    if sol.plan.normal == "hertz":
+        return f"{step}, for Hertz's pressure"
+    known = np.all(np.isfinite(sol.certificate.pressure_part))
+    return f"{step}, the pressure's own error included" if known else f"{step}, for this pressure"
+
+
 def no_guarantee(sol: Solution) -> str:
     """Why no bound on the forces is known, or nothing where one is."""
+    if sol.certificate.level != "full":
+        left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
+        return f'{left_out} left out, certify = "{sol.certificate.level}"; "full" computes them all'
     if np.all(np.isfinite(sol.certificate.force_bound)):
         return ""
     if np.any(np.isnan(sol.certificate.force_bound)):
         return "the numbers went beyond the range of floating point"
-    if sol.scene.bodies.K != 0:
+    if sol.scene.bodies.K != 0 and not sol.plan.left_out:
         return "the bodies are unlike, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
         return "the coefficient of friction depends on the slip, and there may be several solutions"
@@ -180,100 +195,3 @@ def report_history(history: History) -> str:
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
     return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1])}"])
-
-
-def plan_report(plan: Plan) -> str:
-    """The printed form of a plan: what, and why."""
-    rows = [
-        (name, f"{getattr(plan, name)}: {plan.reasons[name]}")
-        for name in ("dimension", "bodies", "surface", "motion", "friction")
-    ]
-    rows += [("special", f"{name}: {plan.reasons[name]}") for name in plan.special]
-    methods = ("method", "normal", "tangential", "coupling", "formulation")
-    rows += [("", ""), *((name, f"{getattr(plan, name)}: {plan.reasons[name]}") for name in methods)]
-    if plan.sizes is not None:
-        rows += [("", ""), *_sizes(plan.sizes)]
-    return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in rows)])
-
-
-def _sizes(sizes: Sizes) -> list[tuple[str, str]]:
-    most = "" if sizes.exact else "at most "
-    sides = (
-        ""
-        if sizes.sides is None
-        else f", each {sizes.sides[0]:.4g}" + f" by {sizes.sides[1]:.4g}" * (sizes.grid[0] > 1)
-    )
-    rows = [("grid", f"{sizes.grid[1]} x {sizes.grid[0]} elements{sides}")]
-    for problem, count in sizes.elements.items():
-        unknowns = sizes.unknowns[problem]
-        rows.append(
-            (
-                f"{problem} problem",
-                f"{most}{count} elements, {f'{most}{unknowns} unknowns' if unknowns else 'closed form'}",
-            )
-        )
-    if sizes.mirrored:
-        rows.append(("", "half the unknowns: the tangential problem is its own mirror image"))
-    for matrix in sizes.matrices:
-        most = "at most " if matrix.at_most else ""
-        what = f"{most}{matrix.rows} x {matrix.columns}{' offsets' if matrix.kind == 'table' else ''}"
-        rows.append((matrix.name, f"{matrix.kind}, {what}, {_bytes(matrix.bytes)}: {matrix.reason}"))
-    stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
-    rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
-    if not sizes.exact:
-        rows.append(("", "upper bounds: the contact is not known before it is solved for"))
-    return rows
-
-
-def _bytes(size: float) -> str:
-    """Bytes in a unit that suits."""
-    power = next((power for power in range(3) if size < 1000 * 1024**power), 3)
-    return f"{size / 1024**power:.3g} {('B', 'KiB', 'MiB', 'GiB')[power]}"
-
-
-def summary(table: pd.DataFrame) -> str:
-    """A comparison in words and figures, for people: a block for each scene, then what was not solved and why."""
-    blocks = []
-    for scene, rows in table.groupby("scene", sort=False):
-        records = rows.to_dict("records")
-        lines = [list(_SHOWN), *([_cell(row[name], form) for name, form in _SHOWN.values()] for row in records)]
-        text = columns_of_text(lines, left=2)
-        reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
-        blocks.append("\n".join([str(scene), *text, *reasons]))
-    return "\n\n".join(blocks)
-
-
-_SHOWN = {
-    "method": ("method", "s"),
-    "outcome": ("outcome", "s"),
-    "Fx": ("Fx", ".6g"),
-    "Fy": ("Fy", ".6g"),
-    "Mz": ("Mz", ".5g"),
-    "rel. gap": ("relative_gap", ".0e"),
-    "residual": ("residual", ".0e"),
-    "force off": ("force_distance", ".0e"),
-    "traction off": ("traction_distance", ".0e"),
-    "areas off": ("misclassified", ".0f"),
-    "iterations": ("iterations", ".0f"),
-    "set-up s": ("setup_seconds", ".3f"),
-    "repeat s": ("repeat_seconds", ".3f"),
-    "calls": ("calls", "s"),
-}
-"""Columns of the printed table: which of the measured ones, and how written."""
-
-
-def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
-    """Lines of cells below each other, the first `left` columns flush left."""
-    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
-    return [
-        "  ".join(
-            cell.ljust(width) if i < left else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in lines
-    ]
-
-
-def _cell(value: Any, form: str) -> str:
-    """A value as text; nothing where it is not known."""
-    return "" if value != value else format(value, form)

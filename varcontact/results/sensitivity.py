@@ -32,8 +32,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
     if bearing.size == 0:
         return np.zeros((2, 3))
-    disc = discretise(scene, sol.grid)
-    linear = _Linearised(disc, sol, bearing, contact if scene.bodies.K != 0 else np.zeros(0, dtype=int))
+    disc = discretise(scene, sol.grid, coupled=not plan.left_out)
+    linear = _Linearised(disc, sol, bearing, contact if disc.K != 0 else np.zeros(0, dtype=int))
     slopes = linear.forces(_unit_shifts(disc)[:, :, bearing])
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 

@@ -167,16 +167,20 @@ class Start(Protocol):
     """What a history can go on from: a solution."""
 
     @property
-    def grid(self) -> Grid: ...
+    def grid(self) -> Grid:
+        """Potential contact."""
 
     @property
-    def pressure(self) -> np.ndarray: ...
+    def pressure(self) -> np.ndarray:
+        """Shape (ny, nx) [force/area]."""
 
     @property
-    def traction(self) -> np.ndarray: ...
+    def traction(self) -> np.ndarray:
+        """On body 1, shape (2, ny, nx) [force/area]."""
 
     @property
-    def state(self) -> np.ndarray: ...
+    def state(self) -> np.ndarray:
+        """0 exterior, 1 stick, 2 slip, shape (ny, nx)."""
 
 
 Motion = Steady | Shift | TimeStep

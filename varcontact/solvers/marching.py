@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.problem.gap import tangential_residual
-from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import RawSolution, TangentialProblem
+from varcontact.solvers.settings import Settings
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
 

@@ -11,11 +11,14 @@ from typing import TypeVar
 
 from varcontact import checks
 from varcontact.errors import SolverUnavailable
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.matrix_free.normal import newton_normal
+from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.settings import Settings
 
 Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)
@@ -26,12 +29,17 @@ TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start),
     "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
+    "newton": newton_normal,
 }
 TANGENTIAL: dict[str, TangentialSolver] = {
     "tang": lambda problem, settings, start: tang(problem, start),
     "tang-exact": lambda problem, settings, start: tang(problem, start, newton="exact"),
     "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start, tally=settings.tally),
+    "newton": newton_tangential,
 }
+
+MATRIX_FREE = ("newton",)
+"""Methods of either kind that form no matrix, reach the tolerance that they are told, and begin anew by themselves."""
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
 """Called directly; others through the families."""
@@ -58,19 +66,21 @@ def normal_solver(name: str) -> NormalSolver:
 
 def tangential_solver(name: str) -> TangentialSolver:
     """The solver of the tangential problem of that name, its calls counted."""
+    if name in MATRIX_FREE:
+        return counted(name, TANGENTIAL[name])
     if name in TANGENTIAL:
         return partial(_from_a_start_or_none, counted(name, TANGENTIAL[name]))
     return counted(name, partial(_program, partial(solve_tangential, name)))
 
 
 def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.tally` by a name, which its answers bear."""
+    """A solver whose calls are counted in `settings.tally` by a name, which its answers bear unless they have one."""
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
         with settings.tally.called(name):
             raw = solver(problem, settings, start)
             settings.tally.iterated(name, raw.iterations)
-        return replace(raw, solver=name)
+        return replace(raw, solver=raw.solver or name)
 
     return solve
 

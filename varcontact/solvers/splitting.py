@@ -16,7 +16,8 @@ from functools import partial
 import numpy as np
 
 from varcontact.problem.gap import normal_residual, project, tangential_residual
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.solvers.settings import Settings
 
 ROUNDS, MOST_ROUNDS, PATIENCE = 20, 2000, 300
 """Rounds between two looks at the residual, in all, and without a better residual."""

@@ -9,8 +9,9 @@ import numpy as np
 from varcontact.errors import NotConverged, SceneError
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
+from varcontact.problem.certificate import Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import Certificate, certify_problems, normal_residual
+from varcontact.problem.gap import normal_residual
 from varcontact.problem.state import ContactState
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution, solution_of
@@ -32,7 +33,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     if disc.law is not None and plan.tangential != "none":
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
-        certificate = certify_problems(disc, state.pressure, state.approach, state.traction, state.rigid, plan)
+        fields = state.pressure, state.approach, state.traction, state.rigid
+        certificate = certify_problems(disc, *fields, plan.normal == "hertz", steps.certify)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
@@ -62,7 +64,7 @@ def _why(solution: Solution, state: ContactState) -> str:
         change = state.passes[-1][0]
         return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
     words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
-    reason = no_guarantee(solution)
+    reason = no_guarantee(solution) if solution.certificate.level == "full" else ""
     return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
 
 

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.planning import memory
-from varcontact.problem.contact_grid import Box, contact_box, outside
+from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, known_grid, within
+from varcontact.problem.containment import contact_box, outside
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.operators import Operators
 from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance, Surface
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.subproblems import Steps, contact, unloaded
 from varcontact.solving.timing import Clock
-
-AUTO, AUTO_LINE = Grid(nx=24, ny=24), Grid(nx=100)
-"""What grid="auto" stands for, in three dimensions and in line contact."""
-MOVED = 0.1
-"""Room on each side, by the contact's width, for what tractions of unlike bodies move it during a history."""
 
 
 def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactState]) -> Grid:
@@ -51,26 +44,10 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
         lowest = _lowest_in_elements(surface, look, depth)
         state = pressure_on(discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look))
         contact = contact_box(look, state.pressure)
-        if min(_across(state.pressure)) >= (1 if scene.line else 8) and max(_across(state.pressure)) >= 8:
+        if min(across(state.pressure)) >= (1 if scene.line else 8) and max(across(state.pressure)) >= 8:
             break
-        box = _clipped(contact_box(look, state.pressure, around=1), surface)
+        box = clipped(contact_box(look, state.pressure, around=1), surface)
     return within(spec.spread(contact), surface)
-
-
-def wanted_grid(scene: Scene) -> Grid:
-    """The grid that a scene asks for, in its own form; refused where not even fields on it fit into memory."""
-    spec = _spec(scene)
-    margin = 0 if spec.explicit else 2 * spec.margin
-    size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
-    memory.need("a grid of this size", size, "a grid with fewer elements would fit")
-    return spec
-
-
-def known_grid(scene: Scene) -> Grid:
-    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies."""
-    spec = wanted_grid(scene)
-    hertz = None if spec.explicit else scene.hertz
-    return spec if hertz is None else spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
 
 
 def on_a_grid_that_holds_it(
@@ -89,7 +66,7 @@ def on_a_grid_that_holds_it(
         steps.clock.adopt("grid", looks.clock.tally("normal"))
     moved = 0
     for attempt in range(20):
-        disc = discretise(scene, grid, known)
+        disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
         state = steps.pressure(disc, unloaded(grid))
         with steps.clock("grid"):
@@ -112,61 +89,6 @@ def on_a_grid_that_holds_it(
     raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
 
 
-def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
-    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them."""
-    spec, margin = _spec(scene), _given(scene).margin
-    if len(grids) == 1 and spec.margin == margin:
-        return grids[0]
-    boxes = np.array([_inner_box(grid, margin) for grid in grids])
-    left, bottom = boxes[:, [0, 2]].min(axis=0)
-    right, top = boxes[:, [1, 3]].max(axis=0)
-    grid = spec.spread((float(left), float(right), float(bottom), float(top)))
-    for surface in scene.surfaces:
-        grid = within(grid, surface)
-    return grid
-
-
-def _inner_box(grid: Grid, margin: int) -> Box:
-    """A grid's box without its margin."""
-    rows = 0 if grid.line else margin
-    return grid.window(margin, grid.nx - margin, rows, grid.rows - rows).box
-
-
-def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
-    """A grid that lies closer around the contact, where the scene's number of elements across it is not met.
-
-    Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
-    """
-    spec, surface = _spec(scene), scene.surface
-    columns, rows = _across(pressure)
-    if spec.explicit or not (any_surface or isinstance(surface, SampledDistance)):
-        return None
-    if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
-        return None
-    closer = spec.spread(contact_box(grid, pressure))
-    return within(closer, surface)
-
-
-def _spec(scene: Scene) -> Grid:
-    """The grid in the scene's own form, with the margin that the contact needs to move in."""
-    spec = _given(scene)
-    if spec.explicit or not isinstance(scene.motion, Transient) or scene.bodies.K == 0 or scene.frictionless:
-        return spec
-    return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
-
-
-def _given(scene: Scene) -> Grid:
-    if isinstance(scene.grid, Grid):
-        return scene.grid
-    return AUTO_LINE if scene.line else AUTO
-
-
-def _across(pressure: np.ndarray) -> tuple[int, int]:
-    """Columns and rows with contact in them."""
-    contact = pressure > 0
-    return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
-
-
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:
     """The lowest distance known in each element: no summit falls between the centres of a coarse look."""
     distance = surface.distance(grid).copy()
@@ -178,62 +100,3 @@ def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | Non
     flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
     np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
     return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
-
-
-def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more: float = 0.0) -> Grid:
-    """A grid that takes in what was found outside, with the scene's number of elements across the contact.
-
-    Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a contact that
-    tractions move, only the next elements are seen.
-
-    Raises
-    ------
-    SceneError
-        If the scene's own explicit grid does not hold the contact, or the samples end within it.
-    """
-    spec = _spec(scene)
-    left, right, bottom, top = grid.box
-    if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
-        middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
-        place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
-        raise SceneError("grid", grid, f"finer: the contact at {place} falls between the centres of the elements")
-    if spec.explicit:
-        raise SceneError(
-            "grid",
-            _rounded(grid.box, grid.line),
-            f"a potential contact (left, right{'' if grid.line else ', bottom, top'}) that contains the contact, which "
-            f"goes on at {_rounded(overlap, grid.line)}; where a body ends there, add elements with a large distance",
-        )
-    surface = scene.surface
-    if isinstance(surface, SampledDistance) and _clipped(overlap, surface) != overlap:
-        raise SceneError(
-            "surface", _rounded(surface.box, grid.line), "sampled beyond the contact, which reaches the samples' edge"
-        )
-    inner = contact_box(grid, pressure)
-    along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
-    left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]
-    right = max(inner[1], overlap[1] + along_x) if overlap[1] > inner[1] else inner[1]
-    bottom = min(inner[2], overlap[2] - along_y) if overlap[2] < inner[2] else inner[2]
-    top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
-    wider = spec.spread((left, right, bottom, top))
-    return within(wider, surface) if isinstance(surface, SampledDistance) else wider
-
-
-def _rounded(box: Box, line: bool) -> tuple[float, ...]:
-    """For people: of line contact only left and right."""
-    return tuple(float(f"{value:.6g}") for value in (box[:2] if line else box))
-
-
-def _clipped(box: Box, surface: SampledDistance) -> Box:
-    left, right, bottom, top = surface.box
-    return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
-
-
-def within(grid: Grid, surface: Surface) -> Grid:
-    """The grid without the elements whose centres lie beyond the samples, where a surface has such."""
-    if not isinstance(surface, SampledDistance):
-        return grid
-    left, right, bottom, top = surface.box
-    columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
-    rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))
-    return grid.window(columns[0], columns[-1] + 1, rows[0], rows[-1] + 1)

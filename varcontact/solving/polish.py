@@ -13,14 +13,16 @@ from functools import partial
 import numpy as np
 
 from varcontact.errors import SceneError, TooLarge
+from varcontact.machine.memory import need
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import magnitude, normal_residual, tangential_residual
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
 from varcontact.solvers.registry import (
+    MATRIX_FREE,
     NormalSolver,
     Problem,
     Solver,
@@ -31,6 +33,7 @@ from varcontact.solvers.registry import (
     states_programs,
     tangential_solver,
 )
+from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
 
 UNPOLISHED = 1e-2
@@ -88,7 +91,7 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
         solver = refined(solver, counted("splitting", refine_tangential), tangential_residual)
     if marches:
         solver = partial(march, solver)
-    road = closer(solver)
+    road = solver if plan.tangential in MATRIX_FREE else closer(solver)
     if not states_programs(plan.tangential):
         road = with_fallback(road, plan.fallback) if plan.fallback != "none" and not marches else road
     elif plan.method == "convex" or not polish:
@@ -96,7 +99,7 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
     else:
         road = polished(solver, TANG, tangential_residual, _from_start)
         road = unless_all_sticks(where_convex(road, _by_active_sets))
-    return _with_a_bound(road)
+    return road if plan.tangential in MATRIX_FREE else _with_a_bound(road)
 
 
 def joint_road(plan: Plan, polish: bool) -> JointSolver:
@@ -194,7 +197,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
         formulation = "complementary" if problem.symmetric else "gap"
         try:
             peak = memory.peak(program, formulation, problem.rigid_shift.size)
-            memory.need("the tangential program", peak, "a grid with fewer elements would fit")
+            need("the tangential program", peak, "a grid with fewer elements would fit")
         except TooLarge:
             return raw
         if formulation == "gap" and not problem.monotone:

@@ -10,10 +10,11 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Saturated, SceneError
+from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.plan import Plan, make_plan
 from varcontact.planning.roads import TOLERANCE
+from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise
-from varcontact.problem.gap import Certificate, certify_problems
 from varcontact.problem.state import ContactState
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -29,7 +30,6 @@ from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloa
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 from varcontact.theories.methods import THEORIES
-from varcontact.threads import one_blas_thread
 
 
 @one_blas_thread()
@@ -44,6 +44,7 @@ def solve(
     tol: float = TOLERANCE,
     polish: bool | None = None,
     start: str | Solution | None = None,
+    certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
 ) -> Solution | History:
@@ -54,13 +55,14 @@ def solve(
     scene : Scene
     normal : str
         Method of the normal problem: "auto"; "hertz", closed form; "clarabel", "osqp", "scs", "qpsolvers:<name>"
-        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets. Hertz's pressure is sampled at the element
-        centres and scaled (by one within the grid's error) so that the elements carry exactly the normal force; or
-        averaged over them, see `Grid`.
+        or "cvxpy:<NAME>", a QP; "norm" or "norm-single", active sets; "newton", without a matrix. Hertz's pressure is
+        sampled at the element centres and scaled (by one within the grid's error) so that the elements carry exactly
+        the normal force; or averaged over them, see `Grid`.
     tangential : str
         Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
         "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
-        sets; or an approximate theory: "fastsim", "fastsim-elliptic", "linear", "vermeulen-johnson".
+        sets; "newton", without a matrix, for many elements; or an approximate theory: "fastsim", "fastsim-elliptic",
+        "linear", "vermeulen-johnson".
     coupling : {"auto", "johnson", "panagiotopoulos", "joint"}
         How the two meet where the bodies differ (K != 0): one pass; both problems in turn; or pressure and tractions
         together with only the traction bound fixed, in a shift one convex program a pass.
@@ -87,6 +89,10 @@ def solve(
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
         over; or that near a solution with as many elements either way, from the coefficients found there. In a
         history each particle goes on as it did in the step before.
+    certify : {"auto", "full", "gap", "none"} or None
+        How much of the certificate is computed: "full", with guaranteed bounds on the forces; "gap", without them;
+        "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
+        friction and "gap" beyond. The report says what is left out.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -128,19 +134,20 @@ def solve(
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     plan = make_plan(scene, normal, tangential, coupling, formulation, method)
-    tol, polish = checks.positive("tol", tol), polished_by(plan, polish)
+    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
+    certify = level(certify)
     check_start(scene, start, plan.tangential in THEORIES)
+    _check_saturation(scene)
     if isinstance(scene.motion, Transient):
-        return solve_transient(scene, plan, tol, polish, progress, store)
+        return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
-    _check_saturation(scene)
     repeats = (
         isinstance(scene.friction, Law)
         or plan.coupling in ("panagiotopoulos", "joint")
         or plan.formulation == "marching"
     )
-    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start)
+    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
     disc, state = on_a_grid_that_holds_it(scene, steps)
     return judged(scene, disc, state, steps)
 
@@ -161,6 +168,7 @@ def solve_many(
     tol: float,
     polish: bool,
     progress: Callable[[str], None] | None = None,
+    certify: str = "auto",
 ) -> Iterator[Solution]:
     """Solve a scene for one motion after the other, which differ in creepages or forces only.
 
@@ -173,7 +181,7 @@ def solve_many(
     for motion in motions:
         posed = replace(scene, motion=motion)
         _check_saturation(posed)
-        steps = Steps(plan, tol, polish, Clock(progress), setups)
+        steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify)
         with one_blas_thread():
             if disc is not None and state is not None and motion is not None and plan.coupling == "none":
                 disc = disc.moved(motion)
@@ -183,6 +191,11 @@ def solve_many(
                 disc, state = on_a_grid_that_holds_it(posed, steps, known)
             solution = judged(posed, disc, state, steps)
         yield solution
+
+
+def level(certify: str | None) -> str:
+    """How much of a certificate is wanted, checked."""
+    return checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
@@ -223,7 +236,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         raise SceneError("grid", scene.grid, "explicit, to judge tractions on it")
     plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
     grid = first_grid(scene, lambda disc: unloaded(disc.grid))
-    disc = discretise(scene, grid)
+    disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
@@ -234,12 +247,17 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
     if isinstance(scene.friction, Law):
         disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
-    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan)
+    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.normal == "hertz")
 
 
 def _check_saturation(scene: Scene) -> None:
-    """Before any work: forces beyond f Fz, where both are numbers."""
+    """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction."""
     motion = scene.motion
+    if isinstance(motion, Transient):
+        for k, friction in enumerate(scene.frictions):
+            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
+            if size > 0 and np.all(np.asarray(friction) == 0):
+                raise Saturated(size, 0.0).in_step(k, None)
     if not isinstance(motion, Steady | Shift):
         return
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))

@@ -10,17 +10,19 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import NotConverged, Saturated
+from varcontact.machine.memory import need
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation, out_of_reach
 from varcontact.problem.gap import project, residuals
 from varcontact.problem.mirror import mirror_of
-from varcontact.problem.problem import RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.registry import states_programs
+from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.solvers.settings import Settings
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.polish import joint_road, normal_road, tangential_road, without_noise
@@ -49,6 +51,8 @@ class Steps:
         Where solvers keep their set-ups.
     start : str or Solution, optional
         Where the passes under a law of friction begin.
+    certify : str
+        How much of a certificate is wanted.
     """
 
     plan: Plan
@@ -57,6 +61,7 @@ class Steps:
     clock: Clock
     setups: Setups | None = None
     start: str | Solution | None = None
+    certify: str = "auto"
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions."""
@@ -71,7 +76,7 @@ class Steps:
             if elements.size == 0:
                 raise out_of_reach(disc.surface, disc.approach, disc.grid)
             peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size)
-            memory.need("the normal problem", peak, "a grid with fewer elements would fit")
+            need("the normal problem", peak, "a grid with fewer elements would fit")
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
@@ -132,7 +137,7 @@ class Steps:
             return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
         peak = memory.peak(self.plan.tangential, "complementary", size)
-        memory.need("the joint program", peak, "a grid with fewer elements would fit")
+        need("the joint program", peak, "a grid with fewer elements would fit")
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
@@ -158,14 +163,14 @@ class Steps:
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        mirror = mirror_of(problem)
+        mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
         if mirror is None:
             return self._solved(problem, start)
         halved = None if start is None else mirror.fold_solution(start)
         return mirror.unfold(self._solved(mirror.fold(problem), halved))
 
     def _solved(self, problem: TangentialProblem, start: RawSolution | None) -> RawSolution:
-        memory.need(
+        need(
             "the tangential problem",
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             "a grid with fewer elements would fit",

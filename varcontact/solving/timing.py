@@ -6,8 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from varcontact import checks
-from varcontact.problem.tally import Calls, Tally
+from varcontact.solvers.tally import Calls, Tally
 
 
 class Clock:
@@ -15,7 +14,7 @@ class Clock:
 
     def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self._begun = time.perf_counter()
-        self._progress = checks.progress(progress)
+        self._progress = progress
         self._stages: dict[str, float] = {}
         self._tallies: dict[str, Tally] = {}
 

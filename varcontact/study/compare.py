@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
+from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.planning.plan import FORMULATIONS, Plan, make_plan
 from varcontact.planning.roads import ROADS
 from varcontact.results.solution import Solution
@@ -35,6 +35,7 @@ DEFAULT_METHODS = (
     "cvxpy:CLARABEL",
     "tang",
     "fastsim",
+    "fastsim-weighted",
     "linear",
     "vermeulen-johnson",
 )
@@ -82,7 +83,9 @@ def compare(
     Raises
     ------
     SceneError
-        For a method that does not exist, before any work starts.
+        For a method that does not exist or a scene that is a history, before any work starts.
+    Interrupted
+        By Ctrl-C; its `partial` is the table of the scenes that are finished.
 
     Examples
     --------
@@ -107,28 +110,38 @@ def compare(
         raise SceneError("methods" if named else "scenes", [], "one at least")
     identities = {name: identity(scene, tol) for name, scene in named.items()}
     done = stored(store, [method.name for method in chosen], identities)
+
+    def table() -> pd.DataFrame:
+        return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
+
     for name, scene in named.items():
         if any(row["scene"] == name for row in done):
             continue
-        rows = _compared(name, scene, chosen, tol, progress)
+        try:
+            rows = _compared(name, scene, chosen, tol, progress)
+        except KeyboardInterrupt:
+            finished = table()
+            raise Interrupted(finished, f" after {finished['scene'].nunique()} of {len(named)} scenes") from None
         done += [{**row, "identity": identities[name]} for row in rows]
         if store is not None:
             keep(store, done)
-    return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
+    return table()
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
-    """Scenes by name."""
-    if isinstance(scenes, Scene):
-        return {"scene": scenes}
-    if not isinstance(scenes, Mapping):
+    """Scenes by name, each of them one problem."""
+    if not isinstance(scenes, Scene | Mapping):
         raise SceneError("scenes", scenes, "a Scene, or a dict of them by name")
-    for name, scene in scenes.items():
+    named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
+    for name, scene in named.items():
         if not isinstance(name, str):
             raise SceneError("scenes", name, "named by strings")
         if not isinstance(scene, Scene):
             raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
-    return dict(scenes)
+        if isinstance(scene.motion, Transient | TimeStep):
+            allowed = "Steady, Shift or none: methods are compared on one problem, not a history"
+            raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed)
+    return named
 
 
 @dataclass(frozen=True)
@@ -222,18 +235,13 @@ def _compared(
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
     """One method on one scene: what there is to say, and the solution as far as there is one."""
     motion = scene.motion
-    if isinstance(motion, Transient | TimeStep):
-        return {"outcome": "refused", "reason": str(_no_single_problem(motion)), "calls": ""}, None
+    assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, _neighbour(motion)] if motion is not None else [None]
     outcome, reason, solutions = attempted(scene, method, tol, motions)
     row: dict[str, Any] = {"outcome": outcome, "reason": reason, "calls": ""}
     if not solutions:
         return row, None
     return row | _measured(solutions[0], solutions[1] if len(solutions) > 1 else None), solutions[0]
-
-
-def _no_single_problem(motion: Transient | TimeStep) -> SceneError:
-    return SceneError("motion", motion, "Steady, Shift or none: one problem, no history of them")
 
 
 def attempted(

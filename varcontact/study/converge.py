@@ -13,13 +13,13 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError
-from varcontact.problem.contact_grid import Box, contact_box
+from varcontact.problem.contact_grid import within
+from varcontact.problem.containment import Box, contact_box
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solving.grid_search import within
 from varcontact.solving.solve import solve
 from varcontact.study.compare import Method, attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
@@ -122,7 +122,8 @@ def converge(
             if store is not None:
                 keep(store, rows, COLUMNS)
     except KeyboardInterrupt:
-        raise Interrupted(Convergence.of(rows, numbers, names, offsets)) from None
+        finished = f" after {len(rows)} of {len(wanted)} solves"
+        raise Interrupted(Convergence.of(rows, numbers, names, offsets), finished) from None
     return Convergence.of(rows, numbers, names, offsets)
 
 

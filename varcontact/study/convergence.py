@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.results.report import columns_of_text
 from varcontact.study.extrapolate import HIDDEN, SAME, Limit, extrapolate
 from varcontact.study.store import plain_rows
+from varcontact.study.tables import columns_of_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,7 +14,7 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.solve import polished_by, solve_many
+from varcontact.solving.solve import level, polished_by, solve_many
 
 
 def scan(
@@ -28,6 +28,7 @@ def scan(
     method: str = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
+    certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
 ) -> list[Solution]:
     """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
@@ -40,7 +41,7 @@ def scan(
         With a motion, whose creepages are replaced; no prescribed tangential force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, method, tol, polish, progress
+    normal, tangential, coupling, formulation, method, tol, polish, certify, progress
         As for `solve`.
 
     Returns
@@ -67,14 +68,23 @@ def scan(
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, to scan over creepages")
-    triples = checks.array("creepages", creepages, 2)
-    if triples.shape[1] != 3:
-        raise SceneError("creepages", f"array of shape {triples.shape}", "of shape (k, 3)")
+    triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
     motions = [_with_rigid(motion, triple) for triple in triples]
     choices = normal, tangential, coupling, formulation, method
     plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
-    tol, polish = checks.positive("tol", tol), polished_by(plans[0], polish)
-    return list(solve_many(scene, motions, plans[0], tol, polish, progress))
+    tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
+    return list(solve_many(scene, motions, plans[0], tol, polish, progress, level(certify)))
+
+
+def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
+    """One row of three for each solution."""
+    given = checks.numbers("creepages", creepages)
+    if given.ndim != 2 or given.shape[1] != 3 or given.size == 0:
+        words = ", ".join(names)
+        meant = f"; a single solution is [[{words}]]" if given.shape == (3,) else ""
+        shape = f"array of shape {given.shape}"
+        raise SceneError("creepages", shape, f"of shape (k, 3), a row of {words} for each solution{meant}")
+    return given
 
 
 def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:

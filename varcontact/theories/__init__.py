@@ -9,8 +9,10 @@ from varcontact.theories.fastsim import (
 from varcontact.theories.fastsim_law import fastsim_under_law
 from varcontact.theories.inputs import Resultants
 from varcontact.theories.linear import linear_creepage, linear_forces
+from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.prescribed import creepage_for_force
 from varcontact.theories.simplified import (
+    flexibilities,
     flexibility,
     simplified_force,
     simplified_linear_force,
@@ -33,9 +35,11 @@ __all__ = [
     "fastsim_field",
     "fastsim_on_grid",
     "fastsim_under_law",
+    "flexibilities",
     "flexibility",
     "linear_creepage",
     "linear_forces",
+    "no_slip_coefficients",
     "simplified_force",
     "simplified_linear_force",
     "simplified_traction",

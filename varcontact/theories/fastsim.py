@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, positive, positives, whole
+from varcontact.checks import array, choice, numbers, positive, positives, whole
 from varcontact.errors import SceneError
-from varcontact.theories.inputs import Resultants, triples
-from varcontact.theories.simplified import PEAK, flexibility
+from varcontact.theories.inputs import Resultants, triple, triples
+from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -33,6 +33,7 @@ def fastsim(
     m: int = 10,
     n: int = 10,
     bound: str = "parabolic",
+    flexibility: str = "separate",
 ) -> Resultants:
     """Forces and moments by FASTSIM, for any number of creepage triples in one call.
 
@@ -53,6 +54,8 @@ def fastsim(
         Intervals along x in each strip (2 or more), and strips.
     bound : {"parabolic", "elliptic"}
         Form of the traction bound, (167) or (166). The paper advises the parabolic one.
+    flexibility : {"separate", "weighted"}
+        Each creepage by its own flexibility (161)-(163), or all by the single one of (164), as the paper prints it.
 
     Returns
     -------
@@ -62,11 +65,16 @@ def fastsim(
     Raises
     ------
     SceneError
-        If a number is not finite (or, where it must be, positive), m or n is no whole number in range, or the
-        bound has no such form.
+        If a number is not finite (or, where it must be, positive), m or n is no whole number in range, the
+        bound has no such form or the flexibility no such name, or there is spin where C23 is not positive.
 
     Notes
     -----
+    With separate flexibilities tractions build up as if the rigid slip were ``vx/L1 - spin y/L3``,
+    ``vy/L2 + spin x/L3`` and the flexibility 1: for small creepages the force is that of the linear theory, however
+    they are mixed. With the weighted one it is, where a creepage acts alone; else it is too small, by up to a
+    factor of ``sqrt(3)``.
+
     The algorithm as printed: n equal strips, in each m intervals from the exact leading edge ``a(y)`` to the
     exact trailing edge, rigid slip taken at the middle of an interval, the last point (where the bound is 0)
     left out. The sum is thus the trapezoidal rule, and in full slip under the parabolic bound a part of about
@@ -79,7 +87,7 @@ def fastsim(
     Examples
     --------
     The paper's Fig. 21, pure spin (N, mm). It prints Fy = -1.812e4 N and not the elastic constants: E = 2e5 N/mm2
-    and nu = 0.25 give just that.
+    and nu = 0.25 give just that, with either flexibility, as only spin is there.
 
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(6.8, 6.5, 0.25)
@@ -91,12 +99,13 @@ def fastsim(
     creepages = triples(creepages)
     a, b = positives("a", a), positives("b", b)
     limit = positives("friction_force", friction_force)
-    L = flexibility(a, b, G, creepages, coefficients)
+    L1, L2, L3 = np.moveaxis(flexibilities_of(a, b, G, creepages, coefficients, flexibility), -1, 0)
     peak = PEAK[bound] * limit / (a * b)
     # tractions in units of the bound's peak, lengths in units of a and b
-    step = 2 * a / (m * L * peak)
+    step = 2 * a / (m * peak)
     vx, vy, spin = np.moveaxis(creepages, -1, 0)
-    steps = np.stack(np.broadcast_arrays(step * vx, step * vy, step * spin * b, step * spin * a))
+    turn = step / L3 * spin
+    steps = np.stack(np.broadcast_arrays(step / L1 * vx, step / L2 * vy, turn * b, turn * a))
     shape = steps.shape[1:]
     steps = steps.reshape(4, -1)
     steps = steps * np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(steps).max(axis=0), 1.0))
@@ -178,7 +187,9 @@ class FastsimField:
     traction : ndarray, shape (2, n, m - 1)
         On body 1 [force/area].
     slip : ndarray, shape (2, n, m - 1)
-        Relative slip of body 1 over body 2 in the interval ahead of the point [-].
+        Relative slip of body 1 over body 2 in the interval ahead of the point [-], opposite to the traction.
+        Separate flexibilities give its size in units of a flexibility; a mean of them is taken for that, with which
+        the rigid slip is right in the mean square over the contact.
     state : ndarray of int, shape (n, m - 1)
         1 stick, 2 slip.
     """
@@ -214,12 +225,13 @@ def fastsim_field(
     m: int = 10,
     n: int = 10,
     bound: str = "parabolic",
+    flexibility: str = "separate",
 ) -> FastsimField:
     """Tractions, slip, and areas of stick and slip by FASTSIM, for one triple of creepages.
 
     Parameters
     ----------
-    a, b, G, friction_force, coefficients, m, n, bound
+    a, b, G, friction_force, coefficients, m, n, bound, flexibility
         As for `fastsim`, all single.
     creepage : array_like, shape (3,)
         vx, vy [-] and spin [1/length].
@@ -244,20 +256,20 @@ def fastsim_field(
     """
     m, n, edges, bounds = division(m, n, bound)
     a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    creepage = array("creepage", creepage, 1)
-    L = float(flexibility(a, b, positive("G", G), creepage, coefficients))
+    creepage = triple(creepage)
+    L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
     edges = edges[::-1, None]
     y = b * ((2 * np.arange(n) + 1) / n - 1)
     dx = 2 * a * edges / m
     x = a * edges * (1 - 2 * np.arange(1, m) / m)
     peaks = PEAK[bound] * limit / (a * b) * (edges**2 if bound == "parabolic" else edges)
-    traction, free = _travel(x, y, np.broadcast_to(dx, x.shape), peaks * bounds, L, creepage)
-    slip = (traction - free) * (L / dx)
+    traction, free = _travel(x, y, np.broadcast_to(dx, x.shape), peaks * bounds, creepage / L)
+    slip = (traction - free) * (slip_flexibility(a, b, L, creepage) / dx)
     state = np.where(np.any(traction != free, axis=0), 2, 1)
     return FastsimField(x[:, ::-1], y, dx[:, 0], 2 * b / n, traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1])
 
 
-def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: float, bound: Any, creepage: Any) -> np.ndarray:
+def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any, creepage: Any) -> np.ndarray:
     """FASTSIM with the element centres of a grid as its points, under any traction bound.
 
     Parameters
@@ -266,8 +278,9 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: float, bound: A
         An explicit lattice.
     a, b : float
         Semi-axes of the contact ellipse about the origin [length].
-    flexibility : float
-        L, from `flexibility` [length^3/force].
+    flexibility : float or array_like, shape (3,)
+        L, from `varcontact.theories.flexibility`, or the three for vx, vy and spin, from `flexibilities`
+        [length^3/force].
     bound : array_like, shape (ny, nx)
         Traction bound at the centres, 0 or more [force/area].
     creepage : array_like, shape (3,)
@@ -281,8 +294,8 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: float, bound: A
     Raises
     ------
     SceneError
-        If a length or L is not positive and finite, the bound has another shape or a negative entry, or the
-        creepage is no three finite numbers.
+        If a length or an L is not positive and finite (the third may be anything without spin), the bound has
+        another shape or a negative entry, or the creepage is no three finite numbers.
 
     Notes
     -----
@@ -296,7 +309,8 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: float, bound: A
     >>> print(fastsim_on_grid(grid, 1.0, 1.0, 1.0, [[0.4, 0.9, 0.9, 0.4]], (1.0, 0.0, 0.0))[0])
     [[-0.4  -0.9  -0.75 -0.25]]
     """
-    a, b, L = positive("a", a), positive("b", b), positive("flexibility", flexibility)
+    a, b, creepage = positive("a", a), positive("b", b), triple(creepage)
+    L = _three(flexibility, creepage)
     bound = array("bound", bound, 2)
     if bound.shape != grid.shape or np.any(bound < 0):
         given = f"array of shape {bound.shape}, least entry {bound.min():g}"
@@ -306,21 +320,31 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: float, bound: A
     inside = np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
     # ahead of the edge the interval is 0, so that nothing builds up there
     interval = np.clip(edge - x, 0.0, grid.sides[0])
-    return _travel(x, grid.y, interval, inside, L, array("creepage", creepage, 1))[0][:, :, ::-1]
+    return _travel(x, grid.y, interval, inside, creepage / L)[0][:, :, ::-1]
+
+
+def _three(flexibility: Any, creepage: np.ndarray) -> np.ndarray:
+    """One flexibility, or three, as an array (3,)."""
+    L = numbers("flexibility", flexibility)
+    if L.shape not in ((), (3,)):
+        raise SceneError("flexibility", f"array of shape {L.shape}", "one number, or three for vx, vy and spin")
+    positives("flexibility", L if L.ndim == 0 or creepage[2] != 0 else L[:2])
+    return np.broadcast_to(L, 3)
 
 
 def _travel(
-    x: np.ndarray, y: np.ndarray, interval: np.ndarray, bound: np.ndarray, L: float, creepage: np.ndarray
+    x: np.ndarray, y: np.ndarray, interval: np.ndarray, bound: np.ndarray, gradient: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions at points (ny, k) in order of travel, and those tried there without slip (p_H): (2, ny, k) each."""
-    if creepage.shape != (3,):
-        raise SceneError("creepage", f"array of shape {creepage.shape}", "the three numbers vx, vy, spin")
-    vx, vy, spin = creepage
+    """Tractions at points (ny, k) in order of travel, and those tried there without slip (p_H): (2, ny, k) each.
+
+    `gradient` (3,) has vx, vy and spin by their flexibilities.
+    """
+    vx, vy, spin = gradient
     traction, free = np.zeros((2, 2, *x.shape))
     present = np.zeros((2, y.size))
     for i in range(x.shape[1]):
         middle = x[:, i] + interval[:, i] / 2
-        present = present - interval[:, i] / L * np.array([vx - spin * y, vy + spin * middle])
+        present = present - interval[:, i] * np.array([vx - spin * y, vy + spin * middle])
         free[:, :, i] = present
         size = np.hypot(*present)
         slips = size > bound[:, i]

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, positive
+from varcontact.checks import choice, positive
 from varcontact.errors import SceneError
 from varcontact.scene.friction import Law
 from varcontact.theories.fastsim import FastsimField, division
-from varcontact.theories.simplified import PEAK, flexibility
+from varcontact.theories.inputs import triple
+from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -32,6 +33,7 @@ def fastsim_under_law(
     m: int = 10,
     n: int = 10,
     bound: str = "parabolic",
+    flexibility: str = "separate",
     start: str = "stick",
 ) -> FastsimField:
     """Tractions, slip, and areas of stick and slip by FASTSIM under a law of friction.
@@ -53,6 +55,8 @@ def fastsim_under_law(
         Intervals along x in each strip (2 or more), and strips.
     bound : {"parabolic", "elliptic"}
         Form of the traction bound, (167) or (166).
+    flexibility : {"separate", "weighted"}
+        Each creepage by its own flexibility (161)-(163), or all by the single one of (164).
     start : {"stick", "slip"}
         Whether a particle that sticks does so up to the static coefficient, or slips wherever the law lets it.
 
@@ -63,8 +67,8 @@ def fastsim_under_law(
     Raises
     ------
     SceneError
-        If a number is not finite (or, where it must be, positive), m or n is no whole number in range, or there is
-        no such law, bound or start.
+        If a number is not finite (or, where it must be, positive), m or n is no whole number in range, there is
+        no such law, bound, flexibility or start, or there is spin where C23 is not positive.
 
     Notes
     -----
@@ -72,7 +76,8 @@ def fastsim_under_law(
     slips goes on slipping as long as there is a slip at which Coulomb's law holds; of two, the larger is taken (at
     the other one less slip would have more friction than it needs). Without this memory a particle would stick and
     slip in turn from point to point. With start "slip" and a static and a kinetic coefficient the result is
-    FASTSIM's for the kinetic one.
+    FASTSIM's for the kinetic one. Separate flexibilities leave open how fast it slips; see `FastsimField.slip` for
+    the mean that is taken.
 
     Examples
     --------
@@ -91,27 +96,29 @@ def fastsim_under_law(
     a, b, Fz = positive("a", a), positive("b", b), positive("normal_force", normal_force)
     if not isinstance(friction, Law):
         raise SceneError("friction", friction, "a law of friction")
-    creepage = array("creepage", creepage, 1)
-    L = float(flexibility(a, b, positive("G", G), creepage, coefficients))
+    creepage = triple(creepage)
+    L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
     edges = edges[::-1, None]
     y = b * ((2 * np.arange(n) + 1) / n - 1)
     dx = 2 * a * edges / m
     x = a * edges * (1 - 2 * np.arange(1, m) / m)
     pressure = PEAK[bound] * Fz / (a * b) * (edges**2 if bound == "parabolic" else edges) * bounds
-    traction, slip = travel(x, y, np.broadcast_to(dx, x.shape), pressure, L, creepage, friction, start)
+    intervals, mean = np.broadcast_to(dx, x.shape), slip_flexibility(a, b, L, creepage)
+    traction, slip = travel(x, y, intervals, pressure, creepage / L, mean, friction, start)
     state = np.where(np.any(slip != 0, axis=0), 2, 1)
     return FastsimField(x[:, ::-1], y, dx[:, 0], 2 * b / n, traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1])
 
 
 def on_grid(
-    grid: Grid, a: float, b: float, L: float, pressure: np.ndarray, creepage: np.ndarray, law: Law, start: str
+    grid: Grid, a: float, b: float, L: np.ndarray, pressure: np.ndarray, creepage: np.ndarray, law: Law, start: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and slip (2, ny, nx) at the element centres of a grid, as `fastsim_on_grid`, under a law."""
+    """Tractions and slip (2, ny, nx) at the element centres of a grid, as `fastsim_on_grid`, under a law; L (3,)."""
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
     inside = np.where(np.abs(x) < edge, pressure[:, ::-1], 0.0)
     interval = np.clip(edge - x, 0.0, grid.sides[0])
-    traction, slip = travel(x, grid.y, interval, inside, L, creepage, law, start)
+    mean = slip_flexibility(a, b, L, creepage)
+    traction, slip = travel(x, grid.y, interval, inside, creepage / L, mean, law, start)
     return traction[:, :, ::-1], slip[:, :, ::-1]
 
 
@@ -120,22 +127,23 @@ def travel(
     y: np.ndarray,
     interval: np.ndarray,
     pressure: np.ndarray,
+    gradient: np.ndarray,
     L: float,
-    creepage: np.ndarray,
     law: Law,
     start: str,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and relative slip at points (ny, k) in order of travel, (2, ny, k) each."""
-    if creepage.shape != (3,):
-        raise SceneError("creepage", f"array of shape {creepage.shape}", "the three numbers vx, vy, spin")
+    """Tractions and relative slip at points (ny, k) in order of travel, (2, ny, k) each.
+
+    `gradient` (3,) has vx, vy and spin by their flexibilities; L is that by which tractions tell the slip.
+    """
     eager = choice("start", start, ("stick", "slip")) == "slip"
-    vx, vy, spin = creepage
+    vx, vy, spin = gradient
     traction, slip = np.zeros((2, 2, *x.shape))
     present, slid = np.zeros((2, y.size)), np.zeros(y.size, dtype=bool)
     for i in range(x.shape[1]):
         step, pz = interval[:, i], pressure[:, i]
         middle = x[:, i] + step / 2
-        free = present - step / L * np.array([vx - spin * y, vy + spin * middle])
+        free = present - step * np.array([vx - spin * y, vy + spin * middle])
         size = np.hypot(*free)
         may_slip = (size > law.static * pz) | slid | eager
         speed = np.where(may_slip, _largest_slip(size, step / L, pz, law), 0.0)

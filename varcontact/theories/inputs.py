@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import number, numbers
+from varcontact.checks import array, number, numbers
 from varcontact.errors import SceneError
 
 
@@ -32,6 +32,14 @@ def triples(value: Any) -> np.ndarray:
     result = numbers("creepages", value)
     if result.ndim == 0 or result.shape[-1] != 3:
         raise SceneError("creepages", f"array of shape {result.shape}", "an array (..., 3) of (vx, vy, spin)")
+    return result
+
+
+def triple(value: Any) -> np.ndarray:
+    """One creepage (vx, vy, spin) as an array (3,)."""
+    result = array("creepage", value, 1)
+    if result.shape != (3,):
+        raise SceneError("creepage", f"array of shape {result.shape}", "the three numbers vx, vy, spin")
     return result
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from varcontact.theories.fastsim import fastsim_on_grid
 from varcontact.theories.fastsim_law import on_grid as fastsim_on_grid_under_law
 from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.prescribed import creepages_meeting
-from varcontact.theories.simplified import flexibility
+from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.vermeulen_johnson import (
     vermeulen_johnson,
     vermeulen_johnson_creepage,
@@ -60,19 +61,19 @@ def linear(disc: Discretisation, state: ContactState) -> ContactState:
     return _state(disc, state, traction, rigid, np.zeros(disc.grid.shape, dtype=bool))
 
 
-def fastsim(disc: Discretisation, state: ContactState) -> ContactState:
+def fastsim(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
     """The state with FASTSIM's tractions at the element centres, under the parabolic bound (167)."""
     assert disc.hertz is not None
     a, b = disc.hertz.a, disc.hertz.b
     height = np.maximum(1 - (disc.grid.x[None, :] / a) ** 2 - (disc.grid.y[:, None] / b) ** 2, 0.0) * (
         state.pressure > 0
     )
-    return _fastsim(disc, state, state.pressure.sum() * disc.pressure * height / height.sum())
+    return _fastsim(disc, state, state.pressure.sum() * disc.pressure * height / height.sum(), flexibility)
 
 
-def fastsim_elliptic(disc: Discretisation, state: ContactState) -> ContactState:
+def fastsim_elliptic(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
     """The state with FASTSIM's tractions under friction times Hertz's pressure, (166)."""
-    return _fastsim(disc, state, state.pressure * disc.pressure)
+    return _fastsim(disc, state, state.pressure * disc.pressure, flexibility)
 
 
 def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
@@ -107,6 +108,8 @@ def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Contac
 THEORIES: dict[str, Theory] = {
     "fastsim": fastsim,
     "fastsim-elliptic": fastsim_elliptic,
+    "fastsim-weighted": partial(fastsim, flexibility="weighted"),
+    "fastsim-weighted-elliptic": partial(fastsim_elliptic, flexibility="weighted"),
     "linear": linear,
     "vermeulen-johnson": vermeulen_johnson_state,
 }
@@ -126,22 +129,24 @@ def _friction(disc: Discretisation) -> float:
     return disc.coefficient
 
 
-def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray) -> ContactState:
+def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray, flexibility: str) -> ContactState:
     """FASTSIM on the grid, where prescribed forces are met, up to the last of what its elements can carry."""
     hertz, motion, G = disc.hertz, disc.motion, disc.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
     table, creepage = coefficients(disc), np.array(motion.rigid)
+
+    def flexibilities(creepage: np.ndarray) -> np.ndarray:
+        return flexibilities_of(hertz.a, hertz.b, G, creepage, table, flexibility)
+
     if disc.law is not None:
-        L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
-        law, start = disc.law, state.branch
+        law, start, L = disc.law, state.branch, flexibilities(creepage)
         traction, slip = fastsim_on_grid_under_law(disc.grid, hertz.a, hertz.b, L, pressure, creepage, law, start)
         return _state(disc, state, traction / disc.pressure, np.zeros(2), slip.any(axis=0) & (state.pressure > 0))
     bound = _friction(disc) * pressure
 
     def tractions(creepage: np.ndarray) -> np.ndarray:
-        L = float(flexibility(hertz.a, hertz.b, G, creepage, table))
-        return fastsim_on_grid(disc.grid, hertz.a, hertz.b, L, bound, creepage)
+        return fastsim_on_grid(disc.grid, hertz.a, hertz.b, flexibilities(creepage), bound, creepage)
 
     if motion.Fx is not None or motion.Fy is not None:
         limit = float(bound.sum()) * disc.grid.area

@@ -36,12 +36,13 @@ def creepage_for_force(
     m: int = 10,
     n: int = 10,
     bound: str = "parabolic",
+    flexibility: str = "separate",
 ) -> np.ndarray:
     """Creepages for which `fastsim` gives the prescribed forces.
 
     Parameters
     ----------
-    a, b, G, friction_force, coefficients, m, n, bound
+    a, b, G, friction_force, coefficients, m, n, bound, flexibility
         As for `fastsim`, all single.
     vx, vy : float, optional
         Creepages that are given [-]; 0 where neither the creepage nor its force is given.
@@ -53,7 +54,7 @@ def creepage_for_force(
     Returns
     -------
     ndarray, shape (3,)
-        vx, vy, spin. As L depends on the creepages, another triple may give the same force.
+        vx, vy, spin. As the weighted L depends on the creepages, another triple may give the same force with it.
 
     Raises
     ------
@@ -83,7 +84,8 @@ def creepage_for_force(
     unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
 
     def force(x: float, y: float) -> np.ndarray:
-        return fastsim(a, b, G, friction_force, (x, y, spin), coefficients, m=m, n=n, bound=bound).force
+        creepage, options = (x, y, spin), {"bound": bound, "flexibility": flexibility}
+        return fastsim(a, b, G, friction_force, creepage, coefficients, m=m, n=n, **options).force
 
     return np.array([*creepages_meeting(force, (given_x, given_y), (Fx, Fy), unit, friction_force), spin])
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.checks import choice, number, numbers, positive, positives
+from varcontact.errors import SceneError
 from varcontact.theories.inputs import triples
 
 if TYPE_CHECKING:
@@ -14,6 +15,47 @@ if TYPE_CHECKING:
 
 PEAK = {"parabolic": 2 / np.pi, "elliptic": 1.5 / np.pi}
 """Peak of the traction bound times ``a b / (f Fz)``: (167) and (166)."""
+
+
+FLEXIBILITIES = ("separate", "weighted")
+"""Each creepage by its own flexibility, or all by the single one of (164)."""
+
+
+def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+    """The three flexibilities (161)-(163), each of which gives one creepage the slope of the linear theory.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    coefficients : CreepageCoefficients
+        From `creepage_coefficients`.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        L1, L2, L3: for vx, vy and spin [length^3/force]. L3 is as negative as C23, which happens in wide contacts
+        (a/b of 0.01) with a negative Poisson's ratio: simplified theory cannot treat spin there.
+
+    Raises
+    ------
+    SceneError
+        If a, b or G is not positive and finite.
+
+    Examples
+    --------
+    Table 4 at a/b = 1: G L / a (the paper misprints the second as .784).
+
+    >>> from varcontact.reference import creepage_coefficients
+    >>> print(flexibilities(1.0, 1.0, 1.0, creepage_coefficients(1.0, 1.0, 0.25)).round(3))
+    [0.647 0.727 0.534]
+    """
+    a, b, G = positives("a", a), positives("b", b), positives("G", G)
+    L1, L2 = 8 * a / (3 * G * coefficients.C11), 8 * a / (3 * G * coefficients.C22)
+    L3 = np.pi * a**2 / (4 * G * np.sqrt(a * b) * coefficients.C23)
+    return np.stack(np.broadcast_arrays(L1, L2, L3), axis=-1)
 
 
 def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> np.ndarray:
@@ -38,7 +80,13 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     Raises
     ------
     SceneError
-        If a, b or G is not positive and finite, or creepages is no finite array (..., 3).
+        If a, b or G is not positive and finite, creepages is no finite array (..., 3), or there is spin where C23
+        is not positive.
+
+    Notes
+    -----
+    The weights ``|vx|/size`` and so on add up to one only where a creepage acts alone, else to up to ``sqrt(3)``:
+    slopes are then too small by as much. See `flexibilities` for the three.
 
     Examples
     --------
@@ -48,14 +96,46 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     >>> print(f"{flexibility(1.0, 1.0, 1.0, (0.0, 0.0, 0.001), creepage_coefficients(1.0, 1.0, 0.25)):.3f}")
     0.534
     """
-    a, b, G = positives("a", a), positives("b", b), positives("G", G)
     vx, vy, spin = np.abs(np.moveaxis(triples(creepages), -1, 0))
-    spin = spin * np.sqrt(a * b)
-    L1, L2 = 8 * a / (3 * G * coefficients.C11), 8 * a / (3 * G * coefficients.C22)
-    L3 = np.pi * a**2 / (4 * G * np.sqrt(a * b) * coefficients.C23)
+    L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, coefficients), -1, 0)
+    _check_spin(spin, L3, coefficients)
+    spin = spin * np.sqrt(positives("a", a) * positives("b", b))
     size = np.hypot(np.hypot(vx, vy), spin)
     still = size == 0
     return np.where(still, L1, (L1 * vx + L2 * vy + L3 * spin) / np.where(still, 1.0, size))
+
+
+def flexibilities_of(
+    a: Any, b: Any, G: Any, creepages: np.ndarray, coefficients: CreepageCoefficients, kind: str
+) -> np.ndarray:
+    """By what vx, vy and spin are divided, (..., 3): the three flexibilities, or the weighted one three times."""
+    if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
+        weighted = flexibility(a, b, G, creepages, coefficients)
+        return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
+    separate = flexibilities(a, b, G, coefficients)
+    _check_spin(creepages[..., 2], separate[..., 2], coefficients)
+    return separate
+
+
+def _check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
+    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip."""
+    if np.any((spin != 0) & ~(L3 > 0)):
+        least = float(np.min(coefficients.C23))
+        raise SceneError("C23", least, "positive for simplified theory to treat spin; take an exact method")
+
+
+def slip_flexibility(a: float, b: float, L: np.ndarray, creepage: np.ndarray) -> float:
+    """The flexibility by which tractions tell the slip: a mean of the three L (3,) for one creepage (3,).
+
+    With three of them an interval's slip by L is known, and not the slip. This mean makes the rigid slip right in
+    the mean square over the ellipse, ``int |c|^2 = L^2 int |c/L|^2``, so that full slip has the slip that it must
+    have. It is their common value where they are the same, and L1 without any creepage.
+    """
+    size = np.abs(creepage).max()
+    if size == 0:
+        return float(L[0])
+    part = creepage / size * np.array([1.0, 1.0, np.hypot(a, b) / 2])
+    return float(np.linalg.norm(part) / np.linalg.norm(part / L))
 
 
 def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarray:
@@ -177,6 +257,8 @@ def simplified_force(
     For the elliptic bound it is the same part of every strip, and with ``t = |v| a / (L g0)``
 
         F / f Fz = 2/pi (arctan t + t / (1 + t^2)).
+
+    With separate flexibilities vx/L1 and vy/L2 take the places of vx and vy, and 1 that of L.
 
     Examples
     --------

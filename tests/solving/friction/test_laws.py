@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.scene.friction import LAWS
+from varcontact.scene.friction import LAWS, kind_of
 from varcontact.solving import friction_loop as falling
 
 FALLING = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
@@ -333,3 +333,13 @@ def test_acceleration_near_a_solution(monkeypatch, ball):
     plain = vc.solve(ball(law))
     np.testing.assert_allclose(quick.traction, plain.traction, atol=1e-8 * plain.traction_bound.max())
     assert len(quick.passes) < 0.8 * len(plain.passes)
+
+
+def test_picture_of_the_passes_is_titled_by_the_law(line):
+    """No coupling loop there: what is shown is how the coefficients settled."""
+    sol = vc.solve(line(vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.01)), start="slip")
+    (ax,) = sol.plot_passes().axes
+    residuals, changes = ax.lines
+    assert ax.get_title() == f"Passes: {kind_of(sol.scene.friction)} friction, from slip all over"
+    assert changes.get_label() == "change of the coefficients"
+    assert residuals.get_ydata().tolist() == [residual for _, residual in sol.passes]

@@ -11,13 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact.problem.bounds import force_bound
 from varcontact.problem.discretisation import discretise
-from varcontact.problem.gap import force_bound, gap, project, tangential_residual
-from varcontact.problem.problem import RawSolution, Settings
+from varcontact.problem.gap import gap, project, tangential_residual
+from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
 from varcontact.solvers.conic.solvers import solve_tangential
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
+from varcontact.solvers.settings import Settings
 from varcontact.solving.grid_search import first_grid
 from varcontact.solving.subproblems import hertz_pressure, unloaded
 
@@ -209,7 +211,7 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
 
 def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
     """Memory for n^2 numbers, not (2 n)^2."""
-    monkeypatch.setattr("varcontact.planning.memory.available", lambda: 2 * 240.0 * 24**2)
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 2 * 240.0 * 24**2)
     assert vc.solve(scene(), tangential="clarabel").converged
     with pytest.raises(vc.TooLarge):
         vc.solve(scene(motion=in_full(vc.Steady(Fx=-0.06), "Fy")), tangential="clarabel")
@@ -321,5 +323,5 @@ def test_force_bound_dense_and_by_fft_agree(monkeypatch, along):
     problem = posed(vc.Steady(**{along: 0.02}))
     traction = 0.9 * tang_safeguarded(problem).traction
     dense = force_bound(problem, traction, np.zeros(1))
-    monkeypatch.setattr("varcontact.problem.gap.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.problem.symmetric.DENSE_LIMIT", 0)
     np.testing.assert_allclose(force_bound(problem, traction, np.zeros(1)), dense, rtol=1.1e-3)

@@ -9,8 +9,8 @@ import numpy as np
 
 from varcontact.problem.gap import magnitude, project, tangential_residual
 from varcontact.problem.problem import RawSolution, TangentialProblem
-from varcontact.problem.tally import Tally
 from varcontact.solvers.splitting import Splitting
+from varcontact.solvers.tally import Tally
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic.programs import ConicProgram, normal_program, normal_scales, shift_program, shift_scale
 from varcontact.solvers.conic.solvers import backend
+from varcontact.solvers.settings import Settings
 
 
 def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray) -> ConicProgram:

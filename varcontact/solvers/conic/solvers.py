@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from varcontact.problem.problem import NormalProblem, RawSolution, Settings, TangentialProblem
+from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic import clarabel, cvxpy, osqp, qpsolvers, scs
 from varcontact.solvers.conic.programs import (
     ConicProgram,
@@ -16,6 +16,7 @@ from varcontact.solvers.conic.programs import (
     shift_program,
 )
 from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.settings import Settings
 
 NORMAL_PROGRAMS: dict[str, Callable[[NormalProblem], ConicProgram]] = {
     "complementary": normal_program,

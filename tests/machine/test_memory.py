@@ -7,7 +7,7 @@ import psutil
 import pytest
 
 from varcontact.errors import TooLarge
-from varcontact.planning import memory
+from varcontact.machine.memory import available, left_by_control_groups, need
 
 
 def tree(root, files):
@@ -47,11 +47,11 @@ VERSION_1 = {
     ],
 )
 def test_control_groups(tmp_path, files, left):
-    assert memory.left_by_control_groups(tree(tmp_path, files)) == left
+    assert left_by_control_groups(tree(tmp_path, files)) == left
 
 
 def test_no_more_than_the_machine_has():
-    assert 0 < memory.available() <= psutil.virtual_memory().total
+    assert 0 < available() <= psutil.virtual_memory().total
 
 
 def test_limited_address_space_counts():
@@ -60,9 +60,9 @@ def test_limited_address_space_counts():
     taken = psutil.Process().memory_info().vms
     resource.setrlimit(resource.RLIMIT_AS, (taken + 200 * 2**20, hard))
     try:
-        assert memory.available() <= 200 * 2**20
+        assert available() <= 200 * 2**20
         with pytest.raises(TooLarge, match="the problem"):
-            memory.need("the problem", 201.0 * 2**20, "a smaller one would fit")
+            need("the problem", 201.0 * 2**20, "a smaller one would fit")
     finally:
         resource.setrlimit(resource.RLIMIT_AS, (before, hard))
-    assert memory.available() < math.inf
+    assert available() < math.inf

@@ -5,7 +5,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import varcontact as vc
-from varcontact.threads import VARIABLES, one_blas_thread
+from varcontact.machine.threads import VARIABLES, one_blas_thread
 
 
 def counts():

@@ -1,0 +1,62 @@
+"""Labels of ticks that can be read, whatever the units and the shape of the contact."""
+
+import dataclasses
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from matplotlib import pyplot as plt
+
+import varcontact as vc
+
+README = Path(__file__).parents[2] / "README.md"
+
+
+def overprinted(figure):
+    """Pairs of tick labels of one axis that touch, as they are drawn."""
+    figure.canvas.draw()
+    pairs, seen = [], 0
+    for ax in figure.axes:
+        for axis, along in ((ax.xaxis, 0), (ax.yaxis, 1)):
+            low, high = sorted(axis.get_view_interval())
+            labels = [text for text in axis.get_ticklabels() if low <= text.get_position()[along] <= high]
+            corners = [(text.get_window_extent().get_points()[:, along], text.get_text()) for text in labels]
+            drawn = sorted((begin, end, text) for (begin, end), text in corners if text)
+            seen += len(drawn)
+            pairs += [(one[2], other[2]) for one, other in pairwise(drawn) if other[0] < one[1]]
+    plt.close(figure)
+    assert seen > 4
+    return pairs
+
+
+def test_the_first_plot_of_the_readme():
+    """In metres and newtons, where labels are as long as -0.008."""
+    block = re.search(r"```python\n(.*?)\nprint\(sol\)", README.read_text(), re.DOTALL)
+    names = {}
+    exec(block[1], names)
+    assert overprinted(names["sol"].plot()) == []
+    assert overprinted(vc.plot_stress(names["sol"])) == []
+
+
+@pytest.mark.parametrize("size", [3e-7, 0.0061, 0.024, 1.0, 110.0])
+@pytest.mark.parametrize("ratio", [0.21, 1.0, 4.8])
+def test_contacts_of_every_size_and_shape(rolling, size, ratio):
+    a, b = size * ratio**0.5, size / ratio**0.5
+    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=None, friction=None, grid=vc.Grid(nx=6, ny=6))
+    assert overprinted(vc.solve(dataclasses.replace(scene, normal_force=size**2)).plot()) == []
+
+
+@pytest.mark.parametrize("size", [0.0061, 0.024, 1.3e4])
+def test_line_contact_and_histories(size):
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=vc.Cylinders(R=10 * size),
+        normal_force=0.1 * size,
+        friction=0.3,
+        motion=vc.Steady(Fx=-0.01 * size),
+        grid=vc.Grid(nx=12),
+    )
+    assert overprinted(vc.solve(scene).plot()) == []
+    rolled = vc.Transient(steps=12, dq=0.2 * size, Fx=-0.01 * size)
+    assert overprinted(vc.solve(dataclasses.replace(scene, motion=rolled)).plot()) == []

@@ -1,0 +1,178 @@
+"""The parts of Newton's method without a matrix, each against a dense computation."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from varcontact.solvers.matrix_free import krylov
+from varcontact.solvers.matrix_free.kernel import kernel, unit
+from varcontact.solvers.matrix_free.krylov import Forces, Room, gcr
+from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean
+from varcontact.solvers.matrix_free.newton import point
+from varcontact.solvers.matrix_free.preconditioner import circulant, parzen
+from varcontact.solvers.matrix_free.safeguard import balanced, damped, forward_backward_forward
+from varcontact.solvers.matrix_free.tangential import _Posed
+from varcontact.solvers.tally import Tally
+
+
+@pytest.fixture(params=["ellipse", "strip", "row", "single"])
+def posed(request, tangential_problem):
+    """A tangential problem of rolling with a prescribed force, in its own units."""
+    problem = tangential_problem(3, shape=request.param, rolling=True, step=1.0, carried=0.5, friction=0.3)
+    return _Posed.of(problem, Tally())
+
+
+def matrix_of(conditions):
+    """M as the kernel has it, on the whole box."""
+    size = conditions.known.size
+    fields = np.eye(size, dtype=np.float32).reshape(size, *conditions.known.shape)
+    return np.array([conditions.kernel(field).ravel() for field in fields]).T.astype(float)
+
+
+def test_products_are_those_of_the_matrix(posed):
+    """Of the operator, in its unit, to single precision."""
+    conditions, operator = posed.conditions, posed.problem.operator.grid_operator
+    rng = np.random.default_rng(0)
+    traction = rng.normal(size=posed.problem.rigid_shift.shape)
+    found = posed.box.values(conditions.kernel(posed.box.field(traction).astype(np.float32))) * unit(operator)
+    np.testing.assert_allclose(found, posed.problem.operator.apply(traction), atol=2e-6 * np.abs(found).max())
+    assert kernel(operator, posed.box.shape) is conditions.kernel, "remembered"
+
+
+def test_newtons_equations_are_the_derivative_of_the_natural_map(posed):
+    """By differences, and with their right-hand sides Newton's step."""
+    conditions, rng = posed.conditions, np.random.default_rng(1)
+    matrix = matrix_of(conditions)
+    traction = conditions.projected(rng.normal(size=conditions.known.shape))
+    step = rng.normal(size=traction.shape) * conditions.contact
+
+    def natural(traction):
+        shift = conditions.known + (matrix @ traction.ravel()).reshape(traction.shape)
+        return traction - conditions.projected(traction - shift), shift
+
+    error, shift = natural(traction)
+    system = conditions.linearised(traction, shift, traction - shift, 0.0)
+    change = (natural(traction + 1e-7 * step)[0] - natural(traction - 1e-7 * step)[0]) / 2e-7
+    image = (matrix @ step.ravel()).reshape(step.shape)
+    np.testing.assert_allclose(system.rows(image, step), change, atol=1e-4 * np.abs(change).max())
+    np.testing.assert_allclose(system.right, -error * conditions.contact, atol=1e-12)
+    for i in range(len(traction)):
+        uniform = np.zeros_like(traction)
+        uniform[i] = 1.0
+        np.testing.assert_allclose(system.border(i), system.rows(uniform, 0 * uniform) * conditions.contact, atol=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.5])
+def test_gcr_solves_newtons_equations_with_forces(posed, damping):
+    """Against the dense system; M times the step comes without a product."""
+    conditions, rng = posed.conditions, np.random.default_rng(2)
+    at = point(
+        conditions,
+        conditions.projected(rng.normal(size=conditions.known.shape)),
+        np.zeros((len(conditions.known), 1, 1)),
+    )
+    system = conditions.linearised(at.traction, at.shift, at.traction - at.shift, damping)
+    forces = conditions.forces
+    step = gcr(system, system.right, forces, forces.lacking(at.traction), 1e-4, Room.of(at.traction.size, forces))
+    image = conditions.kernel(step.traction.astype(np.float32))
+    np.testing.assert_allclose(step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3))
+    rows = system.rows(image.astype(float), step.traction)
+    for i in forces.components:
+        rows = rows + step.rigid[i] * system.border(i)
+    size = np.linalg.norm(system.right)
+    assert np.linalg.norm((rows - system.right) * conditions.contact) < 2e-3 * size
+    assert np.abs(forces.lacking(at.traction + step.traction)).max(initial=0.0) < 2e-3 * size
+
+
+def test_few_iterations_where_all_sticks(tangential_problem):
+    """In rolling and in a shift, on long elements and short ones: the circulant is nearly the inverse."""
+    for ratio, rolling in ((1, True), (1, False), (2, True), (3, True)):
+        posed = _Posed.of(
+            tangential_problem(ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0), Tally()
+        )
+        conditions = posed.conditions
+        system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known, 0.0)
+        none = Forces((), np.zeros(0), 1.0)
+        step = gcr(system, system.right, none, np.zeros(0), 1e-2, Room.of(system.right.size, none))
+        assert step.iterations <= 8
+
+
+def test_tsengs_steps_converge(tangential_problem):
+    """Wherever M is monotone: the natural map's residual falls and falls."""
+    posed = _Posed.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Tally())
+    conditions = posed.conditions
+    at = point(conditions, 0 * conditions.known, np.zeros((2, 1, 1)))
+    sizes = []
+    for _ in range(4):
+        at = forward_backward_forward(at, posed.shift, conditions.projected, conditions.forces, 20)
+        error = at.traction - conditions.projected(at.traction - at.shift)
+        sizes.append(np.linalg.norm(error) + np.linalg.norm(conditions.forces.lacking(at.traction)))
+    assert np.all(np.diff(sizes) < 0)
+    assert sizes[-1] < 1e-3 * sizes[0]
+
+
+@pytest.mark.parametrize("part", [0.3, 0.999])
+def test_balance(tangential_problem, part):
+    """After it the tractions of the natural map have the forces, however far the rigid shifts have to go."""
+    for seed in (0, 4, 6):  # an ellipse, wavy pressures, strips
+        conditions = _Posed.of(tangential_problem(seed, carried=part, friction=1e-3), Tally()).conditions
+        at = balanced(conditions, point(conditions, 0 * conditions.known, np.zeros((len(conditions.known), 1, 1))))
+        sums = conditions.forces.of(conditions.projected(at.traction - at.shift))
+        np.testing.assert_allclose(
+            sums, conditions.forces.sums, rtol=1e-6, atol=1e-6 * np.abs(conditions.forces.sums).max()
+        )
+
+
+def test_damping_grows_where_steps_fail_and_goes_where_they_do_not():
+    assert damped(0.0, 1.0, 0.1) == 0.0
+    assert 0 < damped(0.0, 0.3, 0.8) < damped(0.5, 1.0, 0.95) <= damped(100.0, 0.01, 1.0)
+    assert damped(0.5, 1.0, 0.1) == 0.1 and damped(0.02, 1.0, 0.1) == 0.0
+
+
+def test_from_coarse_to_fine():
+    """Sums and means over two by two; what is linear stays so, next to elements out of contact, too."""
+    field = np.arange(15.0).reshape(3, 5)
+    assert halved(field).sum() == field.sum() and halved(field).shape == (2, 3)
+    contact = np.ones((6, 8), dtype=bool)
+    contact[0] = False
+    x = np.broadcast_to(np.arange(8.0), (6, 8))
+    means = halved_mean(x, contact)
+    np.testing.assert_array_equal(means, np.broadcast_to([0.5, 2.5, 4.5, 6.5], (3, 4)))
+    fine = doubled(means, halved(contact.astype(float)) > 0, (6, 8))
+    np.testing.assert_allclose(fine[:, 1:-1], x[:, 1:-1])
+    reached = doubled(np.ones((2, 2)), np.array([[True, False], [True, True]]), (3, 4))
+    np.testing.assert_array_equal(reached == 0, [[False, False, False, True], [False] * 4, [False] * 4])
+    np.testing.assert_array_equal(reached[reached != 0], 1.0)
+
+
+def test_box_of_elements(tangential_problem):
+    """Fields on the box and back; zero where there is no element."""
+    operator = tangential_problem(3, shape="holes").operator
+    box = Box.around(operator)
+    values = np.random.default_rng(0).normal(size=(2, operator.elements.size))
+    field = box.field(values)
+    np.testing.assert_array_equal(box.values(field), values)
+    assert np.count_nonzero(field) == values.size
+    whole = np.zeros((2, *operator.grid_operator.shape))
+    whole.reshape(2, -1)[:, operator.elements] = values
+    rows, columns = np.flatnonzero(whole[0].any(axis=1)), np.flatnonzero(whole[0].any(axis=0))
+    np.testing.assert_array_equal(field, whole[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
+
+
+def test_the_window_keeps_the_symbol_positive(tangential_problem):
+    """Of a shift, on long elements, where the cut kernel's symbol is negative; and it is one in the middle."""
+    problem = tangential_problem(1, shape="needle", rolling=False)
+    symbol = circulant(problem.operator.grid_operator, Box.around(problem.operator).shape).symbol.real
+    assert symbol[0].min() > 0 and symbol[2].min() > 0
+    np.testing.assert_allclose(parzen(np.array([0.0, 0.5, 1.0, -0.5])), [1.0, 0.25, 0.0, 0.25])
+    assert not circulant(problem.operator.grid_operator, problem.operator.grid_operator.shape).rolling
+    rolling = tangential_problem(1, shape="needle", rolling=True, step=1.0).operator.grid_operator
+    assert circulant(rolling, rolling.shape).rolling == 1
+
+
+def test_room_is_bounded():
+    """Few directions for very many unknowns; more where they cost nothing."""
+    forces = Forces((0,), np.zeros(1), 1.0)
+    assert len(Room.of(10**6, forces).images) == krylov.FEWEST
+    assert len(Room.of(100, dataclasses.replace(forces, components=())).images) == krylov.MOST

@@ -1,0 +1,60 @@
+"""Help of every command, in this process: no text breaks it, and it names what can be asked for."""
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import varcontact as vc
+from varcontact.cli import app
+from varcontact.planning.plan import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.roads import ROADS
+from varcontact.solvers.registry import normal_methods, tangential_methods
+from varcontact.theories.methods import THEORIES
+
+COMMANDS = sorted(typer.main.get_command(app).commands)
+
+
+def said(*arguments):
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def test_commands():
+    assert COMMANDS == ["compare", "converge", "plan", "solve"]
+    assert all(f"\n  {command} " in said("--help") for command in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help(command):
+    """Usage, every option with its words, an example."""
+    text = said(command, "--help")
+    assert text.splitlines()[0].split()[0] == "Usage:"
+    assert f"Example: varcontact {command} " in text
+    for option in typer.main.get_command(app).commands[command].params:
+        assert all(name in text for name in option.opts if name.startswith("--"))
+        assert option.help.split()[0] in text
+
+
+def test_brackets_are_not_markup():
+    assert "[normal|]tangential[/formulation][+polish]" in said("compare", "--help")
+    assert "[default: polish]" in " ".join(said("solve", "--help").split())
+
+
+@pytest.mark.parametrize("command", ["solve", "plan", "compare", "converge"])
+def test_help_names_all_methods(command):
+    """Whole, and not broken at a hyphen."""
+    words = set(said(command, "--help").replace(",", " ").replace(".", " ").split())
+    assert words >= {
+        *normal_methods(),
+        *tangential_methods(),
+        *THEORIES,
+        *COUPLING_METHODS,
+        *FORMULATIONS,
+        *ROADS,
+        "auto",
+    }
+
+
+def test_version():
+    assert said("--version") == f"varcontact {vc.__version__}\n"

@@ -1,0 +1,114 @@
+"""Ctrl-C at a terminal, in the middle of the work: what standard error says is kept, and that it is."""
+
+import contextlib
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+
+import varcontact as vc
+from varcontact.cli import _stop
+
+STEADY = """
+normal_force = 1e-2
+friction = 0.3
+bodies = { G = [1.0, inf], nu = 0.3 }
+surface = { kind = "paraboloids", Rx = 1.0, Ry = 1.0 }
+motion = { kind = "steady", vx = 0.02, spin = 0.05 }
+grid = { nx = 40, ny = 40 }
+"""
+HISTORY = """
+normal_force = 1e-3
+friction = 0.3
+bodies = { G = 1.0, nu = 0.28 }
+surface = { kind = "cylinders", R = 1.0 }
+motion = { kind = "transient", steps = 4000, dq = 0.001, Fx = -1e-4 }
+grid = { nx = 30 }
+"""
+METHOD = "tang/marching"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, scene in {"one": STEADY.replace("40", "6"), "two": STEADY, "history": HISTORY}.items():
+        (tmp_path / f"{name}.toml").write_text(scene)
+    return tmp_path
+
+
+def interrupted(folder, *arguments, at):
+    """What a command prints, and says, when Ctrl-C comes as soon as its terminal shows the pattern `at`."""
+    terminal, inside = pty.openpty()
+    command = [sys.executable, "-m", "varcontact", *arguments]
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "400"}
+    process = subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=inside, text=True, env=environment, start_new_session=True
+    )
+    os.close(inside)
+    shown = ""
+    with contextlib.suppress(OSError):  # the other end of a terminal that is closed
+        while not re.search(at, shown, re.DOTALL):
+            shown += os.read(terminal, 4096).decode()
+        process.send_signal(signal.SIGINT)
+        while more := os.read(terminal, 4096):
+            shown += more.decode()
+    os.close(terminal)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 130, shown
+    assert "Traceback" not in shown
+    return output, shown.rsplit("varcontact: ", 1)[-1].strip()
+
+
+def test_one_problem(folder):
+    output, said = interrupted(
+        folder, "solve", "two.toml", "--formulation", "marching", "--out", "a.nc", at="tangential"
+    )
+    assert (output, said) == ("", "interrupted; nothing is kept, and the same command begins again")
+    assert not (folder / "a.nc").exists()
+
+
+def test_history_with_a_file(folder):
+    """The steps are printed, and stand in the file."""
+    output, said = interrupted(folder, "solve", "history.toml", "--out", "a.nc", at="3 of 4000 steps")
+    kept = len(vc.load(folder / "a.nc"))
+    assert kept >= 3
+    assert f"4000 steps: {kept} FINISHED" in output
+    how = "finished steps are kept in a.nc, and the same command goes on from there"
+    assert said == f"interrupted after {kept} of 4000 steps; {how}"
+
+
+def test_history_without_a_file(folder):
+    output, said = interrupted(folder, "solve", "history.toml", "--json", at="3 of 4000 steps")
+    assert '"finished"' in output
+    how = "nothing is kept: with --out FILE.nc finished steps are, and the same command goes on from there"
+    assert said.endswith(f"of 4000 steps; {how}")
+
+
+def test_comparison_with_a_table(folder):
+    call = ("compare", "one.toml", "two.toml", "--methods", METHOD, "--out", "t.csv")
+    output, said = interrupted(folder, *call, at=f"two: {METHOD}")
+    how = "finished scenes are kept in t.csv, and the same command goes on from there"
+    assert said == f"interrupted after 1 of 2 scenes; {how}"
+    assert output.splitlines()[0] == "one" and "two" not in output
+    assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]
+
+
+def test_comparison_without_a_table(folder):
+    output, said = interrupted(folder, "compare", "one.toml", "two.toml", "--methods", METHOD, at=f"two: {METHOD}")
+    how = "nothing is kept: with --out FILE.csv finished scenes are, and the same command goes on from there"
+    assert output.splitlines()[0] == "one"
+    assert said == f"interrupted after 1 of 2 scenes; {how}"
+
+
+def test_before_anything_is_finished(tmp_path, capsys):
+    """A file that was asked for, and is not there yet."""
+    with pytest.raises(SystemExit) as status:
+        _stop(vc.Interrupted(None, " after 0 of 2 scenes"), tmp_path / "t.csv", "--out FILE.csv", "scenes")
+    assert status.value.code == 130
+    said = capsys.readouterr().err
+    assert said.startswith("varcontact: interrupted after 0 of 2 scenes; nothing is kept in ")
+    assert said.endswith("t.csv yet, and the same command begins again\n")

@@ -1,0 +1,1 @@
+"""The machine: memory that is left, threads that are taken."""

@@ -1,0 +1,161 @@
+"""The certificate: how exact given pressures and tractions are, judged by the problem's own data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from varcontact.problem.bounds import force_bound, outputs_of, pressure_error, pressure_part, unknown
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.gap import (
+    gap,
+    handed_on,
+    magnitude,
+    normal_gap,
+    normal_residual,
+    project,
+    relative,
+    tangential_residual,
+    worst,
+)
+from varcontact.problem.problem import NormalProblem, TangentialProblem
+
+LEVELS = ("full", "gap", "none")
+"""What there can be of a certificate: everything; no bound on the forces; the residuals alone."""
+
+FULL_LIMIT = 10_000
+"""Elements with friction up to which "auto" is "full"; beyond it is "gap"."""
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """How exact a solution of the discrete problem is.
+
+    Attributes
+    ----------
+    gap : float
+        Duality gap of the tangential problem, ``sum((g_i |E_i| + p_i'E_i) dx dy)`` [force length]: zero
+        exactly at the solution, positive elsewhere. In normal contact without friction, that of the normal
+        problem. NaN where it is left out.
+    relative_gap : float
+        The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against the rigid shift.
+    force_bound : ndarray, shape (3,)
+        Guaranteed bounds on the errors of Fx, Fy and Mz against the exact solution of the discrete problem, with what
+        rounding can do. Infinite where no such bound is known: for unlike bodies, whose pressure depends on the
+        tractions, under a law of friction, whose coefficient depends on the slip, where S is not found to be positive
+        definite, and where it is left out.
+    residual : float
+        Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
+        tangential and the normal one. For unlike bodies also what the normal one does to the tractions, which grows
+        like K by friction: the tangential residual under the pressures that the natural map has in place of these.
+        With Hertz's closed form as the pressure of a tangential problem the
+        normal one is left out: it is the grid's error, and found in `normal_residual`.
+    normal_relative_gap, normal_residual, tangential_residual : float
+        The same measures of the two problems.
+    pressure_part : ndarray, shape (3,)
+        What of `force_bound` is for the pressure's own distance from the exact solution of the discrete normal
+        problem. Zero where the pressure is Hertz's closed form, which is what is asked for. NaN where it is not known:
+        then `force_bound` is for the pressure as it is given, as with forces prescribed or infinite friction. In
+        histories both are those of one step, for what the steps before left.
+    level : {"full", "gap", "none"}
+        What was asked for: everything; no bound on the forces; the residuals alone.
+    """
+
+    gap: float
+    relative_gap: float
+    force_bound: np.ndarray
+    residual: float
+    normal_relative_gap: float
+    normal_residual: float
+    tangential_residual: float
+    pressure_part: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    level: str = "full"
+
+
+def certify_problems(
+    disc: Discretisation,
+    pressure: np.ndarray,
+    approach: float,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+    closed_form: bool,
+    level: str = "full",
+) -> Certificate:
+    """The certificate of pressures (ny, nx) and tractions (2, ny, nx), given dimensionless.
+
+    Both problems are judged with the other's final tractions: the residual is that of the whole, without the normal one
+    where the pressure is a `closed_form` that is asked for. The `level` is one of `LEVELS`, or "auto".
+    """
+    coupled = disc.K != 0
+    normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
+    normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
+    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
+    if level == "auto":
+        level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
+    absolute = normal_relative = np.nan
+    if level != "none":
+        absolute, normal_relative = normal_gap(normal, pressure.ravel(), np.array([approach]))
+    bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
+    flat = traction.reshape(2, -1)
+    stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
+    bound = disc.lattice.area * np.abs(_totals(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
+    part = np.zeros(3)
+    residual = relative(float(magnitude(stray).max(initial=0.0)), float(magnitude(flat).max()))
+    relative_gap, whole = normal_relative, normal_error
+    if tangential is not None and tangential.size > 0:
+        level_of_contact = np.array([approach])
+        whole = worst(whole, handed_on(disc, normal, pressure, level_of_contact, traction, rigid))
+        tractions, shifts = tangential.of_grid(traction, rigid)
+        residual = worst(residual, tangential_residual(tangential, tractions, shifts))
+        if level != "none":
+            absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
+        if level == "full":
+            own, part = _force_bounds(disc, normal, tangential, pressure, approach, traction, rigid, closed_form)
+            bound = bound + own
+    if level != "full":
+        bound, part = np.full(3, np.inf), np.full(3, np.nan)
+    asked_for = closed_form and tangential is not None and tangential.size > 0
+    scales = disc.force * np.array([1.0, 1.0, disc.length])
+    return Certificate(
+        gap=absolute * disc.force * disc.displacement,
+        relative_gap=relative_gap,
+        force_bound=bound * scales,
+        residual=residual if asked_for else worst(residual, whole),
+        normal_relative_gap=normal_relative,
+        normal_residual=normal_error,
+        tangential_residual=residual,
+        pressure_part=part * scales,
+        level=level,
+    )
+
+
+def _force_bounds(
+    disc: Discretisation,
+    normal: NormalProblem,
+    tangential: TangentialProblem,
+    pressure: np.ndarray,
+    approach: float,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+    closed_form: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds on the errors of Fx, Fy, Mz, and what of them is for the pressure's own error, (3,) each."""
+    if disc.K != 0 or disc.law is not None:
+        return unknown(outputs_of(tangential)), np.full(3, np.nan)
+    if closed_form:
+        return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
+    error = None
+    if not (tangential.no_slip or tangential.free):
+        error = pressure_error(normal, pressure.ravel(), approach)
+    if error is None:
+        return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.full(3, np.nan)
+    wider = disc.tangential_problem(pressure, acting=traction, possible=error.possible.reshape(pressure.shape))
+    part = pressure_part(wider, error.size * float(np.max(np.asarray(disc.coefficient))))
+    return force_bound(wider, *wider.of_grid(traction, rigid)) + part, part
+
+
+def _totals(points: np.ndarray, traction: np.ndarray) -> np.ndarray:
+    """Sums of tractions (2, n) along x, along y, and of their moments, shape (3,)."""
+    moment = points[0] * traction[1] - points[1] * traction[0]
+    return np.array([traction[0].sum(), traction[1].sum(), moment.sum()])

@@ -1,0 +1,91 @@
+"""What both problems share: from a start or from coarse grids, then the fallback; never stuck without saying so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from varcontact.errors import SceneError
+from varcontact.problem.problem import RawSolution
+from varcontact.solvers.matrix_free.safeguard import Point
+from varcontact.solvers.settings import Settings
+
+COARSE_TOL = 1e-2
+"""Residual on all grids but the finest."""
+ROUNDED = 0.9
+"""Part of the tolerance to reach: others who judge the answer round differently."""
+DENSE = 2000
+"""Elements up to which a problem that Newton's method leaves unsolved is given to dense active sets."""
+
+
+class Posed(Protocol):
+    """A problem in its own units."""
+
+    def begun(self, start: RawSolution) -> Point:
+        """Where a start leads."""
+
+    def approached(self) -> tuple[Point, int]:
+        """Where coarser grids lead, and the Newton steps taken there."""
+
+    def solved(self, at: Point, tol: float) -> RawSolution:
+        """By Newton's method from a point, to a residual."""
+
+
+def driven(
+    posed: Posed,
+    start: RawSolution | None,
+    settings: Settings,
+    size: int,
+    dense: Callable[[RawSolution], RawSolution],
+    residual: Callable[[RawSolution], float],
+) -> RawSolution:
+    """Newton's method from a start; where there is none, or it leads nowhere, from coarse grids; then active sets.
+
+    Parameters
+    ----------
+    posed : Posed
+    start : RawSolution or None
+    settings : Settings
+    size : int
+        Number of elements.
+    dense : callable
+        Active sets, from what Newton's method has; the answer bears their name.
+    residual : callable
+        Of an answer.
+    """
+    tol, spent, raw = ROUNDED * settings.tol, 0, None
+    if start is not None and _finite(start):
+        raw = posed.solved(posed.begun(start), tol)
+        spent = raw.iterations
+    if raw is None or not raw.solved:
+        at, steps = posed.approached()
+        raw = posed.solved(at, tol)
+        spent += steps + raw.iterations
+    raw = replace(raw, iterations=spent)
+    if raw.solved or size > DENSE:
+        return raw
+    other = dense(raw)
+    if not (_finite(other) and residual(other) < residual(raw)):
+        return raw
+    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was asked")
+
+
+def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:
+    """What comes back for data that are not numbers: no answer."""
+    return RawSolution(np.zeros(traction), np.zeros(rigid), 0, "NotANumber", False)
+
+
+def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
+    """Refuse a start whose arrays have not the shapes of the problem."""
+    if start is None:
+        return
+    for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
+        if found.shape != wanted:
+            raise SceneError(f"start.{name}", f"array of shape {found.shape}", f"of shape {wanted}, as the problem has")
+
+
+def _finite(raw: RawSolution) -> bool:
+    return bool(np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all())

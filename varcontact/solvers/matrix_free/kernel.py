@@ -1,0 +1,131 @@
+"""Products with influence numbers on a box of equal elements, in single precision, by FFT.
+
+All is dimensionless: influence numbers count in a unit of the operator, so that the numbers of a grid twice as coarse
+are the first of the same table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.operators import GridOperator
+
+KERNELS = 16
+"""Kernels that an operator remembers: those of the levels of two or three contacts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """Influence numbers on a box of elements, by their offset.
+
+    Attributes
+    ----------
+    numbers : float32 ndarray, shape (m, 2 ny - 1, 2 nx - 1)
+        m = 3: xx, xy and yy; m = 1: of the one component that there is.
+    """
+
+    numbers: np.ndarray
+
+    @cached_property
+    def shape(self) -> tuple[int, int]:
+        """(ny, nx), the shape of the box."""
+        return (self.numbers.shape[1] + 1) // 2, (self.numbers.shape[2] + 1) // 2
+
+    @cached_property
+    def row_size(self) -> float:
+        """Euclidean length of a row of the matrix, the root mean square of the symbol."""
+        return float(np.sqrt(np.mean(np.sum(self.numbers[[0, -1]] ** 2, axis=(1, 2), dtype=float))))
+
+    @cached_property
+    def skewness(self) -> float:
+        """By how much more tractions act on what is ahead of them along x than on what is behind: 0 in a shift.
+
+        Between -1 and 1; of steady rolling near 1, as long as a step is shorter than the box.
+        """
+        middle = self.shape[1]
+        behind, ahead = self.numbers[0, :, : middle - 1], self.numbers[0, :, middle:]
+        total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
+        return float(ahead.sum(dtype=float) - behind.sum(dtype=float)) / total if total > 0 else 0.0
+
+    @cached_property
+    def symbol(self) -> np.ndarray:
+        """Transform of the numbers on a box of twice the size, complex64."""
+        return wrapped_transform(self.numbers, self._lengths)
+
+    @cached_property
+    def _lengths(self) -> tuple[int, int]:
+        from scipy.fft import next_fast_len
+
+        ny, nx = self.shape
+        return next_fast_len(2 * ny - 1), next_fast_len(2 * nx - 1, real=True)
+
+    def __call__(self, traction: np.ndarray) -> np.ndarray:
+        """Displacements by tractions (c, ny, nx), both float32.
+
+        Transformed are only the rows that have tractions, and back only those that are asked for.
+        """
+        from scipy import fft
+
+        (ny, nx), (rows, columns) = self.shape, self._lengths
+        spectrum = fft.fft(fft.rfft(traction, columns, axis=-1), rows, axis=-2, overwrite_x=True)
+        image = fft.ifft(weighted(self.symbol, spectrum), axis=-2, overwrite_x=True)[:, :ny]
+        return fft.irfft(image, columns, axis=-1)[..., :nx]
+
+
+def weighted(symbol: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
+    """Product of a symmetric symbol (xx, xy, yy; or one) with the spectrum of two components (or of one)."""
+    if len(symbol) == 1:
+        return symbol * spectrum
+    xx, xy, yy = symbol
+    product = np.empty_like(spectrum)
+    other = xy * spectrum[1]
+    np.multiply(xx, spectrum[0], out=product[0])
+    product[0] += other
+    np.multiply(xy, spectrum[0], out=product[1])
+    np.multiply(yy, spectrum[1], out=other)
+    product[1] += other
+    return product
+
+
+def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+    """Transform of numbers by offset on a periodic box, those that fall on each other added up."""
+    from scipy import fft
+
+    ny, nx = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
+    wrapped = np.zeros((len(numbers), *box), dtype=numbers.dtype)
+    for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
+        for columns, to_columns in (
+            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
+            (slice(nx - 1, None), slice(0, nx)),
+        ):
+            wrapped[:, to_rows, to_columns] += numbers[:, rows, columns]
+    return np.asarray(fft.fft(fft.rfft(wrapped, axis=-1), axis=-2, overwrite_x=True))
+
+
+def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
+    """The kernel of a box, from the first offsets of an operator's table; remembered by the operator."""
+    kept: dict[tuple[int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
+    if shape not in kept:
+        (ny, nx), (rows, columns) = shape, operator.shape
+        table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
+        blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
+        kept[shape] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
+        for oldest in list(kept)[:-KERNELS]:
+            del kept[oldest]
+    return kept[shape]
+
+
+def unit(operator: GridOperator) -> float:
+    """The influence that counts as one: that of an element on itself.
+
+    In steps of rolling shorter than half an element that is less than what the neighbours have: half of the influence
+    of the nine elements around then.
+    """
+    rows, columns = operator.shape
+    own = operator.on(np.arange(1)).diagonal
+    near = operator.table[:, :, max(rows - 2, 0) : rows + 1, max(columns - 2, 0) : columns + 1]
+    around = float(np.sqrt(np.trace(np.sum(near**2, axis=(2, 3))) / len(near)))
+    return max(own, around / 2)

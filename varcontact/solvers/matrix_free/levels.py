@@ -1,0 +1,82 @@
+"""Boxes of elements, and the way from a coarse grid to a fine one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.elasticity.operators import RestrictedOperator
+
+LEAST_SIDE = 12
+"""Elements along the smaller side of the coarsest grid: so many, or up to twice as many."""
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """The rectangle around some elements of a grid.
+
+    Attributes
+    ----------
+    shape : (ny, nx)
+    places : int ndarray, shape (n,)
+        Flat indices of the elements in the box.
+    """
+
+    shape: tuple[int, int]
+    places: np.ndarray
+
+    @classmethod
+    def around(cls, operator: RestrictedOperator) -> Box:
+        """The box of an operator's elements."""
+        row, column = np.divmod(operator.elements, operator.grid_operator.shape[1])
+        row, column = row - row.min(), column - column.min()
+        shape = int(row.max()) + 1, int(column.max()) + 1
+        return cls(shape, row * shape[1] + column)
+
+    def field(self, values: np.ndarray) -> np.ndarray:
+        """Values (..., n) of the elements as a field (..., ny, nx), zero elsewhere."""
+        field = np.zeros((*values.shape[:-1], self.shape[0] * self.shape[1]), dtype=values.dtype)
+        field[..., self.places] = values
+        return field.reshape(*values.shape[:-1], *self.shape)
+
+    def values(self, field: np.ndarray) -> np.ndarray:
+        """Values (..., n) of the elements."""
+        return field.reshape(*field.shape[:-2], -1)[..., self.places]
+
+
+def has_coarser(shape: tuple[int, int]) -> bool:
+    """Whether a grid of twice the element size would still be fine enough to help."""
+    return min(shape) >= 2 * LEAST_SIDE
+
+
+def halved(field: np.ndarray) -> np.ndarray:
+    """Sums over two by two elements of a field (..., ny, nx), zero beyond its edge."""
+    around = [(0, 0)] * (field.ndim - 2) + [(0, field.shape[-2] % 2), (0, field.shape[-1] % 2)]
+    field = np.pad(field, around)
+    rows = field[..., ::2, :] + field[..., 1::2, :]
+    return rows[..., ::2] + rows[..., 1::2]
+
+
+def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Means over those of two by two elements that are in contact; zero where none is."""
+    number = halved(contact.astype(float))
+    return halved(np.where(contact, field, 0.0)) / np.maximum(number, 1.0)
+
+
+def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """A field (..., ny, nx) on a grid of half the element size: bilinear, between elements in contact only."""
+    values, weights = _refined(field * contact), _refined(contact.astype(float))
+    fine = np.where(weights > 0, values / np.where(weights > 0, weights, 1.0), 0.0)
+    return fine[..., : shape[0], : shape[1]]
+
+
+def _refined(field: np.ndarray) -> np.ndarray:
+    """Three quarters of the nearest element and a quarter of the next, along each axis; zero beyond the edge."""
+    for axis in (-2, -1):
+        lines = np.moveaxis(field, axis, -1)
+        padded = np.pad(lines, [(0, 0)] * (field.ndim - 1) + [(1, 1)])
+        pairs = [0.75 * lines + 0.25 * padded[..., :-2], 0.75 * lines + 0.25 * padded[..., 2:]]
+        lines = np.stack(pairs, axis=-1).reshape(*lines.shape[:-1], -1)
+        field = np.moveaxis(lines, -1, axis)
+    return field

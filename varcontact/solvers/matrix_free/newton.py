@@ -1,0 +1,234 @@
+"""Newton's method on the natural map of a contact problem, inexact, on one grid.
+
+Each step's linear equations are solved by GCR to a rough residual; a line search, damping, and in the end steps that
+converge by themselves keep it on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from varcontact.solvers.matrix_free import krylov
+from varcontact.solvers.matrix_free.kernel import Kernel
+from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
+from varcontact.solvers.matrix_free.linearisation import dot
+from varcontact.solvers.matrix_free.safeguard import (
+    Balancing,
+    Point,
+    balanced,
+    damped,
+    forward_backward_forward,
+    searched,
+)
+from varcontact.solvers.tally import Tally
+
+MAX_STEPS = 100
+ROUGH, FINE = 0.3, 1e-2
+"""Relative residuals of the linear equations: far from the solution, and at most."""
+NEAR = 30.0
+"""Residual, in tolerances, from which a step is to reach the tolerance."""
+NOISE, EXACT = 3e-7, 1e-15
+"""Error of the shift in single and in double precision, by the largest traction."""
+STUCK, IDLE = 6, 0.999
+"""How many more steps without gain than with it lead to others, and what no gain is."""
+GUARD_STEPS, GUARD_DAMPING = 20, 0.3
+
+
+class NewtonSystem(System, Protocol):
+    """Newton's equations at given tractions."""
+
+    @property
+    def right(self) -> np.ndarray:
+        """Right-hand sides (c, ny, nx)."""
+
+    def bent(self, traction: np.ndarray, step: Step) -> Step:
+        """The step, better where tractions bend."""
+
+
+class Conditions(Balancing, Protocol):
+    """A contact problem on a box: what Newton's method has to know of it."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """M."""
+
+    @property
+    def known(self) -> np.ndarray:
+        """W, (c, ny, nx)."""
+
+    @property
+    def forces(self) -> Forces:
+        """Prescribed sums."""
+
+    @property
+    def linear(self) -> bool:
+        """Whether nothing bounds the tractions: Newton's equations are the problem's."""
+
+    def projected(self, trial: np.ndarray) -> np.ndarray:
+        """The tractions of the natural map for ``p - E``."""
+
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
+        """Admissible tractions near given ones."""
+
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> NewtonSystem:
+        """Newton's equations."""
+
+
+class Finest(Protocol):
+    """The problem itself, in double precision."""
+
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        """E on the box."""
+
+    def error(self, at: Point) -> float:
+        """The residual or the gap of an answer, as a certificate has it: the larger."""
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Where Newton's method ended on a grid.
+
+    Attributes
+    ----------
+    at : Point
+    status : str
+        "Solved", "MaxIterations", or "NotANumber".
+    steps : int
+        Newton steps.
+    """
+
+    at: Point
+    status: str
+    steps: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Measure:
+    """How far a point is from the solution: the largest error by the largest traction, and the size of all."""
+
+    trial: np.ndarray
+    residual: float
+    merit: float
+    largest: float
+
+
+def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
+    """Tractions with their shift, in single precision."""
+    return Point(traction, _shift(conditions)(traction, rigid), rigid, NOISE)
+
+
+def newton(conditions: Conditions, at: Point, tol: float, tally: Tally, finest: Finest | None = None) -> Result:
+    """Solve a contact problem on one grid.
+
+    Parameters
+    ----------
+    conditions : Conditions
+    at : Point
+        Where to begin.
+    tol : float
+        Residual of the natural map to reach, by the largest traction.
+    tally : Tally
+        Where calls of Tseng's splitting are counted.
+    finest : Finest, optional
+        Where the answer is to be judged in double precision; else single precision is enough.
+    """
+    goal, damping, idle, guards = tol, 0.0, 0, 0
+    best, least = at, np.inf
+    room = Room.of(at.traction.size, conditions.forces)
+    for count in range(MAX_STEPS):
+        at, now = _seen(conditions, at, goal, finest)
+        if count == 0 or damping > 0:
+            at, now = _balanced(conditions, at, now, in_any_case=count == 0)
+        if not np.isfinite(now.merit):
+            return Result(best, "NotANumber", count)
+        if now.residual < least:
+            best, least = at, now.residual
+        if now.residual <= goal:
+            best = at = _admissible(conditions, at, finest)
+            error = 0.0 if finest is None else finest.error(at)
+            if error <= tol:
+                return Result(at, "Solved", count)
+            goal *= min(0.3 * tol / error, 0.3)
+            now = _measured(conditions, at)
+        if idle >= STUCK:
+            guards, idle, damping = guards + 1, 0, GUARD_DAMPING
+            at = _guarded(conditions, best, GUARD_STEPS * guards, tally, finest)
+            continue
+        step = _step(conditions, at, now, goal, damping, room)
+        if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
+            idle = STUCK
+            continue
+        noise = at.noise + NOISE * float(np.abs(step.traction).max()) / now.largest
+        at, merit, part = searched(at, step, lambda there: _measured(conditions, there).merit, now.merit)
+        at = replace(at, noise=noise)
+        damping = damped(damping, part, merit / now.merit)
+        idle = idle + 1 if merit >= IDLE * now.merit else max(idle - 1, 0)
+    return Result(_admissible(conditions, best, finest), "MaxIterations", MAX_STEPS)
+
+
+def _seen(conditions: Conditions, at: Point, goal: float, finest: Finest | None) -> tuple[Point, _Measure]:
+    """A point and how far it is from the solution, with its shift in double precision where noise would be seen."""
+    now = _measured(conditions, at)
+    if finest is None or at.noise <= 0.1 * max(now.residual, goal):
+        return at, now
+    at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=EXACT)
+    return at, _measured(conditions, at)
+
+
+def _balanced(conditions: Conditions, at: Point, now: _Measure, in_any_case: bool) -> tuple[Point, _Measure]:
+    """With rigid shifts at which prescribed forces are there, where that brings it nearer."""
+    if conditions.linear or not conditions.forces.components or not np.isfinite(now.merit):
+        return at, now
+    there = balanced(conditions, at)
+    then = _measured(conditions, there)
+    return (there, then) if in_any_case or then.merit < now.merit else (at, now)
+
+
+def _step(conditions: Conditions, at: Point, now: _Measure, goal: float, damping: float, room: Room) -> Step:
+    """Newton's step, as exact as it pays."""
+    system = conditions.linearised(at.traction, at.shift, now.trial, damping)
+    near = conditions.linear or now.residual <= NEAR * goal
+    enough = float(np.clip(0.3 * goal / now.residual, FINE, ROUGH)) if near else ROUGH
+    lacking = conditions.forces.lacking(at.traction)
+    return system.bent(at.traction, krylov.gcr(system, system.right, conditions.forces, lacking, enough, room))
+
+
+def _guarded(conditions: Conditions, at: Point, steps: int, tally: Tally, finest: Finest | None) -> Point:
+    """After steps that converge wherever M is monotone."""
+    shift = _shift(conditions) if finest is None else finest.shift
+    with tally.called("tseng"):
+        at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
+        tally.iterated("tseng", steps)
+    return replace(at, noise=NOISE if finest is None else EXACT)
+
+
+def _admissible(conditions: Conditions, at: Point, finest: Finest | None) -> Point:
+    """Admissible tractions, on the finest grid with their shift in double precision."""
+    traction = conditions.admissible(at.traction, at.traction - at.shift)
+    if finest is None:
+        return replace(at, traction=traction)
+    return replace(at, traction=traction, shift=finest.shift(traction, at.rigid), noise=EXACT)
+
+
+def _shift(conditions: Conditions) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """E of tractions and rigid shifts, in single precision but for what is known."""
+
+    def shift(traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        return conditions.known + rigid + conditions.kernel(traction.astype(np.float32))
+
+    return shift
+
+
+def _measured(conditions: Conditions, at: Point) -> _Measure:
+    trial = at.traction - at.shift
+    image = conditions.projected(trial)
+    error, lacking = at.traction - image, conditions.forces.lacking(at.traction)
+    square = dot(error, error)
+    largest = float(np.sqrt(max(dot(at.traction, at.traction).max(), dot(image, image).max())))
+    largest = largest if largest > 0 else 1.0
+    residual = max(float(np.sqrt(square.max())), float(np.abs(lacking).max(initial=0.0))) / largest
+    return _Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)

@@ -1,0 +1,175 @@
+"""Newton's method for the tangential problem, without a matrix: from coarse grids to the finest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.operators import RestrictedOperator
+from varcontact.problem.gap import gap, project, tangential_residual
+from varcontact.problem.problem import RawSolution, TangentialProblem
+from varcontact.solvers.active_set.tang import tang_safeguarded
+from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
+from varcontact.solvers.matrix_free.kernel import kernel, unit
+from varcontact.solvers.matrix_free.krylov import Forces
+from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
+from varcontact.solvers.matrix_free.linearisation import TangentialConditions
+from varcontact.solvers.matrix_free.newton import newton, point
+from varcontact.solvers.matrix_free.preconditioner import circulant
+from varcontact.solvers.matrix_free.safeguard import Point
+from varcontact.solvers.settings import Settings
+from varcontact.solvers.tally import Tally
+
+EXTRAPOLATED = 0.3
+"""Part of the last change by a finer grid that is added when going to the next."""
+
+
+def newton_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
+    """Solve the tangential problem by an inexact Newton method with products by FFT only.
+
+    Memory is linear in the number of elements, and so, but for a small power, is the time.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    settings : Settings
+        Its `tol` is reached by the residual and by the relative gap.
+    start : RawSolution, optional
+        Where to begin in place of a sequence of coarser grids.
+
+    Returns
+    -------
+    RawSolution
+        `iterations` counts Newton steps on all grids. `status` is "Solved", "MaxIterations" or "NotANumber". Where
+        Newton's method ends short of the tolerance, and elements are few enough, it is the answer of the safeguarded
+        TANG, as `solver` and `reason` say.
+
+    Raises
+    ------
+    SceneError
+        For a start of another problem.
+    """
+    assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
+    check_start(start, problem.rigid_shift.shape, (problem.components,))
+    if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
+        return not_a_number(problem.rigid_shift.shape, problem.components)
+    posed = _Posed.of(problem, settings.tally)
+    if posed is None:
+        return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
+
+    def residual(raw: RawSolution) -> float:
+        return tangential_residual(problem, raw.traction, raw.rigid)
+
+    def dense(near: RawSolution) -> RawSolution:
+        with settings.tally.called("tang-safeguarded"):
+            raw = tang_safeguarded(problem, tally=settings.tally)
+            settings.tally.iterated("tang-safeguarded", raw.iterations)
+        return replace(raw, solver="tang-safeguarded")
+
+    return driven(posed, start, settings, problem.size, dense, residual)
+
+
+@dataclass(frozen=True, eq=False)
+class _Posed:
+    """A tangential problem in its own units.
+
+    Attributes
+    ----------
+    problem : TangentialProblem
+    box : Box
+    load : float
+        The traction that counts as one.
+    tally : Tally
+        Where steps that converge by themselves are counted.
+    """
+
+    problem: TangentialProblem
+    box: Box
+    load: float
+    tally: Tally
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, tally: Tally) -> _Posed | None:
+        """None where nothing moves, and no traction arises."""
+        if problem.size == 0:
+            return None
+        forces = [abs(F) / (problem.area * problem.size) for F in problem.force if F is not None]
+        moved = max(float(np.abs(problem.rigid_shift).max()) / unit(problem.operator.grid_operator), *forces, 0.0)
+        if moved == 0:
+            return None
+        return cls(problem, Box.around(problem.operator), min(moved, float(problem.bound.max())), tally)
+
+    @property
+    def displacement(self) -> float:
+        """The shift that counts as one."""
+        return unit(self.problem.operator.grid_operator) * self.load
+
+    @cached_property
+    def conditions(self) -> TangentialConditions:
+        """The problem on its box."""
+        operator, shape = self.problem.operator.grid_operator, self.box.shape
+        bound = self.box.field(self.problem.bound) / self.load
+        known = self.box.field(self.problem.rigid_shift) / self.displacement
+        sums = np.array([F for F in self.problem.force if F is not None]) / (self.problem.area * self.load)
+        forces = Forces(tuple(self.problem.free), sums, 1 / np.sqrt(self.problem.size))
+        return TangentialConditions(kernel(operator, shape), circulant(operator, shape), known, bound, forces)
+
+    def coarser(self, fine: TangentialConditions) -> TangentialConditions:
+        """The problem with elements twice as large, in units of displacement that are so, too.
+
+        In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
+        """
+        known = halved_mean(fine.known, fine.contact) * (1.0 if fine.circulant.rolling else 0.5)
+        bound = halved(fine.bound) / 4
+        forces = Forces(fine.forces.components, fine.forces.sums / 4, 1 / np.sqrt(np.count_nonzero(bound)))
+        operator, shape = self.problem.operator.grid_operator, bound.shape
+        return TangentialConditions(kernel(operator, shape), circulant(operator, shape), known, bound, forces)
+
+    def begun(self, start: RawSolution) -> Point:
+        """From given tractions."""
+        traction = self.box.field(project(start.traction, self.problem.bound)) / self.load
+        return point(self.conditions, traction, np.reshape(start.rigid, (-1, 1, 1)) / self.displacement)
+
+    def approached(self) -> tuple[Point, int]:
+        """From coarser grids, the coarsest begun without traction; also the Newton steps taken there."""
+        grids = [self.conditions]
+        while has_coarser(grids[-1].bound.shape) and np.isfinite(self.problem.bound).all():
+            grids.append(self.coarser(grids[-1]))
+        coarse = grids.pop()
+        at, steps, expected = point(coarse, np.zeros_like(coarse.known), np.zeros((len(coarse.known), 1, 1))), 0, None
+        while grids:
+            fine = grids.pop()
+            result = newton(coarse, at, COARSE_TOL, self.tally)
+            part = result.at.traction / np.where(coarse.contact, coarse.bound, 1.0)
+            if expected is not None:
+                part += EXTRAPOLATED * (part - expected)
+            expected = doubled(part, coarse.contact, fine.bound.shape)
+            rigid = result.at.rigid * (1.0 if fine.circulant.rolling else 2.0)
+            at = point(fine, fine.projected(expected * fine.bound), rigid)
+            coarse, steps = fine, steps + result.steps
+        return at, steps
+
+    def solved(self, at: Point, tol: float) -> RawSolution:
+        """By Newton's method on the problem itself."""
+        result = newton(self.conditions, at, tol, self.tally, self)
+        traction, rigid = self._physical(result.at.traction, result.at.rigid)
+        return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
+
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        """E on the box, in double precision."""
+        return self.box.field(self.problem.shift(*self._physical(traction, rigid))) / self.displacement
+
+    def error(self, at: Point) -> float:
+        """The residual or the relative gap of an answer, the larger."""
+        traction, rigid = self._physical(at.traction, at.rigid)
+        shift = self.box.values(at.shift) * self.displacement
+        residual = tangential_residual(self.problem, traction, rigid, shift)
+        if self.problem.no_slip:
+            return residual
+        return max(residual, gap(self.problem, traction, rigid, shift)[1])
+
+    def _physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and rigid shifts as the problem has them."""
+        return self.box.values(traction) * self.load, rigid.ravel() * self.displacement
