@@ -11,9 +11,10 @@ from varcontact.elasticity.operators import GridOperator
 from varcontact.planning.plan import make_plan
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import residuals as residuals_of
+from varcontact.problem.state import unloaded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.settings import Settings
-from varcontact.solving.subproblems import Steps, unloaded
+from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 
 RUBBER, MIXED = vc.Bodies(G=(1.0, math.inf), nu=(0.0, 0.3)), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
