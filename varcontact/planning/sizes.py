@@ -177,12 +177,12 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     n, m = counted.normal, counted.components * counted.tangential
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
-    if plan.normal not in ("hertz", *MATRIX_FREE):
+    if plan.normal not in ("hertz", *MATRIX_FREE) and not plan.convex:
         yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
     if not plan.rubs or m == 0:
         return
     joint = plan.joint_program
-    steps_only = plan.marches and not plan.programs  # programs are polished whole
+    steps_only = plan.marches and not (plan.programs and not plan.convex)  # a polish is of the whole, not of a step
     whole = (plan.solves and not steps_only) or plan.tangential == "linear"
     whole = whole and not plan.matrix_free
     if counted.mirrored and whole:

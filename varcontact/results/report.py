@@ -153,8 +153,8 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
 
 def _called(name: str, calls: Calls) -> str:
     """A solver's calls, for people."""
-    iterations = f"{calls.iterations} iterations, " if calls.iterations else ""
-    return f"{name} {calls.count} ({iterations}{calls.seconds:.2g} s)"
+    often = "once" if calls.count == 1 else f"{calls.count} times"
+    return f"{name} {often}" + (f" ({calls.iterations} iterations)" if calls.iterations else "")
 
 
 def _law(sol: Solution) -> str:

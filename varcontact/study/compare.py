@@ -76,8 +76,8 @@ def compare(
         approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the
         force (by the largest friction force) and of the tractions (by the largest traction bound) from the
         solution of the smallest residual on that scene, and elements with another state than there; iterations;
-        seconds by stage. `calls` says who was called, and how often, as "norm 1 | clarabel 1 + splitting 1": for the
-        normal, then for the tangential problem. `repeat_seconds` are those of a second scene with creepages (or forces)
+        seconds by stage. `calls` says who was called, and how often, as "normal: norm 1; tangential: clarabel 1 +
+        splitting 1". `repeat_seconds` are those of a second scene with creepages (or forces)
         one per cent smaller and everything kept that can be, `setup_seconds` what the first took longer.
 
     Raises
@@ -316,9 +316,12 @@ def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
 
 
 def _called(sol: Solution) -> str:
-    """Who was called for each problem, and how often."""
-    counts = [" + ".join(f"{name} {calls.count}" for name, calls in solvers.items()) for solvers in sol.calls.values()]
-    return " | ".join(counts)
+    """Who was called for each problem, and how often, in words."""
+    counts = {
+        problem: " + ".join(f"{name} {calls.count}" for name, calls in solvers.items())
+        for problem, solvers in sol.calls.items()
+    }
+    return "; ".join(f"{problem}: {count}" for problem, count in counts.items())
 
 
 def _distances(sol: Solution, best: Solution) -> dict[str, Any]:
