@@ -13,7 +13,6 @@ from varcontact.errors import (
     VarcontactError,
 )
 from varcontact.io.scene_file import read_scene
-from varcontact.io.solution_file import load
 from varcontact.planning.plan import Plan, plan
 from varcontact.planning.sizes import Matrix, Sizes
 from varcontact.plotting.solution import plot_comparison, plot_stress
@@ -28,6 +27,7 @@ from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.units import Units
+from varcontact.solving.remeasured import load
 from varcontact.solving.solve import certify, solve
 from varcontact.study.bank import standard_bank
 from varcontact.study.compare import compare

@@ -13,14 +13,14 @@ class VarcontactError(Exception):
     step : int or None
         The step of a history in which it happened, counted from 0.
     history : History or None
-        The steps before.
+        The steps before; None where the error came before any work.
     """
 
     step: int | None = None
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """The same error, saying in which step of a history."""
+        """The same error, saying in which step of a history; without one where no step was solved."""
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self

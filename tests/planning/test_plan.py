@@ -186,7 +186,7 @@ def test_kinds_of_scenes(rolling, changes, expected):
     plan = vc.plan(rolling(**changes))
     assert {name: getattr(plan, name) for name in expected} == expected
     reasons = {"dimension", "bodies", "surface", "motion", "friction"}
-    reasons |= {"normal", "tangential", "coupling", "formulation", "method"}
+    reasons |= {"method", "normal", "tangential", "coupling", "formulation"}
     assert set(plan.reasons) == reasons | set(plan.special)
     assert all(reason and "\n" not in reason for reason in plan.reasons.values())
 

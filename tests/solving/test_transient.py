@@ -367,3 +367,29 @@ def test_the_slopes_of_a_step_are_those_of_differences():
     slopes = sol.sensitivity()
     assert slopes[:, 0] == pytest.approx(by_vx, rel=1e-4, abs=1e-5)
     assert slopes[:, 2] == pytest.approx(by_spin, rel=1e-4, abs=1e-5)
+
+
+@pytest.mark.parametrize("stored", [False, True])
+@pytest.mark.parametrize(
+    ("friction", "steps"),
+    [(0.0, None), (np.zeros((8, 8)), None), (None, 0.0), (None, [0.3, 0.0, 0.3]), (0.3, [None, 0.0, None])],
+    ids=["number", "array", "history", "one step", "one step of the scene's"],
+)
+def test_a_force_without_friction_is_refused_before_any_work(friction, steps, stored, tmp_path):
+    """As of steady rolling: not a force of nothing with creepages that are no numbers."""
+    store = tmp_path / "history.nc" if stored else None
+    grid = vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=-0.4, y0=-0.4)
+    told = []
+    for force in ({"Fx": [0.0, 1e-4, 0.0]}, {"Fy": [None, -1e-4, None]}):
+        motion = vc.Transient(steps=3, friction=steps, **force)
+        slippery = ball(friction=friction, grid=grid, motion=motion)
+        with pytest.raises(vc.Saturated, match=r"step 1 of the history: .* 0.0001 cannot be carried") as failure:
+            vc.solve(slippery, store=store, progress=told.append)
+        assert (failure.value.step, failure.value.limit, failure.value.history) == (1, 0.0, None)
+    assert told == []
+    assert not stored or not store.exists()
+
+
+def test_a_force_of_zero_needs_no_friction():
+    history = vc.solve(ball(friction=0.0, motion=vc.Transient(steps=2, dq=0.05, Fx=0.0)))
+    assert not history.force.any()

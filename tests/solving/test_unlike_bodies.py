@@ -10,9 +10,11 @@ import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
 from varcontact.planning.plan import make_plan
 from varcontact.problem.discretisation import discretise
+from varcontact.problem.gap import residuals as residuals_of
+from varcontact.problem.state import unloaded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.settings import Settings
-from varcontact.solving.subproblems import Steps, unloaded
+from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 
 RUBBER, MIXED = vc.Bodies(G=(1.0, math.inf), nu=(0.0, 0.3)), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
@@ -215,3 +217,69 @@ def test_picture_of_the_passes():
         vc.SceneError, match=r"coupling johnson, no passes.*coupling loop .* or under a law of friction"
     ):
         vc.solve(SCENES[0], coupling="johnson").plot_passes()
+
+
+def hardly_rubbing(friction):
+    """A shift in which pressures move all elements but the middle one, which sticks or nearly does."""
+    return scene(
+        **{**BALL, "grid": vc.Grid(nx=9, ny=9)},
+        bodies=vc.Bodies(G=1.0, nu=(0.05, 0.35)),
+        friction=friction,
+        motion=vc.Shift(ux=0.03 * friction, uy=0.01 * friction),
+    )
+
+
+@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
+@pytest.mark.parametrize(("friction", "converges"), [(1e-5, True), (1e-6, True), (1e-7, True), (1e-9, False)])
+def test_with_hardly_any_friction_the_residual_is_that_of_the_tractions(friction, converges, coupling):
+    """Pressures of unlike bodies shift an element that nearly sticks by K/f of what friction bears.
+
+    At f = 1e-6 a normal residual of 1e-10 makes tractions wrong by 1e-5 of their bound. So the pressures are solved for
+    as exactly as friction asks; what rounding leaves beyond that is not taken for solved.
+    """
+    shift = hardly_rubbing(friction)
+    exact, sol = _best(shift, coupling="joint", tol=1e-12), _best(shift, coupling=coupling)
+    wrong = np.abs(sol.traction - exact.traction).max() / sol.traction_bound.max()
+    assert sol.converged == (sol.certificate.residual <= 1e-8) == converges
+    assert wrong < 1e-8 or not converges
+    assert wrong < 2 * sol.certificate.residual
+
+
+def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
+    """Pressures that are wrong by 1e-9 under tractions that are exact for them.
+
+    The residual of the whole grows like 1/f; each problem by itself sees nothing of it.
+    """
+    residuals = []
+    for friction in (1e-2, 1e-4, 1e-5):
+        shift = hardly_rubbing(friction)
+        sol = vc.solve(shift)
+        disc = discretise(shift, sol.grid)
+        bumps = 1 + 1e-9 * np.cos(np.arange(sol.pressure.size)).reshape(sol.pressure.shape)
+        pressure, approach = sol.pressure / disc.pressure, (sol.approach - disc.base) / disc.displacement
+        steps = Steps(make_plan(shift), 1e-14, True, Clock())
+        state = dataclasses.replace(unloaded(sol.grid), pressure=pressure * bumps, approach=approach)
+        state = steps.traction(disc, state)
+        normal, tangential, whole = residuals_of(disc, state.pressure, approach, state.traction, state.rigid)
+        assert normal < 2e-8
+        assert tangential < 1e-12
+        residuals.append(whole)
+    assert residuals[1] > 10 * residuals[0]
+    assert residuals[2] == pytest.approx(10 * residuals[1], rel=0.1)
+
+
+def test_a_force_that_friction_bears_easily_needs_no_exacter_pressures():
+    """Where the force is prescribed, the rigid shift takes what pressures move the one element that sticks."""
+    line = scene(bodies=MIXED, friction=1e-6, motion=vc.Steady(Fx=5e-10))
+    sol = vc.solve(line, normal="clarabel", tangential="clarabel", polish=False, tol=1e-6)
+    exact = vc.solve(line)
+    assert sol.certificate.normal_residual > 1e-10
+    assert np.abs(sol.traction - exact.traction).max() < 1e-6 * sol.traction_bound.max()
+
+
+def _best(scene, **arguments):
+    """The solution, or the best iterate."""
+    try:
+        return vc.solve(scene, normal="norm", tangential="tang-safeguarded", **arguments)
+    except vc.NotConverged as failure:
+        return failure.solution

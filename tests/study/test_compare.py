@@ -103,11 +103,11 @@ def test_methods_that_cannot(rolling):
 @pytest.mark.parametrize(
     ("name", "parts"),
     [
-        ("tang", ("norm", "tang", "auto", False)),
-        ("scs/gap", ("scs", "scs", "gap", False)),
-        ("qpsolvers:piqp|clarabel+polish", ("qpsolvers:piqp", "clarabel", "auto", True)),
-        ("fastsim", ("auto", "fastsim", "auto", False)),
-        ("osqp", ("osqp", "", "auto", False)),
+        ("tang", ("norm", "tang", "auto", False, "auto")),
+        ("scs/gap", ("scs", "scs", "gap", False, "auto")),
+        ("qpsolvers:piqp|clarabel+polish", ("qpsolvers:piqp", "clarabel", "auto", True, "auto")),
+        ("fastsim", ("auto", "fastsim", "auto", False, "auto")),
+        ("osqp", ("osqp", "", "auto", False, "auto")),
     ],
 )
 def test_names(name, parts):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -19,6 +19,7 @@ import numpy as np
 from varcontact.errors import OutputError, SceneError, VarcontactError
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import (
+    AS_STORED,
     FIELDS,
     assembled,
     check_ending,
@@ -62,12 +63,15 @@ class Stored(Sequence[Solution]):
     plan : Plan
     settings : dict
         Tolerance and polish.
+    measured : callable, optional
+        What each step, given with its number and the step before, becomes when it is read; else it is as stored.
     """
 
     path: Path
     scene: Scene
     plan: Plan
     settings: dict[str, Any]
+    measured: Callable[[int, Solution | None, Solution], Solution] | None = None
 
     @classmethod
     def opened(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Stored:
@@ -117,14 +121,30 @@ class Stored(Sequence[Solution]):
         if not -count <= k < count:
             raise IndexError(f"step {k} of a history of {count}")
         k %= count
+        sol = self._read(k)
+        if self.measured is None:
+            return replace(sol, note=AS_STORED)
+        before = self._read(k - 1) if k > 0 else None
+        with self._damaged_in(k):
+            return self.measured(k, before, sol)
+
+    def _read(self, k: int) -> Solution:
+        """Step k as it is in the file."""
         with _file(self.path) as file:
             grid = Grid(**json.loads(file.grid))
             names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
             fields = {name: _native(file.variables[name][k]) for name in names}
-            record = json.loads(file.variables["record"][k].tobytes())
+            record = file.variables["record"][k].tobytes()
         approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
+        with self._damaged_in(k):
+            step = self.scene.step(k, grid)
+            return assembled(step, grid, self.plan, fields, approach, creepage, json.loads(record))
+
+    @contextmanager
+    def _damaged_in(self, k: int) -> Iterator[None]:
+        """Errors become those of a file that is damaged in step k."""
         try:
-            return assembled(self.scene.step(k, grid), grid, self.plan, fields, approach, creepage, record)
+            yield
         except (KeyError, TypeError, ValueError, VarcontactError) as error:
             raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
 
@@ -171,7 +191,7 @@ def is_history(path: Path) -> bool:
 
 
 def load_history(path: Path) -> History:
-    """A history from its file, see `varcontact.load`."""
+    """A history from its file, each step as it is stored."""
     stored = _stored(path)
     return History(stored.scene, stored.grid, stored, stored.settings)
 
@@ -226,7 +246,7 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
     file.format, file.first_step = FORMAT, f"{begin or 0:012d}"
     file.scene, file.grid = json.dumps(scene_to(about.scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(about.plan)), json.dumps(about.settings)
-    loops = about.plan.coupling not in ("none", "johnson") or about.scene.under_law
+    loops = about.plan.loops or about.scene.under_law
     length = RECORD_OF_PASSES if loops else RECORD
     sizes = {
         "component": 2,

@@ -193,11 +193,11 @@ def _law(k: int, value: Any, folder: Path) -> Any:
 
 def _start(value: Any, folder: Path) -> Any:
     """A solution, or the last step of a history, from the file it was saved to."""
-    from varcontact.io.solution_file import load
+    from varcontact.io.solution_file import read
 
     if not isinstance(value, str):
         raise SceneError("motion.start", value, "the name of a file with a solution")
-    loaded = load(folder / value)
+    loaded = read(folder / value)
     return loaded if isinstance(loaded, Solution) else loaded[-1]
 
 

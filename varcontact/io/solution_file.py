@@ -5,13 +5,14 @@ from __future__ import annotations
 import io
 import json
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.errors import OutputError, VarcontactError
+from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from varcontact.results.history import History
 
 FORMAT = "varcontact solution 1"
+AS_STORED = "the certificate is as stored in the file, not measured again"
 
 FIELDS = {
     "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
@@ -112,22 +114,13 @@ def write_whole(field: str, path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def load(path: str | Path) -> Solution | History:
-    """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Solution or History
-        A history reads its steps from the file when they are asked for.
+def read(path: str | Path) -> Solution | History:
+    """A solution or a history from its file, as it is stored: fields that no solution can have are refused.
 
     Raises
     ------
     OutputError
-        If there is no such file, or it is not one of ours.
+        If there is no such file, it is not one of ours, or it holds what no solution can be.
     """
     from varcontact.io.history_file import is_history, load_history
 
@@ -140,9 +133,14 @@ def load(path: str | Path) -> Solution | History:
         raise OutputError("path", path, f"cannot be read ({error})") from None
     data = _data(path, path)
     try:
-        return solution_from(data)
+        return replace(solution_from(data), note=AS_STORED)
     except (KeyError, TypeError, ValueError, VarcontactError) as error:
-        raise OutputError("path", path, f"is damaged ({first_line(error)})") from None
+        raise damaged(path, error) from None
+
+
+def damaged(path: str | Path, error: Exception) -> OutputError:
+    """The error of a file that holds what no solution can be."""
+    return OutputError("path", path, f"is damaged ({first_line(error)})")
 
 
 def _data(path: str | Path, content: Any) -> xr.Dataset:
@@ -183,7 +181,7 @@ def assembled(
     scene: Scene,
     grid: Grid,
     plan: Plan,
-    fields: dict[str, np.ndarray],
+    fields: dict[str, Any],
     approach: float,
     creepage: np.ndarray,
     record: dict[str, Any],
@@ -209,7 +207,7 @@ def assembled(
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
         raise ValueError(f"{', '.join(kinds)} that are of other types")
-    return Solution(
+    sol = Solution(
         scene=scene,
         grid=grid,
         plan=plan,
@@ -229,6 +227,8 @@ def assembled(
             for problem, solvers in record.get("calls", {}).items()
         },
     )
+    check_plausible(sol)
+    return sol
 
 
 FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}

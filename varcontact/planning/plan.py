@@ -10,6 +10,7 @@ from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.roads import Road, check_on_road, road
 from varcontact.planning.sizes import Sizes
+from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -21,7 +22,7 @@ from varcontact.solvers.registry import (
     states_programs,
     tangential_methods,
 )
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.methods import THEORIES, Theory, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
@@ -38,7 +39,8 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical bodies and without friction, else "johnson", "panagiotopoulos" or "joint".
+        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
+        "joint".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
     reasons : dict
@@ -46,7 +48,7 @@ class Plan:
     dimension : str
         "three-dimensional" or "line contact".
     bodies : str
-        "quasi-identical" (K = 0) or "unlike".
+        "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
     surface : str
         "Hertzian" or "sampled".
     motion : str
@@ -60,6 +62,9 @@ class Plan:
         The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
+    left_out : float
+        Where the coupling of almost like bodies is left out: what that changes of the tangential forces at given
+        creepages at most, in parts of f Fz, see `varcontact.scene.likeness`; else 0.
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
     """
@@ -78,6 +83,67 @@ class Plan:
     sizes: Sizes | None = None
     fallback: str = "none"
     method: str = "auto"
+    left_out: float = 0.0
+
+    @property
+    def closed_form(self) -> bool:
+        """Whether the pressure is Hertz's."""
+        return self.normal == "hertz"
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is a tangential problem."""
+        return self.tangential != "none"
+
+    @property
+    def theory(self) -> Theory | None:
+        """The approximate theory that gives the tractions, if one does."""
+        return THEORIES.get(self.tangential)
+
+    @property
+    def programs(self) -> bool:
+        """Whether the tangential problem is stated as a convex program."""
+        return states_programs(self.tangential)
+
+    @property
+    def solves(self) -> bool:
+        """Whether the tangential problem itself is solved, by whatever method."""
+        return self.rubs and self.theory is None
+
+    @property
+    def matrix_free(self) -> bool:
+        """Whether the tangential problem is solved by products alone."""
+        return self.tangential in MATRIX_FREE
+
+    @property
+    def convex(self) -> bool:
+        """Whether only solvers of programs are asked."""
+        return self.method == "convex"
+
+    @property
+    def marches(self) -> bool:
+        """Whether steady rolling is marched to."""
+        return self.formulation == "marching"
+
+    @property
+    def loops(self) -> bool:
+        """Whether pressure and tractions are found in passes, until both stay."""
+        return self.coupling in ("panagiotopoulos", "joint")
+
+    @property
+    def one_pass(self) -> bool:
+        """Whether the pressure is that without tractions, though the bodies differ: Johnson's process."""
+        return self.coupling == "johnson"
+
+    @property
+    def joint(self) -> bool:
+        """Whether a pass has pressure and tractions together."""
+        return self.coupling == "joint"
+
+    @property
+    def joint_program(self) -> bool:
+        """Whether they are the unknowns of one program."""
+        return self.joint and self.formulation == "complementary" and self.programs
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
@@ -194,6 +260,9 @@ def make_plan(
         raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
     way = road(method)
     chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
+    K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
+    if effect:
+        scene = replace(scene, bodies=scene.bodies.alike)
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
         way = road("convex")  # what is asked for, only programs have
@@ -205,6 +274,8 @@ def make_plan(
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = kinds_of(scene, chosen), special_of(scene)
+    if effect:
+        kinds["bodies"], reasons["coupling"] = almost_like(K, effect)
     reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
     dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
     return Plan(
@@ -221,6 +292,7 @@ def make_plan(
         tuple(special),
         fallback=way.fallback if (tangential, chosen["tangential"]) == ("auto", way.tangential) else "none",
         method=method,
+        left_out=effect,
     )
 
 

@@ -16,6 +16,7 @@ class RoomyLocator(MaxNLocator):
     """Round ticks with room for labels as wide as -0.008, where matplotlib's own has room for three digits."""
 
     def __call__(self) -> Sequence[float]:
+        """Ticks for the axis as long as it is drawn."""
         assert self.axis is not None
         self.set_params(nbins=int(np.clip(0.75 * self.axis.get_tick_space(), 1, 8)))
         return super().__call__()

@@ -10,6 +10,7 @@ from varcontact.problem.bounds import force_bound, outputs_of, pressure_error, p
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import (
     gap,
+    handed_on,
     magnitude,
     normal_gap,
     normal_residual,
@@ -46,7 +47,9 @@ class Certificate:
         definite, and where it is left out.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
-        tangential and the normal one. With Hertz's closed form as the pressure of a tangential problem the
+        tangential and the normal one. For unlike bodies also what the normal one does to the tractions, which grows
+        like K by friction: the tangential residual under the pressures that the natural map has in place of these.
+        With Hertz's closed form as the pressure of a tangential problem the
         normal one is left out: it is the grid's error, and found in `normal_residual`.
     normal_relative_gap, normal_residual, tangential_residual : float
         The same measures of the two problems.
@@ -99,8 +102,10 @@ def certify_problems(
     bound = disc.lattice.area * np.abs(_totals(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
     part = np.zeros(3)
     residual = relative(float(magnitude(stray).max(initial=0.0)), float(magnitude(flat).max()))
-    relative_gap = normal_relative
+    relative_gap, whole = normal_relative, normal_error
     if tangential is not None and tangential.size > 0:
+        level_of_contact = np.array([approach])
+        whole = worst(whole, handed_on(disc, normal, pressure, level_of_contact, traction, rigid))
         tractions, shifts = tangential.of_grid(traction, rigid)
         residual = worst(residual, tangential_residual(tangential, tractions, shifts))
         if level != "none":
@@ -116,7 +121,7 @@ def certify_problems(
         gap=absolute * disc.force * disc.displacement,
         relative_gap=relative_gap,
         force_bound=bound * scales,
-        residual=residual if asked_for else worst(residual, normal_error),
+        residual=residual if asked_for else worst(residual, whole),
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
         tangential_residual=residual,

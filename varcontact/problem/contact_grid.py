@@ -11,6 +11,7 @@ from varcontact.errors import SceneError
 from varcontact.machine.memory import need
 from varcontact.problem.containment import Box, contact_box
 from varcontact.scene.grid import Grid
+from varcontact.scene.likeness import left_out
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
@@ -75,7 +76,8 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
     spec = _given(scene)
-    if spec.explicit or not isinstance(scene.motion, Transient) or scene.bodies.K == 0 or scene.frictionless:
+    coupled = scene.bodies.K != 0 and not scene.frictionless and not left_out(scene)
+    if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
 
@@ -137,6 +139,7 @@ def _rounded(box: Box, line: bool) -> tuple[float, ...]:
 
 
 def clipped(box: Box, surface: SampledDistance) -> Box:
+    """What of a box lies within the samples of a surface."""
     left, right, bottom, top = surface.box
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 

@@ -101,7 +101,7 @@ class Discretisation:
 
     @property
     def K(self) -> float:
-        """The constant (60) by which normal and tangential problem couple; 0: like bodies."""
+        """The constant (60) by which the problems couple; 0: like bodies, or almost like ones that count as such."""
         return self.operators.K
 
     @property
@@ -312,8 +312,10 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
     return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
 
 
-def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Discretisation:
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
+
+    Unless it is `coupled`, pressure and tractions do not depend on each other, whatever K is.
 
     Raises
     ------
@@ -345,7 +347,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None) -> Disc
             raise out_of_reach(scene.surface, scene.approach, grid)
         pressure = scene.bodies.combined_G * overlap / length
     _check_range(scene, length, pressure)
-    operators = _operators(scene, grid.scaled(length), length, known)
+    operators = _operators(scene, grid.scaled(length), length, scene.bodies.K if coupled else 0.0, known)
     return Discretisation(
         bodies=scene.bodies,
         surface=scene.surface,
@@ -380,9 +382,9 @@ def _posed(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _operators(scene: Scene, lattice: Grid, length: float, known: Operators | None) -> Operators:
+def _operators(scene: Scene, lattice: Grid, length: float, K: float, known: Operators | None) -> Operators:
     """The operators of a lattice, those already known where they are the same."""
-    nu, K, depth = scene.bodies.combined_nu, scene.bodies.K, FREE_DEPTH
+    nu, depth = scene.bodies.combined_nu, FREE_DEPTH
     if scene.reference_depth is not None:
         depth = scene.reference_depth / length
     if known is not None and known.same(lattice, nu, K, depth):

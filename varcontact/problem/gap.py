@@ -19,18 +19,57 @@ ROUNDING = 4 * float(np.finfo(float).eps)
 
 def residuals(
     disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray, rigid: np.ndarray
-) -> tuple[float, float]:
-    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions."""
+) -> tuple[float, float, float]:
+    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions.
+
+    The third is what the normal one does to the tractions of unlike bodies.
+    """
     coupled = disc.K != 0 and np.any(traction)
-    normal = disc.normal_problem(traction if coupled else None)
-    normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
+    normal, level = disc.normal_problem(traction if coupled else None), np.array([approach])
+    normal_error = normal_residual(normal, pressure.ravel(), level)
+    tangential_error = _of_tractions(disc, pressure, traction, rigid)
+    return normal_error, tangential_error, handed_on(disc, normal, pressure, level, traction, rigid)
+
+
+def _of_tractions(disc: Discretisation, pressure: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> float:
+    """Residual of the tangential problem under a pressure (ny, nx)."""
     tangential = disc.tangential_problem(pressure, acting=traction)
     size = magnitude(traction.reshape(2, -1))
     stray = np.delete(size, tangential.operator.elements).max(initial=0.0)  # where no friction can carry it
     error = relative(float(stray), float(size.max()))
     if tangential.size:
         error = worst(error, tangential_residual(tangential, *tangential.of_grid(traction, rigid)))
-    return normal_error, error
+    return error
+
+
+def handed_on(
+    disc: Discretisation,
+    normal: NormalProblem,
+    pressure: np.ndarray,
+    level: np.ndarray,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+) -> float:
+    """What the residual of the normal problem does to the tractions of unlike bodies.
+
+    A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as large a part of the
+    tractions: the less friction, the more exact the pressures have to be. So the tractions are judged under the
+    pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
+    that moves the elements that stick, in the mean: that changes the creepage, and no traction.
+    """
+    if disc.K == 0 or not np.any(traction):
+        return 0.0
+    image = normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
+    tangential = disc.tangential_problem(pressure, acting=traction)
+    if tangential.size and tangential.free:
+        tractions, shifts = tangential.of_grid(traction, rigid)
+        trial = tractions - tangential.shift(tractions, shifts) / tangential.operator.diagonal
+        sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
+        free = [tangential.directions[i] for i in tangential.free]
+        if sticks.size:
+            moved = disc.pressure_to_shift.apply((image - pressure)[None]).reshape(2, -1)[:, sticks].mean(axis=1)
+            rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
+    return _of_tractions(disc, image, traction, rigid)
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
@@ -62,13 +101,20 @@ def normal_residual(
 
     A p is taken from `elastic` where that is known already.
     """
-    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
-    distance = problem.distance - rigid[0] + elastic
-    image = np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
+    image = normal_image(problem, pressure, rigid, elastic)
     residual = relative(np.abs(pressure - image).max(), worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
         residual = worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
     return residual
+
+
+def normal_image(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> np.ndarray:
+    """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
+    distance = problem.distance - rigid[0] + elastic
+    return np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
 
 
 def tangential_residual(

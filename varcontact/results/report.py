@@ -30,7 +30,8 @@ _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling
 def _headline(sol: Solution) -> str:
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     K = sol.scene.bodies.K
-    bodies = "quasi-identical bodies" if K == 0 else f"unlike bodies (K = {K:.3g})"
+    unlike = "almost like" if sol.plan.left_out else "unlike"
+    bodies = "quasi-identical bodies" if K == 0 else f"{unlike} bodies (K = {K:.3g})"
     state = "" if sol.converged else ": NOT CONVERGED"
     size = f"line contact, {sol.grid.nx}" if sol.grid.line else f"{sol.grid.nx} x {sol.grid.ny}"
     return f"{kind} of {bodies}, {size} elements{state}"
@@ -86,10 +87,15 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
-    elif sol.plan.tangential != "none":
+    elif sol.plan.rubs:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
         rows.append(("", f"guaranteed on this grid{_of_what(sol)}: {sizes}"))
-    if sol.plan.normal == "hertz":
+    if sol.note:
+        rows.append(("", sol.note))
+    if sol.plan.left_out:
+        effect = f"tangential force at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
+        rows.append(("", f"the coupling of almost like bodies is left out: it changes the {effect}"))
+    if sol.plan.closed_form:
         rows.append(("", "(Hertz's pressure is exact but for the grid, whose own equations it meets "
                          f"to {certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
@@ -98,7 +104,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
 def _of_what(sol: Solution) -> str:
     """What a bound is for: the step of a history, and whose pressure."""
     step = " in this step" if isinstance(sol.motion, TimeStep) else ""
-    if sol.plan.normal == "hertz":
+    if sol.plan.closed_form:
         return f"{step}, for Hertz's pressure"
     known = np.all(np.isfinite(sol.certificate.pressure_part))
     return f"{step}, the pressure's own error included" if known else f"{step}, for this pressure"
@@ -113,7 +119,7 @@ def no_guarantee(sol: Solution) -> str:
         return ""
     if np.any(np.isnan(sol.certificate.force_bound)):
         return "the numbers went beyond the range of floating point"
-    if sol.scene.bodies.K != 0:
+    if sol.scene.bodies.K != 0 and not sol.plan.left_out:
         return "the bodies are unlike, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
         return "the coefficient of friction depends on the slip, and there may be several solutions"

@@ -13,7 +13,6 @@ from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
-from varcontact.theories.methods import THEORIES
 
 
 def sensitivity(sol: Solution) -> np.ndarray:
@@ -21,8 +20,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     scene, plan = sol.scene, sol.plan
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
-    if plan.tangential in THEORIES or plan.coupling == "johnson":
-        approximate = plan.tangential if plan.tangential in THEORIES else plan.coupling
+    if plan.theory is not None or plan.one_pass:
+        approximate = plan.tangential if plan.theory is not None else plan.coupling
         raise SceneError("solution", approximate, "by an exact method, at whose solution the problem is linearised")
     if isinstance(scene.friction, Law) and scene.friction.continuous:
         raise SceneError("friction", scene.friction, "a coefficient that does not fall with slip velocity")
@@ -32,8 +31,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
     if bearing.size == 0:
         return np.zeros((2, 3))
-    disc = discretise(scene, sol.grid)
-    linear = _Linearised(disc, sol, bearing, contact if scene.bodies.K != 0 else np.zeros(0, dtype=int))
+    disc = discretise(scene, sol.grid, coupled=not plan.left_out)
+    linear = _Linearised(disc, sol, bearing, contact if disc.K != 0 else np.zeros(0, dtype=int))
     slopes = linear.forces(_unit_shifts(disc)[:, :, bearing])
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 

@@ -74,6 +74,9 @@ class Solution:
     branch : str
         Under a law of friction, which has several solutions at times: where the search began, "stick" or "slip" all
         over, a "solution", or what the particles did before in a "history"; empty without a law.
+    note : str
+        Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
+        was measured again and found to be what its fields deserve.
     """
 
     scene: Scene
@@ -95,6 +98,7 @@ class Solution:
     branch: str = ""
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
+    note: str = ""
 
     @property
     def normal_force(self) -> float:
@@ -235,6 +239,7 @@ class Solution:
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
             "road": self.plan.method,
             "formulation": self.plan.formulation,
+            "left_out": self.plan.left_out,
             "iterations": self.iterations,
             "status": self.status,
             "solved_by": self.solved_by,
@@ -242,6 +247,7 @@ class Solution:
             "passes": len(self.passes),
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
+            "note": self.note,
             "coefficient": self._coefficients(),
             "seconds": self.timing["total"],
         }
@@ -344,7 +350,7 @@ def solution_of(
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
-    if scene.bodies.K != 0 and np.any(state.traction):
+    if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
@@ -383,6 +389,7 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
     if disc.afloat and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.carried is None else disc.carried.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
-        unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force))
+        rounding = 1e-14 * state.pressure.sum() * disc.lattice.area  # a force of zero is zero to that
+        unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force) + rounding)
     found = np.where(prescribed & unknown, math.nan, found)
     return along_x + float(found[0]), along_y + float(found[1]), about_z

@@ -86,6 +86,11 @@ class Bodies:
         upper, lower = weight * (1 - 2 * nu1) / G1, weight * (1 - 2 * nu2) / G2
         return upper - lower if abs(upper - lower) > 1e-15 else 0.0
 
+    @property
+    def alike(self) -> Bodies:
+        """Two like bodies with the same combined constants: these without their difference K."""
+        return Bodies(G=self.combined_G, nu=self.combined_nu)
+
 
 def _modulus(field: str, value: Any) -> float:
     allowed = "a positive modulus (inf: rigid)"

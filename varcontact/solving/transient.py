@@ -19,7 +19,7 @@ from varcontact.problem.certificate import Certificate
 from varcontact.problem.contact_grid import common_grid, enlarged
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
-from varcontact.problem.state import ContactState
+from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution, solution_of
 from varcontact.scene.grid import Grid
@@ -28,7 +28,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact, unloaded
+from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
 
@@ -43,15 +43,16 @@ def solve_transient(
 ) -> History:
     """Solve a transient scene step by step, see `solve`."""
     from varcontact.io.history_file import Stored
+    from varcontact.solving.remeasured import with_measured_steps
 
     motion = _motion(scene)
     if not isinstance(motion.start, Solution | None):
         raise SceneError("motion.start", motion.start, "a Solution")
-    stored = None if store is None else Stored.opened(Path(store), scene, plan, tol, polish)
+    stored = None if store is None else with_measured_steps(Stored.opened(Path(store), scene, plan, tol, polish))
     steps = Steps(plan, tol, polish, Clock(), certify=certify)
-    contacts = _largest_contacts(scene)
+    contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
-    march = _March(scene, _discretisation(contacts[0], grid), steps)
+    march = marching_on(scene, contacts[0], grid, steps)
     solutions: MutableSequence[Solution] | Stored = [] if stored is None else stored
     history = History(scene, grid, solutions, {"tol": tol, "polish": polish})
     before = march.start() if len(history) == 0 else history[-1]
@@ -68,8 +69,13 @@ def solve_transient(
     return history
 
 
+def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: Steps) -> March:
+    """The march of a history on its grid, in the scales of one of its `largest_contacts`."""
+    return March(scene, _discretisation(largest, grid, coupled=not steps.plan.left_out), steps)
+
+
 @dataclass(frozen=True, eq=False)
-class _March:
+class March:
     """What all steps share: the grid and its scales, the operators, the methods.
 
     A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
@@ -99,25 +105,29 @@ class _March:
         """Solve step k."""
         steps = replace(self.steps, clock=Clock())
         with steps.clock("carried"):
-            scene = self.scene.step(k, self.disc.grid)
-            disc = self.disc.at_step(scene, self._carried(scene, before))
+            scene, disc = self.problem(k, before)
         state = _state(disc, before)
         if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
             # As printed it does best from its own start: on the areas of the step before its Newton's method fails.
             state = replace(state, traction=np.zeros_like(state.traction))
-        if _apart(disc, closed_form=steps.plan.normal == "hertz"):
+        if without_load(disc, closed_form=steps.plan.closed_form):
             return _without_contact(scene, disc, steps)
-        if steps.plan.coupling == "johnson":
+        if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
         with steps.clock("grid"):
-            overlap = outside(disc, state, steps.plan.normal == "hertz")
+            overlap = outside(disc, state, steps.plan.closed_form)
         if overlap is not None:
             enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
         return judged(scene, disc, state, steps)
+
+    def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
+        """Step k by itself, with what the particles bring along from the step before."""
+        scene = self.scene.step(k, self.disc.grid)
+        return scene, self.disc.at_step(scene, self._carried(scene, before))
 
     def _carried(self, scene: Scene, before: Solution | None) -> Carried | None:
         """Displacement differences that the particles bring along: u' = C p'."""
@@ -126,7 +136,7 @@ class _March:
         disc, motion = self.disc, scene.motion
         assert isinstance(motion, TimeStep)
         fields = before.traction
-        if scene.bodies.K != 0:
+        if disc.K != 0:
             fields = np.concatenate([fields, before.pressure[None]])
         if not fields.any():
             return None
@@ -140,7 +150,7 @@ def _motion(scene: Scene) -> Transient:
     return scene.motion
 
 
-def _largest_contacts(scene: Scene) -> list[Scene]:
+def largest_contacts(scene: Scene) -> list[Scene]:
     """The steps with the largest load on each surface, as frictionless scenes."""
     largest: dict[tuple[int, bool], Scene] = {}
     for k in range(_motion(scene).steps):
@@ -168,7 +178,7 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
     if motion.start is not None and scene.grid == "auto" and not motion.interpolate:
-        closed_form = steps.plan.normal == "hertz"
+        closed_form = steps.plan.closed_form
         return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
     plan = replace(steps.plan, tangential="none", coupling="none")
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
@@ -178,12 +188,12 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     return grid
 
 
-def _discretisation(scene: Scene, grid: Grid) -> Discretisation:
+def _discretisation(scene: Scene, grid: Grid, coupled: bool) -> Discretisation:
     """The grid with scales for all steps.
 
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
-    disc = discretise(replace(scene, grid=grid), grid)
+    disc = discretise(replace(scene, grid=grid), grid, coupled=coupled)
     return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
 
 
@@ -205,7 +215,7 @@ def _state(disc: Discretisation, before: Solution | None) -> ContactState:
     return state if known is None else replace(state, friction=known, branch="history")
 
 
-def _apart(disc: Discretisation, closed_form: bool) -> bool:
+def without_load(disc: Discretisation, closed_form: bool) -> bool:
     """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
     if disc.approach is None:
         return disc.normal_force == 0

@@ -194,7 +194,7 @@ class Method:
             raise SceneError("methods", self.name, reason)
         normal = self.normal if make_plan(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
         plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
-        if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
+        if self.polish and not (plan.programs or states_programs(plan.normal)):
             raise SceneError("methods", self.name, "without +polish: only solvers of programs are polished")
         return plan
 
@@ -263,8 +263,8 @@ def attempted(
         return "unavailable", str(error), []
     except SceneError as error:
         return "refused", str(error), []
-    formula = plan.tangential in THEORIES or (plan.tangential == "none" and plan.normal == "hertz")
-    outcome = "approximate" if formula or plan.coupling == "johnson" else "solved"
+    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
+    outcome = "approximate" if formula or plan.one_pass else "solved"
     solutions: list[Solution] = []
     try:
         for solution in solve_many(scene, motions, plan, tol, method.polish):

@@ -1,0 +1,253 @@
+"""Files are not believed: what no solution can be is refused, what its certificate does not fit is certified anew."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import netcdf_file
+
+import varcontact as vc
+from varcontact.io.solution_file import AS_STORED
+from varcontact.solving.remeasured import ALONE, ANEW
+
+BALL = {"surface": vc.Ellipse(a=1.2, b=0.9), "normal_force": 1.0, "grid": vc.Grid(nx=10, ny=10)}
+ROLLING = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
+SAMPLES = vc.Grid(nx=14, ny=14, dx=0.2, dy=0.2, x0=-1.4, y0=-1.4)
+OPEN = {"surface": vc.Cylinders(R=1.0), "normal_force": 1e-2, "grid": vc.Grid(nx=20)}
+STEPS = vc.Transient(steps=4, dq=[0, 0.05, 0.1, 0.1], vx=[0, 4e-3, 4e-3, 0], normal_force=[None, 0.03, 0.0, None])
+
+
+def scene(kind=BALL, **changes):
+    return vc.Scene(**{"bodies": vc.Bodies(G=1.0, nu=0.28), "friction": 0.3, "motion": ROLLING, **kind, **changes})
+
+
+UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
+SCENES = {
+    "like": scene(),
+    "unlike": scene(bodies=UNLIKE),
+    "almost like": scene(bodies=vc.Bodies(G=1.0, nu=(0.28, 0.280005))),
+    "sampled": scene(
+        surface=vc.SampledDistance((SAMPLES.x**2 + 0.7 * SAMPLES.y[:, None] ** 2) / 4 + 3.0),
+        normal_force=0.5,
+        grid=SAMPLES,
+    ),
+    "force": scene(motion=vc.Steady(Fx=-0.1, Fy=0.05, spin=0.1)),
+    "shift": scene(motion=vc.Shift(ux=0.05, rotation=0.1), friction=1e-3, bodies=UNLIKE),
+    "touched": scene(grid=vc.Grid(nx=10, ny=10, edge="touched")),
+    "no slip": scene(friction=np.inf),
+    "no friction": scene(friction=0.0, motion=vc.Steady(Fx=0.0, vy=0.1)),
+    "normal": scene(motion=None, friction=None),
+    "approach": scene(surface=vc.Paraboloids(1.0, 1.5), normal_force=None, approach=0.1),
+    "line": scene(OPEN, motion=vc.Steady(Fx=-1e-3)),
+    "open shift": scene(OPEN, motion=vc.Shift(Fx=1e-3), bodies=UNLIKE),
+    "law": scene(friction=vc.StaticKinetic(0.4, 0.3)),
+}
+HISTORIES = {
+    "ball": scene(
+        {"surface": vc.Paraboloids(10.0, 10.0), "normal_force": 0.02, "grid": vc.Grid(nx=8, ny=8)}, motion=STEPS
+    ),
+    "open line": scene(OPEN, motion=vc.Transient(steps=3, dq=[0, 0.02, 0.02], Fx=[-1e-3, -2e-3, -2e-3]), bodies=UNLIKE),
+    "law": scene(OPEN, motion=vc.Transient(steps=3, dq=0.02, Fx=-1e-3), friction=vc.StaticKinetic(0.4, 0.3)),
+}
+
+
+@pytest.fixture(scope="module")
+def sol():
+    """Under a computed pressure, with stick and slip."""
+    return vc.solve(scene(), normal="norm")
+
+
+def altered(sol, path, **changes):
+    """The file of a solution with other fields or entries of its record."""
+    sol.save(path)
+    data = xr.load_dataset(path, engine="h5netcdf")
+    for name, change in changes.items():
+        if name == "record":
+            record = json.loads(str(data["record"].values))
+            change(record)
+            data["record"] = ((), json.dumps(record))
+        else:
+            data[name] = (data[name].dims, np.asarray(change(data[name].values.copy())))
+    data.to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def put(index, value):
+    """A change of one entry."""
+
+    def change(values):
+        values[index] = value
+        return values
+
+    return change
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_what_was_saved_is_found_to_be_what_it_says(name, tmp_path):
+    sol = vc.solve(SCENES[name])
+    sol.save(tmp_path / "sol.nc")
+    again = vc.load(tmp_path / "sol.nc")
+    assert (again.note, again.converged) == ("", True)
+    assert again.report() == sol.report()
+
+
+@pytest.mark.parametrize("name", HISTORIES)
+def test_so_are_the_steps_of_a_history(name, tmp_path):
+    history = vc.solve(HISTORIES[name])
+    history.save(tmp_path / "history.nc")
+    again = vc.load(tmp_path / "history.nc")
+    assert all((step.note, step.converged) == ("", True) for step in again)
+    stored = vc.solve(HISTORIES[name], store=tmp_path / "stored.nc")
+    assert all(step.note == "" for step in stored)
+
+
+@pytest.mark.parametrize(
+    "methods",
+    [
+        {"tangential": "fastsim"},
+        {"tangential": "linear"},
+        {"tangential": "vermeulen-johnson", "motion": vc.Steady(vx=0.04)},
+        {"coupling": "johnson", "bodies": UNLIKE},
+        {"tangential": "clarabel", "normal": "clarabel", "polish": False, "tol": 1e-4},
+        {"tangential": "scs", "normal": "scs", "polish": False, "tol": 1e-12},
+    ],
+)
+def test_so_are_theories_and_answers_that_are_not_exact(methods, tmp_path):
+    """Whatever certificate they have, it is theirs."""
+    changes = {name: methods.pop(name) for name in ("motion", "bodies") if name in methods}
+    try:
+        sol = vc.solve(scene(**changes), **methods)
+    except vc.NotConverged as failure:
+        sol = failure.solution
+    sol.save(tmp_path / "sol.nc")
+    again = vc.load(tmp_path / "sol.nc")
+    assert (again.note, again.converged) == ("", sol.converged)
+    assert again.certificate.residual == sol.certificate.residual
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"traction": lambda q: 1.5 * q}, "tractions beyond what friction can bear"),
+        ({"traction": put((0, 0, 0), 1e-3)}, "tractions beyond what friction can bear"),
+        ({"traction": lambda q: 0.5 * q}, "slips that are not those under its tractions"),
+        ({"traction": lambda q: q[:, :, ::-1]}, "tractions beyond|slips that are not"),
+        ({"traction": put((0, 5, 5), np.nan)}, "fields that are not finite numbers"),
+        ({"pressure": put((5, 5), -0.1)}, "negative pressures"),
+        ({"pressure": lambda p: -p}, "negative pressures"),
+        ({"pressure": lambda p: 1.2 * p}, "distances that are not those under its tractions"),
+        (
+            {"pressure": lambda p: 0 * p, "traction": lambda q: 0 * q, "state": lambda s: 0 * s},
+            "no pressure, under a load",
+        ),
+        ({"state": put((5, 5), 7)}, r"a state that is not 0 \(exterior\), 1 \(stick\) or 2 \(slip\)"),
+        ({"state": put((5, 5), 0)}, "exterior where there is pressure"),
+        ({"state": put((0, 0), 1)}, "contact where there is none"),
+        ({"state": lambda s: np.where(s == 2, 1, s).astype(np.int8)}, "a state of stick where there is slip"),
+        (
+            {"state": lambda s: np.where(s == 1, 2, s).astype(np.int8)},
+            "a state of slip where friction is not exhausted",
+        ),
+        ({"slip": lambda s: 2 * s}, "slips that are not those under its tractions"),
+        ({"distance": lambda e: e + 0.01}, "distances that are not those under its tractions"),
+        ({"approach": lambda d: np.float64(np.nan)}, "an approach of nan"),
+        ({"approach": lambda d: 1.1 * d}, "distances that are not those under its tractions"),
+        ({"creepage": put(0, 0.05)}, "creepages that are not those prescribed"),
+        ({"creepage": put(0, np.nan)}, "creepages that are not those prescribed"),
+        (
+            {"record": lambda r: r["certificate"].update(gap=-1.0)},
+            "a certificate that is not of numbers, zero or positive",
+        ),
+        ({"record": lambda r: r["certificate"].update(residual="small")}, "is damaged"),
+    ],
+)
+def test_what_no_solution_can_be_is_refused(sol, changes, message, tmp_path):
+    with pytest.raises(vc.OutputError, match=message):
+        vc.load(altered(sol, tmp_path / "sol.nc", **changes))
+
+
+def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path):
+    for changes in (
+        {"traction": lambda q: 1.5 * q},
+        {"state": put((5, 5), 7)},
+        {"approach": lambda d: np.float64(np.nan)},
+    ):
+        with pytest.raises(vc.OutputError, match="is damaged"):
+            vc.load(altered(sol, tmp_path / "sol.nc", **changes), certify=False)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("like", {"pressure": lambda p: np.where(p == p.max(), 1.001 * p, p)}, "a pressure that is not Hertz's"),
+        ("approach", {"approach": lambda d: 1.01 * d}, "an approach of 0.101 where 0.1 is prescribed"),
+        ("force", {"creepage": put(1, np.nan)}, "creepages that are not finite numbers"),
+        ("force", {"creepage": lambda v: v + np.array([0.01, 0, 0])}, "slips that are not those"),
+    ],
+)
+def test_what_the_scene_prescribes_is_asked_for(name, changes, message, tmp_path):
+    with pytest.raises(vc.OutputError, match=message):
+        vc.load(altered(vc.solve(SCENES[name]), tmp_path / "sol.nc", **changes))
+
+
+def test_a_certificate_of_other_tractions_is_made_anew(tmp_path):
+    """FASTSIM's tractions with the certificate of the exact ones: consistent fields, and a lie."""
+    exact, fast = vc.solve(scene()), vc.solve(scene(), tangential="fastsim")
+    dataclasses.replace(fast, certificate=exact.certificate).save(tmp_path / "sol.nc")
+    again = vc.load(tmp_path / "sol.nc")
+    assert (again.note, again.converged) == (ANEW, False)
+    assert again.certificate.residual == pytest.approx(fast.certificate.residual, rel=1e-9)
+    assert again.certificate.relative_gap == pytest.approx(fast.certificate.relative_gap, rel=1e-9)
+    assert again.certificate.force_bound == pytest.approx(fast.certificate.force_bound, rel=1e-6)
+    assert ANEW in again.report()
+    assert "NOT CONVERGED" in again.report()
+    assert again.summary()["note"] == ANEW
+
+
+@pytest.mark.parametrize("name", ["relative_gap", "residual", "tangential_residual"])
+def test_no_part_of_a_certificate_is_believed(name, tmp_path):
+    fast = vc.solve(scene(), tangential="fastsim")
+    path = altered(fast, tmp_path / "sol.nc", record=lambda r: r["certificate"].update({name: 1e-16}))
+    again = vc.load(path)
+    assert again.note == ANEW
+    assert getattr(again.certificate, name) == pytest.approx(getattr(fast.certificate, name), rel=1e-9)
+
+
+def test_as_stored_is_said(sol, tmp_path):
+    sol.save(tmp_path / "sol.nc")
+    again = vc.load(tmp_path / "sol.nc", certify=False)
+    assert again.note == again.summary()["note"] == AS_STORED
+    assert AS_STORED in again.report()
+    assert AS_STORED not in sol.report()
+    with pytest.raises(vc.SceneError, match="certify"):
+        vc.load(tmp_path / "sol.nc", certify="perhaps")
+
+
+def test_a_history_is_measured_step_by_step(tmp_path):
+    """Lazily: what is wrong with a step is found when it, or what goes on from it, is asked for."""
+    path = tmp_path / "history.nc"
+    rolling = vc.Transient(steps=4, dq=0.1, vx=4e-3)
+    vc.solve(dataclasses.replace(HISTORIES["ball"], motion=rolling)).save(path)
+    with netcdf_file(path, "a", mmap=False) as file:
+        file.variables["traction"][1] *= 0.5
+    again = vc.load(path)
+    assert len(again) == 4
+    assert again[0].note == again[3].note == ""
+    for k in (1, 2):
+        with pytest.raises(
+            vc.OutputError, match=rf"damaged in step {k} \(slips that are not those under its tractions\)"
+        ):
+            again[k]
+    with netcdf_file(path, "a", mmap=False) as file:
+        file.variables["traction"][1] *= 100
+    for k in (1, 2):
+        with pytest.raises(vc.OutputError, match=r"damaged in step 1 \(tractions beyond what friction can bear\)"):
+            again[k]
+    assert vc.load(path, certify=False)[2].note == AS_STORED
+
+
+def test_a_step_by_itself_cannot_be_measured(tmp_path):
+    vc.solve(HISTORIES["ball"])[1].save(tmp_path / "step.nc")
+    assert vc.load(tmp_path / "step.nc").note == ALONE

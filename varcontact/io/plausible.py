@@ -1,0 +1,80 @@
+"""What a file says is held against what a solution can be, before anything is made of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from varcontact.problem.slip import EXTERIOR, SLIP, STICK
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
+from varcontact.scene.motion import Steady
+
+ROUNDED = 1e-9
+"""Relative difference of numbers that are the same but for their way through units."""
+
+
+def check_plausible(sol: Solution) -> None:
+    """Refuse fields that no solution can have, whatever its scene.
+
+    Solvers may miss a bound by what their residual says, and by no more.
+
+    Raises
+    ------
+    ValueError
+        Saying what cannot be.
+    """
+    _check_certificate(sol)
+    _check_bounds(sol)
+    _check_areas(sol)
+    _check_approach(sol)
+    _check_creepage(sol)
+
+
+def _check_certificate(sol: Solution) -> None:
+    values = [value for value in vars(sol.certificate).values() if not isinstance(value, str)]
+    numbers = np.concatenate([np.ravel(value) for value in values])
+    if numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
+        raise ValueError("a certificate that is not of numbers, zero or positive")
+
+
+def _check_areas(sol: Solution) -> None:
+    if not np.isin(sol.state, (EXTERIOR, STICK, SLIP)).all():
+        raise ValueError("a state that is not 0 (exterior), 1 (stick) or 2 (slip)")
+    if np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
+        raise ValueError("a state that is exterior where there is pressure, or contact where there is none")
+
+
+def _check_bounds(sol: Solution) -> None:
+    certificate, largest = sol.certificate, np.abs(sol.pressure).max()
+    if np.any(sol.pressure < -(2 * certificate.normal_residual + ROUNDED) * largest):
+        raise ValueError("negative pressures")
+    size = np.hypot(*sol.traction)
+    friction = sol.scene.friction.static if isinstance(sol.scene.friction, Law) else sol.scene.friction
+    bound = np.zeros(size.shape)
+    if friction is not None:
+        contact = sol.pressure > 0
+        bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * sol.pressure[contact]
+    if np.any(size > bound * (1 + ROUNDED) + (2 * certificate.tangential_residual + ROUNDED) * size.max()):
+        raise ValueError("tractions beyond what friction can bear")
+
+
+def _check_approach(sol: Solution) -> None:
+    open_ended = sol.scene.line and sol.scene.reference_depth is None
+    given = sol.scene.approach
+    if np.isinf(sol.approach) or (np.isnan(sol.approach) and not (open_ended and given is None)):
+        raise ValueError(f"an approach of {sol.approach}")
+    if given is not None and abs(sol.approach - given) > ROUNDED * abs(given):
+        raise ValueError(f"an approach of {sol.approach:.6g} where {given:.6g} is prescribed")
+
+
+def _check_creepage(sol: Solution) -> None:
+    motion, creepage = sol.motion, np.array(sol.creepage)
+    if motion is None:
+        return
+    free = np.array([motion.Fx is not None, motion.Fy is not None, False])
+    if np.any(creepage[~free] != np.array(motion.rigid)[~free]):
+        raise ValueError("creepages that are not those prescribed")
+    open_ended = sol.scene.line and sol.scene.reference_depth is None and not isinstance(motion, Steady)
+    unknown = open_ended or sol.scene.frictionless or not sol.pressure.any()
+    if np.isinf(creepage).any() or (np.isnan(creepage).any() and not unknown):
+        raise ValueError("creepages that are not finite numbers")

@@ -1,0 +1,218 @@
+"""A solution from a file is measured again: whether its fields deserve the certificate that came with them.
+
+What is cheap by FFT: slips and distances, the residuals and the gaps. Where they agree with what the file says, that
+stands, the bound on forces with it; where not, the certificate is made anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import VarcontactError
+from varcontact.io.history_file import Stored
+from varcontact.io.solution_file import damaged, read
+from varcontact.problem.certificate import certify_problems
+from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
+from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState, hertz_pressure
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import TimeStep
+from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.subproblems import Steps
+from varcontact.solving.timing import Clock
+from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
+
+ROUNDED = 1e-11
+"""Residual that rounding on the way through units and back may leave, where nothing magnifies it."""
+SAME = 1e-8
+"""Largest difference of slips and distances that is none, by the largest displacement."""
+
+ALONE = "the certificate is as stored in the file: a step by itself cannot be measured again without the step before"
+ANEW = "the certificate that came with the file is not that of its fields: it is made anew"
+
+
+def load(path: str | Path, certify: bool = True) -> Solution | History:
+    """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
+
+    Fields that no solution can have are refused. Beyond that a file is not believed: slips, distances, residuals and
+    gaps are measured again by FFT; of a history step by step as they are asked for, its series are as stored. Where
+    the fields are not those that the file's certificate was made for, it is made anew, the solution does not count as
+    converged, and its `note` says so.
+
+    Parameters
+    ----------
+    path : str or Path
+    certify : bool
+        Whether to measure again. Otherwise the certificate is as stored, and report and `note` say so.
+
+    Returns
+    -------
+    Solution or History
+        A history reads its steps from the file when they are asked for.
+
+    Raises
+    ------
+    OutputError
+        If there is no such file, it is not one of ours, or it holds what no solution can be.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import varcontact as vc
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.nc"
+    >>> vc.solve(vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...                   grid=vc.Grid(nx=8, ny=8))).save(path)
+    >>> vc.load(path).note, vc.load(path, certify=False).note
+    ('', 'the certificate is as stored in the file, not measured again')
+    """
+    certify, found = checks.flag("certify", certify), read(path)
+    if not certify:
+        return found
+    if isinstance(found, History):
+        return replace(found, solutions=with_measured_steps(cast(Stored, found.solutions)))
+    try:
+        return remeasured(replace(found, note=""))
+    except (ValueError, VarcontactError) as error:
+        raise damaged(path, error) from None
+
+
+def with_measured_steps(stored: Stored) -> Stored:
+    """A history's file whose steps are measured again when they are read."""
+
+    @cache
+    def march() -> March:
+        clock = Clock()
+        steps = Steps(stored.plan, stored.settings["tol"], stored.settings["polish"], clock)
+        return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, steps)
+
+    def measured(k: int, before: Solution | None, sol: Solution) -> Solution:
+        return measured_on(march().problem(k, march().start() if before is None else before)[1], sol)
+
+    return replace(stored, measured=measured)
+
+
+def remeasured(sol: Solution) -> Solution:
+    """A solution from a file by itself, with a certificate that its fields deserve.
+
+    Raises
+    ------
+    ValueError
+        If slips, distances or Hertz's pressure are not those of the scene and its tractions.
+    """
+    if isinstance(sol.scene.motion, TimeStep):
+        return replace(sol, note=ALONE)
+    return measured_on(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
+
+
+def measured_on(disc: Discretisation, sol: Solution) -> Solution:
+    """A solution from a file, with the discretisation of its scene, or of its step of a history."""
+    if not sol.pressure.any():
+        if not without_load(disc, closed_form=sol.plan.closed_form):
+            raise ValueError("no pressure, under a load")
+        return sol
+    state = _state(disc, sol)
+    _check_fields(disc, sol, state)
+    if disc.law is not None and sol.plan.rubs:
+        disc = disc.rubbing(coefficient(disc, state))
+    if _deserved(disc, sol, state):
+        return sol
+    closed_form = sol.plan.closed_form
+    certificate = certify_problems(
+        disc, state.pressure, state.approach, state.traction, state.rigid, closed_form, sol.certificate.level
+    )
+    return replace(sol, certificate=certificate, converged=False, note=ANEW)
+
+
+def _state(disc: Discretisation, sol: Solution) -> ContactState:
+    """The state that a solution has, dimensionless; what it does not tell in line contact, its other fields do."""
+    pressure, traction = sol.pressure / disc.pressure, sol.traction / disc.pressure
+    approach = (sol.approach - disc.base) / disc.displacement
+    state = ContactState(pressure, 0.0, traction, np.zeros(2))
+    if np.isnan(approach):
+        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.displacement))
+    rigid = np.zeros(2)
+    if disc.motion is not None and not disc.frictionless:
+        rigid = (np.array(sol.creepage) - disc.motion.rigid)[:2] * unit_slip(disc)
+        if np.isnan(rigid).any():
+            contact = pressure > 0
+            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, contact].mean(axis=1)
+            rigid = np.where(np.isnan(rigid), moved, rigid)
+    return replace(state, approach=approach, rigid=rigid)
+
+
+def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """Deformed distance, dimensionless, (ny, nx)."""
+    distance = (disc.distance - disc.base) / disc.displacement + disc.normal_operator.apply(state.pressure[None])[0]
+    if disc.K != 0 and np.any(state.traction):
+        distance = distance + disc.traction_to_distance.apply(state.traction)[0]
+    return np.asarray(distance - state.approach)
+
+
+def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> None:
+    """Refuse fields that are not those of the tractions."""
+    if sol.plan.closed_form:
+        closed_form = hertz_pressure(disc, state).pressure
+        if np.abs(state.pressure - closed_form).max() > SAME * closed_form.max():
+            raise ValueError("a pressure that is not Hertz's, as which it is declared")
+    distance = _distance(disc, state)
+    largest = max(float(np.abs(distance).max()), abs(state.approach))
+    if np.abs(distance - sol.distance / disc.displacement).max() > SAME * largest:
+        raise ValueError("distances that are not those under its tractions")
+    if disc.motion is None or disc.frictionless:
+        return
+    shift, _ = shift_and_areas(disc, state)
+    moved = disc.tangential_operator.apply(state.traction)
+    largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift(), state.rigid, shift))
+    if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
+        raise ValueError("slips that are not those under its tractions")
+    if not (sol.plan.solves and sol.converged) or disc.no_slip:
+        return
+    allowed = SAME + 10 * sol.certificate.tangential_residual
+    if np.abs(shift[:, sol.state == STICK]).max(initial=0.0) > allowed * largest:
+        raise ValueError("a state of stick where there is slip")
+    size, slips = np.hypot(*state.traction), sol.state == SLIP
+    if np.any(size[slips] < (sol.traction_bound[slips] / disc.pressure) - allowed * size.max()):
+        raise ValueError("a state of slip where friction is not exhausted")
+
+
+def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:
+    """Whether residuals and gaps are no larger than the certificate says, but for rounding."""
+    told, level = sol.certificate, np.array([state.approach])
+    flat, traction = state.pressure.ravel(), state.traction
+    normal = disc.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
+    found = {"normal_residual": normal_residual(normal, flat, level), "residual": 0.0}
+    gaps = {"normal_relative_gap": normal_gap(normal, flat, level)[1]}
+    if disc.frictionless:
+        found["residual"] = found["normal_residual"]
+    else:
+        whole = residuals(disc, state.pressure, state.approach, traction, state.rigid)
+        found["tangential_residual"] = whole[1]
+        found["residual"] = whole[1] if sol.plan.closed_form else max(whole)
+        tangential = disc.tangential_problem(state.pressure, acting=traction)
+        if tangential.size and not tangential.no_slip:
+            own, rigid = tangential.of_grid(traction, state.rigid)
+            gaps["relative_gap"] = gap(tangential, project(own, tangential.bound), rigid)[1]
+    noise = _rounding(disc, state)
+    known = {name: value for name, value in (found | gaps).items() if not np.isnan(getattr(told, name))}
+    return all(value <= 2 * getattr(told, name) + noise for name, value in known.items())
+
+
+def _rounding(disc: Discretisation, state: ContactState) -> float:
+    """What the way through units and back can do to a residual.
+
+    Unlike bodies with little friction magnify it, and so do distances that count from far away.
+    """
+    coefficients = np.ravel(1.0 if disc.coefficient is None else disc.coefficient)
+    least = float(np.min(coefficients[coefficients > 0], initial=1.0))
+    far = 10 * float(np.spacing(abs(disc.base))) / disc.displacement
+    own = disc.normal_operator.on(np.arange(1)).diagonal * float(state.pressure.max())
+    return ROUNDED * (1 + abs(disc.K) / least) + far / own
