@@ -74,5 +74,11 @@ def check_on_road(method: str, field: str, name: str) -> None:
     allowed = chosen.normals if field == "normal" else chosen.tangentials
     if name in allowed or (not allowed and states_programs(name)):
         return
-    words = " or ".join(allowed) or "a solver of programs, as clarabel or scs"
-    raise SceneError(field, name, f'{words}, by method = "{method}"; by "auto" any solver may be named')
+    words = " or ".join(allowed) or "a solver of programs, such as clarabel or scs"
+    raise SceneError(
+        field,
+        name,
+        words,
+        message=f'{field} = "{name}" does not go with method = "{method}", which takes {words}; '
+        'with method = "auto" any solver may be named',
+    )

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import number
-from varcontact.errors import SceneError
+from varcontact.checks import exactly_one, number
 from varcontact.reference.line_contact import friction_limit, part_of_limit
 
 if TYPE_CHECKING:
@@ -104,8 +103,7 @@ def carter(
     """
     limit, friction = friction_limit(contact, friction), float(friction)
     full = friction * contact.a / contact.R
-    if (creepage is None) == (force is None):
-        raise SceneError("creepage, force", (creepage, force), "exactly one of the two")
+    exactly_one(creepage=creepage, force=force)
     if creepage is None:
         force = number("force", force)
         part = part_of_limit(force, limit)

@@ -23,9 +23,20 @@ def sensitivity(sol: Solution) -> np.ndarray:
         raise SceneError("motion", None, "given: without it there is no creepage")
     if plan.tangential in THEORIES or plan.coupling == "johnson":
         approximate = plan.tangential if plan.tangential in THEORIES else plan.coupling
-        raise SceneError("solution", approximate, "by an exact method, at whose solution the problem is linearised")
+        raise SceneError(
+            "solution",
+            approximate,
+            "by an exact method",
+            message=f"solution: {approximate} is approximate; sensitivities are those of a solution by an exact method",
+        )
     if isinstance(scene.friction, Law) and scene.friction.continuous:
-        raise SceneError("friction", scene.friction, "a coefficient that does not fall with slip velocity")
+        raise SceneError(
+            "friction",
+            scene.friction,
+            "a coefficient that does not fall with slip velocity",
+            message="friction falls with slip velocity, and sensitivities leave that out; use a "
+            "coefficient or StaticKinetic",
+        )
     if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)

@@ -145,7 +145,13 @@ def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
     if not isinstance(start, Solution):
         return np.full(grid.shape, law.kinetic if start == "slip" else law.static)
     if start.grid.shape != grid.shape:
-        raise SceneError("start", f"Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}")
+        raise SceneError(
+            "start",
+            f"Solution of shape {start.grid.shape}",
+            f"on a grid of shape {grid.shape}",
+            message=f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid "
+            f"has shape {grid.shape}",
+        )
     return known_from(law, start)
 
 

@@ -313,5 +313,7 @@ def _refused(problem: TangentialProblem, settings: Settings, start: RawSolution 
     raise SceneError(
         "formulation",
         "gap",
-        '"marching", or motion.dq longer: the gap is not convex for elements so long and motion.dq so short',
+        '"marching", or a longer motion.dq',
+        message='formulation = "gap": the gap is not convex for elements so long and motion.dq '
+        'so short; use "marching", or a longer motion.dq',
     )

@@ -95,7 +95,7 @@ def converge(
     numbers = _refining(cells)
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
-        raise SceneError("method", method, "one at least")
+        raise SceneError("method", method, "one at least", message="no method to study: name one at least")
     offsets, tol = checks.whole("offsets", offsets), checks.positive("tol", tol)
     progress = checks.progress(progress)
     if not (store is None or isinstance(store, (str, Path))):
@@ -104,7 +104,12 @@ def converge(
     key = identity(replace(scene, grid=_spec(scene, 1)), tol)
     rows = read_rows(store, COLUMNS, WORDS, "a table of an earlier study of convergence")
     if any(row["identity"] != key for row in rows):
-        raise SceneError("store", str(store), "a table of the same scene and tol, or a new file")
+        raise SceneError(
+            "store",
+            str(store),
+            "a table of the same scene and tol, or a new file",
+            message=f"store = {str(store)!r} holds a study of another scene or tol; name a new file",
+        )
     wanted = [(n, each, i) for n in numbers for each in methods for i in range(offsets)]
     known = {(row["cells"], row["method"], row["offset"]) for row in rows}
     names = [each.name for each in methods]
@@ -134,18 +139,30 @@ def _refining(cells: Iterable[int]) -> list[int]:
         raise SceneError("cells", cells, "a list of whole numbers") from None
     numbers = [checks.whole(f"cells[{i}]", n, least=2) for i, n in enumerate(given)]
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
-        raise SceneError("cells", numbers, "a sequence of grids, each finer than the one before")
+        raise SceneError(
+            "cells",
+            numbers,
+            "a sequence of grids, each finer than the one before",
+            message=f"cells = {numbers}: give at least one grid, and each finer than the one before",
+        )
     return numbers
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
     """Arrays that belong to the elements of one grid say nothing about another; a history is no single problem."""
     if isinstance(scene.motion, Transient | TimeStep):
-        raise SceneError("motion", scene.motion, "Steady, Shift or none: one problem, no history of them")
+        raise SceneError(
+            "motion",
+            scene.motion,
+            "Steady, Shift or none",
+            message="motion: convergence is studied on one problem (Steady, Shift or none), not on a history",
+        )
     if checks.is_array(scene.friction):
-        raise SceneError("friction", "an array", "a number: an array is for one grid only")
+        raise SceneError(
+            "friction", "an array", "a number", message="friction: an array fits one grid only; give a number or a law"
+        )
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
-        raise SceneError("surface.x", None, "given: samples at the elements are for one grid only")
+        raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
 
 
 def _spec(scene: Scene, elements: int) -> Grid:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.checks import wrong_shape
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
@@ -84,7 +84,7 @@ def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tup
         return
     for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
         if found.shape != wanted:
-            raise SceneError(f"start.{name}", f"array of shape {found.shape}", f"of shape {wanted}, as the problem has")
+            raise wrong_shape(f"start.{name}", found.shape, f"of shape {wanted}, as the problem has")
 
 
 def _finite(raw: RawSolution) -> bool:
