@@ -337,7 +337,7 @@ def test_compare_refuses_a_history(folder):
     (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
     done = run("compare", "scene.toml", "history.toml", folder=folder)
     assert (done.returncode, done.stdout) == (2, "")
-    assert "motion of scene 'history' = 'Transient' is not allowed" in done.stderr
+    assert "scene 'history' is a history: methods are compared on one problem" in done.stderr
     assert "methods are compared on one problem, not a history" in done.stderr
 
 

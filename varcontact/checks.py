@@ -147,7 +147,7 @@ def exactly_one(**arguments: Any) -> None:
 
 def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
     """The error for an array of a shape that is not `allowed`, in words that complete "must be"."""
-    message = f"{field} has shape {shape}, and must be {allowed}"
+    message = f"{field} has shape {shape}; it must be {allowed}"
     return SceneError(field, f"array of shape {shape}", allowed, message=message)
 
 

@@ -94,7 +94,7 @@ def test_convex_march(rolling):
     with pytest.raises(vc.SceneError, match="the gap is not convex for elements so long") as refusal:
         vc.solve(scene, method="convex")
     assert refusal.value.field == "formulation"
-    assert 'must be "marching", or motion.dq longer' in str(refusal.value)
+    assert 'use "marching", or a longer motion.dq' in str(refusal.value)
     sol = vc.solve(scene, method="convex", formulation="marching")
     assert called(sol, "tangential") == CONIC
     assert sol.calls["tangential"]["clarabel"].count > 3

@@ -80,7 +80,7 @@ def test_refused(rolling, changes, creepages, field):
             [0.1, 0.0, 0.0],
             r"a row of ux, uy, rotation for each solution; a single .*\[\[ux, uy, rotation\]\]",
         ),
-        (vc.Steady(), [0.1, 0.2], r"array of shape \(2,\)' is not allowed: .*a row of vx, vy, spin for each solution$"),
+        (vc.Steady(), [0.1, 0.2], r"creepages has shape \(2,\); it must be .*a row of vx, vy, spin for each solution$"),
         (vc.Steady(), [[0.1, 0.2]], r"array of shape \(1, 2\).*a row of vx, vy, spin"),
         (vc.Steady(), np.zeros((0, 3)), r"array of shape \(0, 3\).*a row of vx, vy, spin"),
         (vc.Steady(), 0.1, r"array of shape \(\).*a row of vx, vy, spin"),

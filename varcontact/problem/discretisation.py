@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from varcontact.elasticity.operators import GridOperator
-from varcontact.errors import NoContact, SceneError
+from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
+from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
@@ -301,13 +302,7 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
         iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
         least = float(surface.samples[iy, ix])
         if approach is not None and approach <= least:
-            return NoContact(
-                "approach",
-                approach,
-                f"above the least undeformed distance, {least:.6g}",
-                message=f"approach = {approach:.6g} gives no contact: it must exceed the least "
-                f"undeformed distance, {least:.6g}",
-            )
+            return bodies_apart(approach, least)
         if surface.placed:
             x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
         else:

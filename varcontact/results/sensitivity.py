@@ -34,8 +34,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
             "friction",
             scene.friction,
             "a coefficient that does not fall with slip velocity",
-            message="friction falls with slip velocity, and sensitivities leave that out; use a "
-            "coefficient or StaticKinetic",
+            message="friction: sensitivities are for a coefficient that does not fall with slip velocity; "
+            "use a number or StaticKinetic",
         )
     if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")

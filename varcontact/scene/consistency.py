@@ -72,13 +72,13 @@ def check_load(scene: Scene) -> None:
     least = float(scene.surface.h.min()) if isinstance(scene.surface, SampledDistance) else 0.0
     apart = scene.approach is not None and scene.approach <= least
     if apart and not isinstance(scene.motion, TimeStep | Transient):
-        raise NoContact(
-            "approach",
-            scene.approach,
-            f"above the least undeformed distance, {least:.6g}",
-            message=f"approach = {scene.approach:.6g} gives no contact: it must exceed the least "
-            f"undeformed distance, {least:.6g}",
-        )
+        raise bodies_apart(scene.approach, least)
+
+
+def bodies_apart(approach: float | None, least: float) -> NoContact:
+    """The error for an approach that is not above the least undeformed distance [length]."""
+    message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"
+    return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}", message=message)
 
 
 def check_line(scene: Scene) -> None:

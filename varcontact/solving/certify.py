@@ -42,7 +42,7 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     clock = steps.clock
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
     if not solution.converged:
-        raise NotConverged(f"the residual is above tol = {tol:.3g}{_why(solution, state)}", residual, solution)
+        raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution
 
 
