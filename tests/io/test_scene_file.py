@@ -166,7 +166,7 @@ def test_missing_numbers_do_not_close_up(tmp_path, text):
     assert failure.value.field == "surface.h.file"
 
 
-@pytest.mark.parametrize("text", ["a = " + "[" * 5000 + "]" * 5000, "[" + ".".join(["a"] * 5000) + "]"])
+@pytest.mark.parametrize("text", ["bodies = " + "[" * 5000 + "]" * 5000, "[" + ".".join(["a"] * 5000) + "]"])
 def test_toml_nested_too_deep(tmp_path, text):
     with pytest.raises(vc.SceneError, match="nested"):
         vc.read_scene(write(tmp_path, text))

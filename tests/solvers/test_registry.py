@@ -251,7 +251,7 @@ def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
 @pytest.mark.parametrize(
     ("changes", "arguments", "words"),
     [
-        ({}, {"formulation": "complementary"}, "gap or marching here: steady rolling is no minimum of an energy"),
+        ({}, {"formulation": "complementary"}, '^steady rolling has no energy formulation; use "gap" or "marching"$'),
         ({}, {"formulation": "potential"}, 'no energy formulation; use "gap" or "marching"$'),
         (
             {"motion": SHIFT},

@@ -248,8 +248,8 @@ def _check_edge(scene: Scene, normal: str, reason: str) -> None:
             "grid.edge",
             "touched",
             '"centres"',
-            message=f'grid.edge = "touched" is for Hertz\'s pressure, and here {normal} computes '
-            f'it ({reason}); use "centres"',
+            message=f'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by '
+            f'{normal} ({reason}); use "centres"',
         )
 
 

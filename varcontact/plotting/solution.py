@@ -137,8 +137,8 @@ def plot_passes(sol: Solution) -> Figure:
             "solution",
             found,
             "of a coupling loop, or under a law of friction",
-            message=f"solution: {found} to plot; coupling loops (panagiotopoulos, joint) and laws "
-            "of friction have them",
+            message=f"solution has no passes to plot (coupling {sol.plan.coupling}); coupling loops "
+            "(panagiotopoulos, joint) and laws of friction have them",
         )
     if isinstance(sol.scene.friction, Law):
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"

@@ -27,7 +27,7 @@ def sensitivity(sol: Solution) -> np.ndarray:
             "solution",
             approximate,
             "by an exact method",
-            message=f"solution: {approximate} is approximate; sensitivities are those of a solution by an exact method",
+            message=f"solution is by {approximate}, which is approximate; sensitivities need one by an exact method",
         )
     if isinstance(scene.friction, Law) and scene.friction.continuous:
         raise SceneError(
