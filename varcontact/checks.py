@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.errors import SceneError
 
 SMALL, LARGE = 1e-100, 1e100
-"""Between them the products that occur of lengths, moduli and forces stay within the range of floating point."""
+"""Lengths, moduli and forces between these keep their products within the range of floating point."""
 
 
 def number(field: str, value: Any, allowed: str = "a finite number") -> float:

@@ -20,7 +20,7 @@ class VarcontactError(Exception):
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """The same error, saying in which step of a history; without one where no step was solved."""
+        """Name the step of the history in the message; `history` is None where no step was solved."""
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self

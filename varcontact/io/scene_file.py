@@ -28,7 +28,7 @@ SURFACES = {
 }
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
-"""What stands in TOML, which has no null, for a step in which an entry of a history is not given."""
+"""Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify")
 
 
@@ -211,7 +211,7 @@ def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path, dimensions: Literal[1, 2]) -> np.ndarray:
-    """Numbers from ``{file = "..."}``: a text file (blanks or commas) of so many dimensions at least, or ``.npy``."""
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
     _known(field, table, ("file",))
     path = folder / str(_needed(field, table, "file"))
     try:

@@ -42,7 +42,7 @@ class Plan:
         "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
         "joint".
     formulation : str
-        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
+        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" where no program is solved.
     reasons : dict
         For each of these and of the following, in one line, why.
     dimension : str
@@ -59,7 +59,7 @@ class Plan:
     special : tuple of str
         What is simpler than the general case: "frictionless", "no slip", "full slip".
     fallback : str
-        The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
+        The solver of programs that takes over where active sets, chosen by "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
     left_out : float
@@ -104,7 +104,7 @@ class Plan:
         return cls(**{**record, "special": special, "sizes": None if sizes is None else Sizes.of_record(sizes)})
 
     def __str__(self) -> str:
-        """For people."""
+        """The plan in words."""
         from varcontact.planning.report import plan_report
 
         return plan_report(self)

@@ -1,4 +1,4 @@
-"""How large the problems of a plan are: elements, unknowns, matrices, bytes. Nothing is assembled or solved for it."""
+"""How large the problems of a plan are: elements, unknowns, matrices, bytes. Found without assembling or solving anything."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Sizes:
 
     @property
     def peak(self) -> float:
-        """Bytes at the peak of the hungriest stage."""
+        """Bytes at the peak of the stage that needs most."""
         return max(self.memory.values())
 
     @classmethod
@@ -122,7 +122,7 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
 
 
 def solves(plan: Plan) -> bool:
-    """Whether the tangential problem is solved, by whatever method, and not left to a theory."""
+    """Whether the tangential problem is solved by an exact method, not by an approximate theory."""
     return plan.tangential == "no-slip" or plan.tangential in TANGENTIAL or states_programs(plan.tangential)
 
 
@@ -139,7 +139,7 @@ def _joint_program(plan: Plan) -> bool:
 def sizes_of(
     scene: Scene, plan: Plan, shape: tuple[int, int], sides: tuple[float, float] | None, counted: Counted
 ) -> Sizes:
-    """The sizes of a plan on a grid of that shape with so many elements, known or at most."""
+    """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds."""
     elements = {"normal": counted.normal}
     unknowns = {"normal": 0 if plan.normal == "hertz" else counted.normal}
     if plan.tangential != "none":

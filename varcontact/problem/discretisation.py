@@ -327,7 +327,7 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
 
-    Unless it is `coupled`, pressure and tractions do not depend on each other, whatever K is.
+    Unless `coupled`, pressure and tractions are independent, whatever K is.
 
     Raises
     ------

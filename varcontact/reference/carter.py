@@ -88,7 +88,8 @@ def carter(
 
     Notes
     -----
-    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (Carter 1926; Johnson, Contact Mechanics, section 8.3).
+    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (F. W. Carter,
+    Proc. R. Soc. Lond. A 112 (1926) 151-157; Johnson, Contact Mechanics, section 8.3).
     The relative slip is ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From the
     creepage ``f a / R`` on everything slides, and the force is ``f N``.
 

@@ -1,4 +1,7 @@
-"""Hertz's contact of two paraboloids in closed form (paper, section 2.1)."""
+"""Hertz's contact of two paraboloids in closed form (paper, section 2.1).
+
+Source: H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ if TYPE_CHECKING:
     from varcontact.scene.grid import Grid
 
 LEAST_SHARE = 1e-14
-"""Least part of the force that an element must bear to count as touched: less may be rounding."""
+"""Least part of the force on an element that counts as touched; less may be rounding."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How forces answer to creepages: the linearised problem at a solution."""
+"""Derivatives of forces by creepages: the problem linearised at a solution."""
 
 from __future__ import annotations
 

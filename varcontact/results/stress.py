@@ -71,7 +71,7 @@ class SubsurfaceStress:
 
     @property
     def von_mises(self) -> np.ndarray:
-        """``sqrt(3/2) sigma_I``: the tension that is as dangerous, by von Mises."""
+        """``sqrt(3/2) sigma_I``: the equivalent uniaxial tension."""
         return np.sqrt(1.5) * self.ideal_stress
 
     @property
@@ -192,7 +192,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
 
 
 def one_solution(given: Any) -> Solution:
-    """A single Solution, and no History of them."""
+    """The argument, if it is a single Solution."""
     from varcontact.results.solution import Solution
 
     if not isinstance(given, Solution):

@@ -1,4 +1,4 @@
-"""What the entries of a scene ask of each other.
+"""Cross-checks between the entries of a scene.
 
 A history is expanded into its steps, and each step has to meet the rules of one problem.
 """

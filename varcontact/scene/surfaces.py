@@ -1,4 +1,4 @@
-"""What is between the undeformed bodies: the distance h(x, y), from body 2 to body 1."""
+"""The distance h(x, y) between the undeformed bodies, from body 2 to body 1."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def _check_rounding(disc: Discretisation, state: ContactState) -> None:
 
 
 def _why(solution: Solution, state: ContactState) -> str:
-    """What is known about why a solution is not one."""
+    """What is known about why the tolerance was missed."""
     if state.passes:
         change = state.passes[-1][0]
         return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"

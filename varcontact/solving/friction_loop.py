@@ -112,7 +112,7 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 
 def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
-    """Refuse a start that is none, or that nothing asks for."""
+    """Refuse a start that is not valid, or that the scene has no use for."""
     if start is None:
         return
     if not scene.under_law:
@@ -126,7 +126,7 @@ def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> Non
 
 
 def branch_of(start: str | Solution | None) -> str:
-    """What the branch is called that is found from a start."""
+    """The name of the branch that a start leads to."""
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 
@@ -162,7 +162,7 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
 
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
-    """The coefficients that particles bring along into a step of a history: who slipped, goes on as it slipped."""
+    """The coefficients that particles bring along into a step of a history: those that slipped keep the coefficient of their slip."""
     law, step = disc.law, disc.step
     if law is None:
         return None

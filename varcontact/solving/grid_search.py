@@ -1,4 +1,4 @@
-"""The potential contact: how large it must be."""
+"""The size of the potential contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Methods side by side on the same scenes, judged by one yardstick that belongs to none of them."""
+"""Methods side by side on the same scenes, judged by the same measure, which belongs to none of them."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ class Method:
 
 
 def _known(field: str, name: str, names: list[str]) -> None:
-    """Refuse names that are none; what is not installed is found out later, and listed."""
+    """Refuse unknown names. Methods that are not installed are listed later."""
     with suppress(SolverUnavailable):
         available(field, name, names)
 
@@ -251,7 +251,7 @@ def _compared(
 
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
-    """One method on one scene: what there is to say, and the solution as far as there is one."""
+    """One method on one scene: its row of the table, and the solution, if any."""
     motion = scene.motion
     assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, _neighbour(motion)] if motion is not None else [None]
@@ -334,7 +334,7 @@ def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
 
 
 def _called(sol: Solution) -> str:
-    """Who was called for each problem, and how often."""
+    """The solvers called for each problem, and how often."""
     counts = [" + ".join(f"{name} {calls.count}" for name, calls in solvers.items()) for solvers in sol.calls.values()]
     return " | ".join(counts)
 

@@ -149,7 +149,7 @@ def _refining(cells: Iterable[int]) -> list[int]:
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
-    """Arrays that belong to the elements of one grid say nothing about another; a history is no single problem."""
+    """Refuse arrays on the elements of one grid, which do not fit another, and histories."""
     if isinstance(scene.motion, Transient | TimeStep):
         raise SceneError(
             "motion",
@@ -166,7 +166,7 @@ def _check_free_of_one_grid(scene: Scene) -> None:
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
-    """So many elements across, margin and edge as the scene has them."""
+    """A grid with a number of elements across, and the margin and edge of the scene."""
     ny = None if scene.line else elements
     return Grid(nx=elements, ny=ny, margin=_margin(scene), edge=_asked(scene).edge)
 
@@ -201,7 +201,7 @@ def offset(cells: int, i: int) -> tuple[float, float]:
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
-    """So many elements across a box, moved to the left and down by parts of an element, with the margin kept."""
+    """A lattice with a number of elements across a box, moved to the left and down by parts of an element, with the margin kept."""
     (left, right, bottom, top), more = box, int(any(place))
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy
@@ -211,7 +211,7 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
 
 
 def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """One solve: what there is to say of it."""
+    """One solve: its row of the table."""
     assert not isinstance(scene.motion, Transient | TimeStep)
     outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}
@@ -234,7 +234,7 @@ def _traced(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
 
 
 def _staircase(scene: Scene) -> dict[str, float]:
-    """What the elements miss of Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
+    """Error of the elements in Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
 
     Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is proportional to them.
     Nothing, where every element that the ellipse touches is in contact.

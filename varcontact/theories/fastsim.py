@@ -1,4 +1,7 @@
-"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6)."""
+"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6).
+
+Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle Syst. Dyn. 11 (1982) 1-13.
+"""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def triple(value: Any) -> np.ndarray:
 
 
 def either(creepage: str, given: float | None, force: str, prescribed: float | None) -> tuple[float, float | None]:
-    """A creepage and the force prescribed in its place (None: not prescribed); what is not given is 0."""
+    """A creepage and the force prescribed in its place (None: not prescribed). A creepage that is not given is 0."""
     if prescribed is None:
         return (0.0 if given is None else number(creepage, given)), None
     if given is not None:

@@ -1,4 +1,8 @@
-"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section 2.1.2): creepage without spin."""
+"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section 2.1.2): creepage without spin.
+
+Source: P. J. Vermeulen and K. L. Johnson, Contact of nonspherical elastic bodies transmitting tangential forces,
+J. Appl. Mech. 31 (1964) 338-340.
+"""
 
 from __future__ import annotations
 
