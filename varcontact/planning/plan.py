@@ -42,7 +42,7 @@ class Plan:
         "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
         "joint".
     formulation : str
-        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" where no program is solved.
+        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
     reasons : dict
         For each of these and of the following, in one line, why.
     dimension : str

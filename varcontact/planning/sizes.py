@@ -1,4 +1,4 @@
-"""How large the problems of a plan are: elements, unknowns, matrices, bytes. Found without assembling or solving anything."""
+"""How large the problems of a plan are: elements, unknowns, matrices, bytes; found without solving anything."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from varcontact.solving.fixed_point import Judge, Limits, Step, Unknown, distanc
 def panagiotopoulos(
     start: ContactState, normal: Step, tangential: Step, residual: Judge, tol: float, max_passes: int = 100
 ) -> ContactState:
-    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until neither changes any more.
+    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until neither changes.
 
     The paper's process (4.5), from the pressure without tractions.
 

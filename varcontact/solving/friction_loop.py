@@ -162,7 +162,7 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
 
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
-    """The coefficients that particles bring along into a step of a history: those that slipped keep the coefficient of their slip."""
+    """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip."""
     law, step = disc.law, disc.step
     if law is None:
         return None

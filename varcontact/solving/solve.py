@@ -153,7 +153,7 @@ def solve(
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets take the answers of a plan's programs to rounding: unless `polish` is False or the method "convex"."""
+    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
     convex = plan.method == "convex"
     polish = not convex if polish is None else checks.flag("polish", polish)
     if polish and convex:

@@ -201,7 +201,7 @@ def offset(cells: int, i: int) -> tuple[float, float]:
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
-    """A lattice with a number of elements across a box, moved to the left and down by parts of an element, with the margin kept."""
+    """A lattice with `cells` elements across a box, and the margin, moved left and down by parts of an element."""
     (left, right, bottom, top), more = box, int(any(place))
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy
