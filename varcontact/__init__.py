@@ -29,7 +29,7 @@ from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDi
 from varcontact.scene.units import Units
 from varcontact.solving.remeasured import load
 from varcontact.solving.solve import certify, solve
-from varcontact.study.bank import standard_bank
+from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
@@ -85,4 +85,5 @@ __all__ = [
     "standard_bank",
     "stress",
     "stress_below",
+    "unlike_bank",
 ]

@@ -96,9 +96,9 @@ def tang_seconds(kind: str, motion: str, cells: int) -> dict[str, Any]:
     import numpy as np
 
     from varcontact.problem.gap import tangential_residual
+    from varcontact.problem.state import hertz_pressure, unloaded
     from varcontact.solvers.registry import tangential_solver
     from varcontact.solvers.settings import Settings
-    from varcontact.solving.subproblems import hertz_pressure, unloaded
 
     disc = discretised(cells, MOTIONS[motion])
     problem = disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure)

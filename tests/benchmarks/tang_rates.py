@@ -18,9 +18,9 @@ import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.problem import TangentialProblem
+from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solvers.settings import Settings
-from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 METHODS = ("tang-exact", "tang", "tang-safeguarded")
 FRICTION = 0.3

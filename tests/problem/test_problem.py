@@ -5,7 +5,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.problem.discretisation import discretise
-from varcontact.solving.subproblems import hertz_pressure, unloaded
+from varcontact.problem.state import hertz_pressure, unloaded
 
 
 def tangential_problem(rolling, ratio, part, nu=0.28, motion=vc.Steady, cells=10):

@@ -54,8 +54,8 @@ def test_a_march_takes_many_steps(rolling):
 def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
     """One that leaves its start as it is changes nothing: its own word stands, and not "Steady"."""
     from varcontact.problem.discretisation import discretise
+    from varcontact.problem.state import hertz_pressure, unloaded
     from varcontact.solvers.settings import Settings
-    from varcontact.solving.subproblems import hertz_pressure, unloaded
 
     grid = GRID.spread((-1.2, 1.2, -0.9, 0.9))
     disc = discretise(rolling(), grid)

@@ -158,7 +158,10 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     assert sol.plan.reasons["tangential"] == f"asked for; {why}"
     assert f"clarabel: asked for; {why}; the answer is that of tang-safeguarded" in sol.report()
     count = sol.calls["tangential"]["tang-safeguarded"]
-    assert f"tang-safeguarded {count.count} ({count.iterations} iterations, " in sol.report()
+    assert (
+        f"tangential: no-slip once (1 iterations), tang-safeguarded once ({count.iterations} iterations)"
+        in sol.report()
+    )
 
 
 def test_a_polished_answer_is_that_of_the_polish(rolling):
@@ -246,7 +249,8 @@ def test_calls_of_stored_histories(rolling, tmp_path):
         (
             {"method": "convex", "tangential": "tang"},
             "tangential",
-            'method = "convex", which takes a solver of programs, such as clarabel or scs; with method = "auto" any solver may be named',
+            'method = "convex", which takes a solver of programs, such as clarabel or scs; '
+            'with method = "auto" any solver may be named',
         ),
         (
             {"method": "convex", "normal": "norm"},
@@ -287,6 +291,22 @@ def test_plan_and_scan_take_a_method(rolling):
     np.testing.assert_allclose(curve[1].traction, sol.traction, atol=1e-9)
     with pytest.raises(vc.SceneError, match="polish = True"):
         vc.scan(scene, [(0.02, 0.0, 0.0)], method="convex", polish=True)
+
+
+def test_the_convex_road_has_no_factors_of_active_sets():
+    """Nothing is built, or planned for, that is not needed: no factor for NORM, no whole problem for a march."""
+    scene = UNLIKE["aluminium on steel, spin"]
+    for method, expected in (("active-set", True), ("convex", False)):
+        factors = [matrix.name for matrix in vc.plan(scene, method=method).sizes.matrices if matrix.kind == "factor"]
+        assert (factors == ["A_zz"]) == expected
+    planned = vc.plan(BANK["pure vy"], method="convex", formulation="marching").sizes
+    assert next(matrix.name for matrix in planned.matrices if matrix.kind == "dense") == "A_tt"
+
+
+def test_converge_takes_a_method(rolling):
+    study = vc.converge(rolling(), [5, 6, 7], "convex", offsets=1)
+    assert study.runs["outcome"].tolist() == ["solved"] * 3
+    assert study.runs["residual"].max() < 1e-6
 
 
 def test_forces_beyond_friction_are_refused_on_every_road(rolling):

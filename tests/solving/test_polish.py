@@ -9,11 +9,11 @@ import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.problem import RawSolution
+from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.registry import counted, tangential_solver
 from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import refine_tangential
 from varcontact.solving.polish import refined, unless_all_sticks, with_fallback
-from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 CELLS = vc.Grid(nx=8, ny=8)
 

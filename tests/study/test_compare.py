@@ -12,7 +12,7 @@ from varcontact.study.compare import DEFAULT_METHODS, Method
 from varcontact.study.store import as_json
 from varcontact.study.tables import summary
 
-EXACT = ("clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "tang-exact", "tang-safeguarded")
+EXACT = ("convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang")
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_exact_methods_agree(small_bank):
     assert (solved["residual"] <= 1e-6).all()
 
 
-@pytest.mark.parametrize("method", ["clarabel+polish", "tang-safeguarded"])
+@pytest.mark.parametrize("method", ["convex", "active-set", "clarabel+polish"])
 def test_these_solve_every_scene(small_bank, method):
     rows = small_bank[small_bank["method"] == method]
     assert set(rows["outcome"]) == {"solved"}, rows[["scene", "reason"]].to_string()
@@ -57,6 +57,38 @@ def test_what_is_not_solved_says_so(small_bank):
     stuck = small_bank[small_bank["outcome"] == "not converged"]
     assert (stuck["residual"] > 1e-6).all(), "an iterate that is kept, and its own measure"
     assert stuck["gap"].notna().all()
+
+
+def test_who_was_called(small_bank):
+    """The table names who produced each answer: on the convex road conic solvers, polish and all."""
+    called = small_bank.set_index(["scene", "method"])["calls"]
+    assert called["shift with rotation", "convex"] == "normal: hertz 1; tangential: clarabel 1 + splitting 1"
+    assert called["pure vx", "kalker"] == "normal: hertz 1; tangential: tang-exact 1"
+    polished = "no-slip 1 + clarabel 1 + tang-safeguarded 1"
+    assert called["pure vx", "clarabel+polish"] == f"normal: hertz 1; tangential: {polished}"
+    assert called["shift with rotation", "clarabel"] == "normal: hertz 1; tangential: clarabel 1"
+    convex = called.xs("convex", level="method")
+    assert not convex.str.contains(r"\bnorm\b|\btang\b|no-slip").any()
+    assert convex["unlike bodies"].count("clarabel") == 2
+    assert "clarabel 1" not in convex["unlike bodies"], "every pass by the conic solver"
+    assert called["shift with rotation", "fastsim"] == "", "refused"
+
+
+def test_the_methods_come_first():
+    assert DEFAULT_METHODS[:3] == ("convex", "active-set", "kalker")
+
+
+def test_tables_from_before_calls_were_counted_are_gone_on_with(rolling, tmp_path):
+    """A stored table without that column: its scenes are not solved again, and what is added has it."""
+    store, methods = tmp_path / "table.csv", ["tang"]
+    before = vc.compare({"a": rolling()}, methods, store=store)
+    pd.read_csv(store).drop(columns="calls").to_csv(store, index=False)
+    asked = []
+    after = vc.compare({"a": rolling(), "b": rolling()}, methods, store=store, progress=asked.append)
+    assert asked == ["b: tang"]
+    assert after["calls"].tolist() == ["", "normal: hertz 1; tangential: tang 1"]
+    assert after["Fx"][0] == before["Fx"][0]
+    assert list(after.columns) == list(before.columns)
 
 
 def test_theories_are_approximate_and_near(small_bank):
@@ -108,6 +140,9 @@ def test_methods_that_cannot(rolling):
         ("qpsolvers:piqp|clarabel+polish", ("qpsolvers:piqp", "clarabel", "auto", True, "auto")),
         ("fastsim", ("auto", "fastsim", "auto", False, "auto")),
         ("osqp", ("osqp", "", "auto", False, "auto")),
+        ("convex", ("auto", "auto", "auto", False, "convex")),
+        ("convex/marching", ("auto", "auto", "marching", False, "convex")),
+        ("kalker", ("auto", "auto", "auto", False, "kalker")),
     ],
 )
 def test_names(name, parts):
@@ -116,7 +151,15 @@ def test_names(name, parts):
 
 @pytest.mark.parametrize(
     ("name", "hint"),
-    [("tag", "did you mean tang?"), ("tang/march", "marching"), ("tang+polished", "polish"), ("nrm|tang", "norm")],
+    [
+        ("konvex", "did you mean convex?"),
+        ("convex|tang", "one of"),
+        ("convex+polish", "without [+]polish"),
+        ("tag", "did you mean tang?"),
+        ("tang/march", "marching"),
+        ("tang+polished", "polish"),
+        ("nrm|tang", "norm"),
+    ],
 )
 def test_unknown_names_are_refused_before_any_work(rolling, name, hint):
     with pytest.raises(vc.SceneError, match=hint.replace("?", r"\?")) as failure:

@@ -246,7 +246,7 @@ def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, in
     file.format, file.first_step = FORMAT, f"{begin or 0:012d}"
     file.scene, file.grid = json.dumps(scene_to(about.scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(about.plan)), json.dumps(about.settings)
-    loops = about.plan.coupling not in ("none", "johnson") or about.scene.under_law
+    loops = about.plan.loops or about.scene.under_law
     length = RECORD_OF_PASSES if loops else RECORD
     sizes = {
         "component": 2,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from varcontact.problem.certificate import LEVELS
 from varcontact.problem.slip import EXTERIOR, SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -31,7 +32,9 @@ def check_plausible(sol: Solution) -> None:
 
 
 def _check_certificate(sol: Solution) -> None:
-    values = [value for value in vars(sol.certificate).values() if not isinstance(value, str)]
+    if sol.certificate.level not in LEVELS:
+        raise ValueError(f"a certificate of the level {sol.certificate.level!r}")
+    values = [value for name, value in vars(sol.certificate).items() if name != "level"]
     numbers = np.concatenate([np.ravel(value) for value in values])
     if numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
         raise ValueError("a certificate that is not of numbers, zero or positive")

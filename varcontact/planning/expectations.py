@@ -39,10 +39,10 @@ def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
         shape = (grid.rows + (0 if grid.line else margin), grid.nx + margin)
         return sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1]))
     disc = discretise(scene, grid, coupled=not plan.left_out)
-    if plan.normal == "hertz":
+    if plan.closed_form:
         counted = _closed_form(scene, disc, plan)
     else:
-        moves = plan.coupling in ("panagiotopoulos", "joint")
+        moves = plan.loops
         counted = _at_most(scene, plan, grid.size if moves else _reachable(disc))
     return sizes_of(scene, plan, grid.shape, grid.sides, counted)
 
@@ -59,7 +59,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
     if overlap is not None:
         enlarged(scene, grid, pressure, overlap)  # tells that it does not hold the contact
     contact = int(np.sum(pressure > 0))
-    if plan.tangential == "none":
+    if not plan.rubs:
         return Counted(contact, contact, 0)
     with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
         bound = (np.broadcast_to(np.asarray(disc.coefficient), grid.shape) * pressure).ravel()

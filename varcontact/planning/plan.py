@@ -22,7 +22,7 @@ from varcontact.solvers.registry import (
     states_programs,
     tangential_methods,
 )
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.methods import THEORIES, Theory, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
@@ -84,6 +84,66 @@ class Plan:
     fallback: str = "none"
     method: str = "auto"
     left_out: float = 0.0
+
+    @property
+    def closed_form(self) -> bool:
+        """Whether the pressure is Hertz's."""
+        return self.normal == "hertz"
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is a tangential problem."""
+        return self.tangential != "none"
+
+    @property
+    def theory(self) -> Theory | None:
+        """The approximate theory that gives the tractions, if one does."""
+        return THEORIES.get(self.tangential)
+
+    @property
+    def programs(self) -> bool:
+        """Whether the tangential problem is stated as a convex program."""
+        return states_programs(self.tangential)
+
+    @property
+    def solves(self) -> bool:
+        """Whether the tangential problem itself is solved, by whatever method."""
+        return self.rubs and self.theory is None
+
+    @property
+    def matrix_free(self) -> bool:
+        """Whether the tangential problem is solved by products alone."""
+        return self.tangential in MATRIX_FREE
+
+    @property
+    def convex(self) -> bool:
+        """Whether only solvers of programs are asked."""
+        return self.method == "convex"
+
+    @property
+    def marches(self) -> bool:
+        """Whether steady rolling is marched to."""
+        return self.formulation == "marching"
+
+    @property
+    def loops(self) -> bool:
+        """Whether pressure and tractions are found in passes, until both stay."""
+        return self.coupling in ("panagiotopoulos", "joint")
+
+    @property
+    def one_pass(self) -> bool:
+        """Whether the pressure is that without tractions, though the bodies differ: Johnson's process."""
+        return self.coupling == "johnson"
+
+    @property
+    def joint(self) -> bool:
+        """Whether a pass has pressure and tractions together."""
+        return self.coupling == "joint"
+
+    @property
+    def joint_program(self) -> bool:
+        """Whether they are the unknowns of one program."""
+        return self.joint and self.formulation == "complementary" and self.programs
 
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
-from varcontact.solvers.registry import NORMAL, TANGENTIAL, states_programs
+from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
@@ -40,7 +40,11 @@ ROADS: dict[str, Road] = {
     "auto": Road("norm", "tang-safeguarded", "the fastest by measurement, solvers as named", fallback="clarabel"),
     "convex": Road("clarabel", "clarabel", "QP and SOCP by conic solvers, never polished by active sets"),
     "active-set": Road(
-        "norm", "tang-safeguarded", "NORM and the safeguarded TANG, no program", tuple(NORMAL), tuple(TANGENTIAL)
+        "norm",
+        "tang-safeguarded",
+        "NORM and the safeguarded TANG, no program",
+        tuple(name for name in NORMAL if name not in MATRIX_FREE),
+        tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
     ),
     "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, no program", ("norm",), ("tang-exact",)),
 }

@@ -16,7 +16,7 @@ from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import MATRIX_FREE, TANGENTIAL, states_programs
+from varcontact.solvers.registry import MATRIX_FREE, states_programs
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan
@@ -110,30 +110,20 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
     """Sizes of what was solved in the end."""
     traction = state.traction if plan.coupling != "none" and np.any(state.traction) else None
     contact = int(np.sum(state.pressure > 0))
-    normal = contact if plan.normal == "hertz" else disc.normal_problem(traction).reachable().distance.size
-    if plan.coupling == "joint":
+    normal = contact if plan.closed_form else disc.normal_problem(traction).reachable().distance.size
+    if plan.joint:
         normal = disc.grid.size
     counted = Counted(normal, contact, 0)
-    if plan.tangential != "none":
+    if plan.rubs:
         problem = disc.tangential_problem(state.pressure)
         folded = folds(plan) and mirror_of(problem) is not None
         counted = Counted(normal, contact, problem.size, len(problem.rigid_shift), folded)
     return sizes_of(scene, plan, disc.grid.shape, disc.grid.sides, counted)
 
 
-def solves(plan: Plan) -> bool:
-    """Whether the tangential problem is solved by an exact method, not by an approximate theory."""
-    return plan.tangential == "no-slip" or plan.tangential in TANGENTIAL or states_programs(plan.tangential)
-
-
 def folds(plan: Plan) -> bool:
     """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all."""
-    return solves(plan) and plan.tangential not in MATRIX_FREE
-
-
-def _joint_program(plan: Plan) -> bool:
-    """Whether pressure and tractions are the unknowns of one program."""
-    return plan.coupling == "joint" and plan.formulation == "complementary" and states_programs(plan.tangential)
+    return plan.solves and not plan.matrix_free
 
 
 def sizes_of(
@@ -141,11 +131,11 @@ def sizes_of(
 ) -> Sizes:
     """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds."""
     elements = {"normal": counted.normal}
-    unknowns = {"normal": 0 if plan.normal == "hertz" else counted.normal}
-    if plan.tangential != "none":
+    unknowns = {"normal": 0 if plan.closed_form else counted.normal}
+    if plan.rubs:
         elements["tangential"] = counted.tangential
         part = 2 if counted.mirrored else 1
-        unknowns["tangential"] = counted.components * counted.tangential // part if solves(plan) else 0
+        unknowns["tangential"] = counted.components * counted.tangential // part if plan.solves else 0
     matrices = (*_tables(scene, plan, shape), *_blocks(scene, plan, shape[0] * shape[1], counted))
     tables = float(sum(matrix.bytes for matrix in matrices if matrix.kind == "table"))
     stages = {name: tables + size for name, size in _stages(plan, unknowns, matrices).items()}
@@ -160,20 +150,20 @@ def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix
         name = f"A_{block} - C_{block}" if rolled else f"A_{block}"
         return Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, table_bytes(*shape, blocks), reason)
 
-    judged = "to judge Hertz's pressure, and for distances" if plan.normal == "hertz" else "distances by pressures"
+    judged = "to judge Hertz's pressure, and for distances" if plan.closed_form else "distances by pressures"
     yield table("zz", 1, False, judged)
-    if plan.tangential != "none":
+    if plan.rubs:
         yield table("tt", 4, steady, "shifts by tractions")
-    if isinstance(scene.motion, Transient) and plan.tangential != "none":
+    if isinstance(scene.motion, Transient) and plan.rubs:
         brought = "C_tt and C_tz" if unlike else "C_tt"
         bytes_ = table_bytes(*shape, 6 if unlike else 4)
         reason = "what particles bring along, for each distance of a step"
         yield Matrix(brought, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, bytes_, reason)
-    if plan.formulation == "marching" and steady:
+    if plan.marches and steady:
         yield table("tt", 4, False, "a step of the march")
     if unlike and scene.motion is not None:
         yield table("tz", 2, steady, "K != 0: shifts by pressures")
-    if unlike and plan.tangential != "none":
+    if unlike and plan.rubs:
         yield table("zt", 2, False, "K != 0: distances by tractions")
 
 
@@ -187,19 +177,19 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     n, m = counted.normal, counted.components * counted.tangential
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
-    if plan.normal not in ("hertz", *MATRIX_FREE):
+    if plan.normal not in ("hertz", *MATRIX_FREE) and not plan.convex:
         yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
-    if plan.tangential == "none" or m == 0:
+    if not plan.rubs or m == 0:
         return
-    joint = _joint_program(plan)
-    steps_only = plan.formulation == "marching" and not states_programs(plan.tangential)  # programs are polished whole
-    whole = (solves(plan) and not steps_only) or plan.tangential == "linear"
-    whole = whole and plan.tangential not in MATRIX_FREE
+    joint = plan.joint_program
+    steps_only = plan.marches and not (plan.programs and not plan.convex)  # a polish is of the whole, not of a step
+    whole = (plan.solves and not steps_only) or plan.tangential == "linear"
+    whole = whole and not plan.matrix_free
     if counted.mirrored and whole:
         yield block(name, "dense", m // 2, m // 2, "the tangential problem, on one side of its line of symmetry")
     elif whole:
         yield block(name, "dense", m, m, "the tangential problem")
-    if plan.formulation == "marching" and plan.tangential not in MATRIX_FREE:
+    if plan.marches and not plan.matrix_free:
         half = m // 2 if counted.mirrored else m
         yield block("A_tt", "dense", half, half, "a step of the march")
     if joint:
@@ -214,7 +204,7 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
 def _stages(plan: Plan, unknowns: dict[str, int], matrices: tuple[Matrix, ...]) -> dict[str, float]:
     """Bytes at the peak of each stage without the tables."""
     stages = {}
-    if plan.normal != "hertz":
+    if not plan.closed_form:
         stages["normal"] = memory.peak(plan.normal, plan.formulation, unknowns["normal"])
     if unknowns.get("tangential"):
         stages["tangential"] = memory.peak(plan.tangential, plan.formulation, unknowns["tangential"])

@@ -144,7 +144,7 @@ def plot_passes(sol: Solution) -> Figure:
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:
         shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
-        changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
+        changed = "pressure" if sol.plan.joint else "tractions"
     figure, ax = plt.subplots(figsize=(5.2, 4.0), layout="constrained")
     changes, residuals = np.array(sol.passes).T
     passes = np.arange(1, len(residuals) + 1)

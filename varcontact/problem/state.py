@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+from varcontact.problem.discretisation import Discretisation, out_of_reach
+from varcontact.scene.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,3 +57,19 @@ class ContactState:
     slips: np.ndarray | None = None
     friction: np.ndarray | None = None
     branch: str = ""
+
+
+def unloaded(grid: Grid) -> ContactState:
+    """Bodies without pressure or traction."""
+    return ContactState(np.zeros(grid.shape), 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
+
+
+def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
+    assert disc.hertz is not None
+    pressure = disc.hertz.on_elements(disc.grid)
+    if not pressure.any():
+        raise out_of_reach(disc.surface, disc.approach, disc.grid)
+    pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
+    approach = (disc.hertz_approach - disc.base) / disc.displacement
+    return replace(state, pressure=pressure / disc.pressure, approach=approach)

@@ -87,7 +87,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
-    elif sol.plan.tangential != "none":
+    elif sol.plan.rubs:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
         rows.append(("", f"guaranteed on this grid{_of_what(sol)}: {sizes}"))
     if sol.note:
@@ -95,7 +95,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     if sol.plan.left_out:
         effect = f"tangential force at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
         rows.append(("", f"the coupling of almost like bodies is left out: it changes the {effect}"))
-    if sol.plan.normal == "hertz":
+    if sol.plan.closed_form:
         rows.append(("", "(Hertz's pressure is exact but for the grid, whose own equations it meets "
                          f"to {certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
@@ -104,7 +104,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
 def _of_what(sol: Solution) -> str:
     """What a bound is for: the step of a history, and whose pressure."""
     step = " in this step" if isinstance(sol.motion, TimeStep) else ""
-    if sol.plan.normal == "hertz":
+    if sol.plan.closed_form:
         return f"{step}, for Hertz's pressure"
     known = np.all(np.isfinite(sol.certificate.pressure_part))
     return f"{step}, the pressure's own error included" if known else f"{step}, for this pressure"
@@ -153,8 +153,8 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
 
 def _called(name: str, calls: Calls) -> str:
     """A solver's calls, for people."""
-    iterations = f"{calls.iterations} iterations, " if calls.iterations else ""
-    return f"{name} {calls.count} ({iterations}{calls.seconds:.2g} s)"
+    often = "once" if calls.count == 1 else f"{calls.count} times"
+    return f"{name} {often}" + (f" ({calls.iterations} iterations)" if calls.iterations else "")
 
 
 def _law(sol: Solution) -> str:

@@ -13,7 +13,6 @@ from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
-from varcontact.theories.methods import THEORIES
 
 
 def sensitivity(sol: Solution) -> np.ndarray:
@@ -21,8 +20,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     scene, plan = sol.scene, sol.plan
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
-    if plan.tangential in THEORIES or plan.coupling == "johnson":
-        approximate = plan.tangential if plan.tangential in THEORIES else plan.coupling
+    if plan.theory is not None or plan.one_pass:
+        approximate = plan.tangential if plan.theory is not None else plan.coupling
         raise SceneError(
             "solution",
             approximate,

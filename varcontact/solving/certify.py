@@ -19,7 +19,6 @@ from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.subproblems import Steps
-from varcontact.theories.methods import THEORIES
 
 ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
@@ -30,11 +29,11 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
     posed = disc
-    if disc.law is not None and plan.tangential != "none":
+    if disc.law is not None and plan.rubs:
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
         fields = state.pressure, state.approach, state.traction, state.rigid
-        certificate = certify_problems(disc, *fields, plan.normal == "hertz", steps.certify)
+        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
@@ -76,11 +75,11 @@ def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, ce
     Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
     without tractions, and what the whole then lacks is its own approximation, found in the certificate.
     """
-    if plan.tangential == "none" or plan.tangential in THEORIES:
-        return 0.0 if plan.normal == "hertz" else certificate.normal_residual
-    if plan.normal == "hertz":  # also where friction is zero all over the contact, and there is nothing but pressure
+    if not plan.rubs or plan.theory is not None:
+        return 0.0 if plan.closed_form else certificate.normal_residual
+    if plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
         return certificate.tangential_residual
-    if plan.coupling != "johnson":
+    if not plan.one_pass:
         return certificate.residual
     alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
     return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is

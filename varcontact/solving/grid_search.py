@@ -12,11 +12,11 @@ from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, k
 from varcontact.problem.containment import contact_box, outside
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.operators import Operators
-from varcontact.problem.state import ContactState
+from varcontact.problem.state import ContactState, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solving.subproblems import Steps, contact, unloaded
+from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
 
@@ -58,9 +58,9 @@ def on_a_grid_that_holds_it(
     Operators that are `known` from the scene before serve again, where they are of the same lattice.
     The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
     """
-    closed_form, coupled = steps.plan.normal == "hertz", steps.plan.coupling != "none"
+    closed_form, coupled = steps.plan.closed_form, steps.plan.coupling != "none"
     with steps.clock("grid"):
-        normal = steps.plan.normal if steps.plan.method == "convex" else "norm"
+        normal = steps.plan.normal if steps.plan.convex else "norm"
         looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
         steps.clock.adopt("grid", looks.clock.tally("normal"))

@@ -22,7 +22,6 @@ from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
 from varcontact.solvers.registry import (
-    MATRIX_FREE,
     NormalSolver,
     Problem,
     Solver,
@@ -70,7 +69,7 @@ def normal_road(plan: Plan, polish: bool) -> NormalSolver:
     solver = normal_solver(plan.normal)
     if not states_programs(plan.normal):
         return solver
-    if plan.method == "convex":
+    if plan.convex:
         return closer(refined(solver, counted("splitting", refine_normal), normal_residual))
     if polish:
         return polished(solver, normal_solver("norm"), normal_residual, normal_solver("norm"))
@@ -86,20 +85,20 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
     polish : bool
         Whether active sets take the answer of a program to rounding; never by the method "convex".
     """
-    solver, marches = tangential_solver(plan.tangential), plan.formulation == "marching"
-    if plan.method == "convex":
+    solver, marches = tangential_solver(plan.tangential), plan.marches
+    if plan.convex:
         solver = refined(solver, counted("splitting", refine_tangential), tangential_residual)
     if marches:
         solver = partial(march, solver)
-    road = solver if plan.tangential in MATRIX_FREE else closer(solver)
-    if not states_programs(plan.tangential):
+    road = solver if plan.matrix_free else closer(solver)
+    if not plan.programs:
         road = with_fallback(road, plan.fallback) if plan.fallback != "none" and not marches else road
-    elif plan.method == "convex" or not polish:
+    elif plan.convex or not polish:
         road = where_convex(road, _refused)
     else:
         road = polished(solver, TANG, tangential_residual, _from_start)
         road = unless_all_sticks(where_convex(road, _by_active_sets))
-    return road if plan.tangential in MATRIX_FREE else _with_a_bound(road)
+    return road if plan.matrix_free else _with_a_bound(road)
 
 
 def joint_road(plan: Plan, polish: bool) -> JointSolver:
@@ -119,10 +118,10 @@ def joint_road(plan: Plan, polish: bool) -> JointSolver:
         exact = replace(settings, tol=UNPOLISHED * settings.tol)
         rough = replace(settings, tol=TO_REFINE[0])
         with settings.tally.called(name):
-            asked = rough if polish or plan.method == "convex" else exact
+            asked = rough if polish or plan.convex else exact
             pressed, rubbed = solve_joint(name, normal, tangential, coupling, asked)
             settings.tally.iterated(name, rubbed.iterations)
-        if plan.method != "convex" or not (_finite(pressed) and _finite(rubbed)):
+        if not plan.convex or not (_finite(pressed) and _finite(rubbed)):
             return replace(pressed, solver=name), replace(rubbed, solver=name)
         with settings.tally.called("splitting"):
             nearer, near = refine_both(normal, tangential, coupling, exact, (pressed, rubbed))

@@ -17,17 +17,16 @@ from varcontact import checks
 from varcontact.errors import VarcontactError
 from varcontact.io.history_file import Stored
 from varcontact.io.solution_file import damaged, read
-from varcontact.planning.sizes import solves
 from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
-from varcontact.problem.state import ContactState
+from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.subproblems import Steps, hertz_pressure
+from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
 
@@ -117,16 +116,16 @@ def remeasured(sol: Solution) -> Solution:
 def measured_on(disc: Discretisation, sol: Solution) -> Solution:
     """A solution from a file, with the discretisation of its scene, or of its step of a history."""
     if not sol.pressure.any():
-        if not without_load(disc, closed_form=sol.plan.normal == "hertz"):
+        if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
         return sol
     state = _state(disc, sol)
     _check_fields(disc, sol, state)
-    if disc.law is not None and sol.plan.tangential != "none":
+    if disc.law is not None and sol.plan.rubs:
         disc = disc.rubbing(coefficient(disc, state))
     if _deserved(disc, sol, state):
         return sol
-    closed_form = sol.plan.normal == "hertz"
+    closed_form = sol.plan.closed_form
     certificate = certify_problems(
         disc, state.pressure, state.approach, state.traction, state.rigid, closed_form, sol.certificate.level
     )
@@ -160,7 +159,7 @@ def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> None:
     """Refuse fields that are not those of the tractions."""
-    if sol.plan.normal == "hertz":
+    if sol.plan.closed_form:
         closed_form = hertz_pressure(disc, state).pressure
         if np.abs(state.pressure - closed_form).max() > SAME * closed_form.max():
             raise ValueError("a pressure that is not Hertz's, as which it is declared")
@@ -175,7 +174,7 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
     largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift(), state.rigid, shift))
     if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
         raise ValueError("slips that are not those under its tractions")
-    if not (solves(sol.plan) and sol.converged) or disc.no_slip:
+    if not (sol.plan.solves and sol.converged) or disc.no_slip:
         return
     allowed = SAME + 10 * sol.certificate.tangential_residual
     if np.abs(shift[:, sol.state == STICK]).max(initial=0.0) > allowed * largest:
@@ -197,7 +196,7 @@ def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:
     else:
         whole = residuals(disc, state.pressure, state.approach, traction, state.rigid)
         found["tangential_residual"] = whole[1]
-        found["residual"] = whole[1] if sol.plan.normal == "hertz" else max(whole)
+        found["residual"] = whole[1] if sol.plan.closed_form else max(whole)
         tangential = disc.tangential_problem(state.pressure, acting=traction)
         if tangential.size and not tangential.no_slip:
             own, rigid = tangential.of_grid(traction, state.rigid)

@@ -15,7 +15,7 @@ from varcontact.planning.plan import Plan, make_plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise
-from varcontact.problem.state import ContactState
+from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -26,10 +26,9 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact, hertz_pressure, unloaded
+from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
-from varcontact.theories.methods import THEORIES
 
 
 @one_blas_thread()
@@ -136,17 +135,13 @@ def solve(
     plan = make_plan(scene, normal, tangential, coupling, formulation, method)
     tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     certify = level(certify)
-    check_start(scene, start, plan.tangential in THEORIES)
+    check_start(scene, start, plan.theory is not None)
     _check_saturation(scene)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
-    repeats = (
-        isinstance(scene.friction, Law)
-        or plan.coupling in ("panagiotopoulos", "joint")
-        or plan.formulation == "marching"
-    )
+    repeats = isinstance(scene.friction, Law) or plan.loops or plan.marches
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
     disc, state = on_a_grid_that_holds_it(scene, steps)
     return judged(scene, disc, state, steps)
@@ -154,7 +149,7 @@ def solve(
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
     """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
-    convex = plan.method == "convex"
+    convex = plan.convex
     polish = not convex if polish is None else checks.flag("polish", polish)
     if polish and convex:
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
@@ -257,7 +252,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
     if isinstance(scene.friction, Law):
         disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
-    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.normal == "hertz")
+    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
 
 
 def _check_saturation(scene: Scene) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -17,22 +17,15 @@ from varcontact.problem.discretisation import Discretisation, out_of_reach
 from varcontact.problem.gap import project, residuals
 from varcontact.problem.mirror import mirror_of
 from varcontact.problem.problem import RawSolution, TangentialProblem
-from varcontact.problem.state import ContactState
+from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
-from varcontact.solving.polish import joint_road, normal_road, tangential_road, without_noise
+from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.timing import Clock
-from varcontact.theories.methods import THEORIES
-
-
-def unloaded(grid: Grid) -> ContactState:
-    """Bodies without pressure or traction."""
-    return ContactState(np.zeros(grid.shape), 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,7 @@ class Steps:
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions."""
         with self.clock("normal"):
-            if self.plan.normal == "hertz":
+            if self.plan.closed_form:
                 with self.clock.tally("normal").called("hertz"):
                     state = hertz_pressure(disc, state)
                 return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
@@ -80,7 +73,7 @@ class Steps:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = normal_road(self.plan, self.polish)(problem, self._settings("normal"), start)
+            raw = self._normal_road(problem, self._settings("normal"), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -95,13 +88,11 @@ class Steps:
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure."""
         with self.clock("tangential"):
-            if self.plan.tangential in THEORIES:
+            if self.plan.theory is not None:
                 with self.clock.tally("tangential").called(self.plan.tangential):
-                    state = THEORIES[self.plan.tangential](disc, state)
+                    state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
-            problem = disc.tangential_problem(
-                state.pressure, state.bearing, marching=self.plan.formulation == "marching"
-            )
+            problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
             _check_force(problem, disc.force)
             raw = self._tractions(problem, state)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
@@ -120,9 +111,9 @@ class Steps:
         One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
         two problems in turn.
         """
-        if self.plan.formulation == "complementary" and states_programs(self.plan.tangential):
+        if self.plan.joint_program:
             state = self._joint_program(disc, state)
-            if not self.polish or self.plan.method == "convex":
+            if not self.polish or self.plan.convex:
                 return state
         enough = 0.01 * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
@@ -141,8 +132,7 @@ class Steps:
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            road = joint_road(self.plan, self.polish)
-            pressed, rubbed = road(normal, tangential, coupling, self._settings("joint"))
+            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint"))
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -163,7 +153,7 @@ class Steps:
         if np.any(state.traction):
             known, rigid = problem.of_grid(state.traction, state.rigid)
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
-        mirror = None if self.plan.tangential in MATRIX_FREE else mirror_of(problem)
+        mirror = None if self.plan.matrix_free else mirror_of(problem)
         if mirror is None:
             return self._solved(problem, start)
         halved = None if start is None else mirror.fold_solution(start)
@@ -175,7 +165,19 @@ class Steps:
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             "a grid with fewer elements would fit",
         )
-        return tangential_road(self.plan, self.polish)(problem, self._settings("tangential"), start)
+        return self._tangential_road(problem, self._settings("tangential"), start)
+
+    @cached_property
+    def _normal_road(self) -> NormalSolver:
+        return normal_road(self.plan, self.polish)
+
+    @cached_property
+    def _tangential_road(self) -> TangentialSolver:
+        return tangential_road(self.plan, self.polish)
+
+    @cached_property
+    def _joint_road(self) -> JointSolver:
+        return joint_road(self.plan, self.polish)
 
     def _settings(self, problem: str) -> Settings:
         return Settings(self.tol, self.plan.formulation, self.setups, self.clock.tally(problem))
@@ -183,27 +185,27 @@ class Steps:
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
     """Pressure and traction, from the pressure without traction."""
-    if steps.plan.tangential == "none":
+    if not steps.plan.rubs:
         return start
     if disc.law is None:
         return _coupled(disc, steps, start, steps.tol / 10)
-    if steps.plan.tangential in THEORIES:
+    if steps.plan.theory is not None:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
 
     def solve(disc: Discretisation, state: ContactState, tol: float) -> ContactState:
         return _coupled(disc, steps, state, tol)
 
-    judge = _tangential if steps.plan.coupling in ("none", "johnson") else _whole
+    judge = _tangential if not steps.plan.loops else _whole
     return under_law(disc, solve, judge, start, steps.start, tol=steps.tol / 10)
 
 
 def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
     """Pressure and traction by the plan's coupling, with known coefficients of friction."""
     normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
-    if steps.plan.coupling == "panagiotopoulos":
-        return panagiotopoulos(start, normal, tangential, whole, tol=tol)
-    if steps.plan.coupling == "joint":
+    if steps.plan.joint:
         return joint(start, partial(steps.together, disc), whole, tol=tol)
+    if steps.plan.loops:
+        return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     return tangential(start)
 
 
@@ -215,17 +217,6 @@ def _whole(disc: Discretisation, state: ContactState) -> float:
 def _tangential(disc: Discretisation, state: ContactState) -> float:
     """The residual of the tangential problem alone, under the pressure as it is."""
     return residuals(disc, state.pressure, state.approach, state.traction, state.rigid)[1]
-
-
-def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
-    assert disc.hertz is not None
-    pressure = disc.hertz.on_elements(disc.grid)
-    if not pressure.any():
-        raise out_of_reach(disc.surface, disc.approach, disc.grid)
-    pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
-    approach = (disc.hertz_approach - disc.base) / disc.displacement
-    return replace(state, pressure=pressure / disc.pressure, approach=approach)
 
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:

@@ -19,7 +19,7 @@ from varcontact.problem.certificate import Certificate
 from varcontact.problem.contact_grid import common_grid, enlarged
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
-from varcontact.problem.state import ContactState
+from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution, solution_of
 from varcontact.scene.grid import Grid
@@ -28,7 +28,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact, unloaded
+from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
 
@@ -115,16 +115,16 @@ class March:
         if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
             # As printed it does best from its own start: on the areas of the step before its Newton's method fails.
             state = replace(state, traction=np.zeros_like(state.traction))
-        if without_load(disc, closed_form=steps.plan.normal == "hertz"):
+        if without_load(disc, closed_form=steps.plan.closed_form):
             return _without_contact(scene, disc, steps)
-        if steps.plan.coupling == "johnson":
+        if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
         with steps.clock("grid"):
-            overlap = outside(disc, state, steps.plan.normal == "hertz")
+            overlap = outside(disc, state, steps.plan.closed_form)
         if overlap is not None:
             enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
         return judged(scene, disc, state, steps)
@@ -188,7 +188,7 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
     if motion.start is not None and scene.grid == "auto" and not motion.interpolate:
-        closed_form = steps.plan.normal == "hertz"
+        closed_form = steps.plan.closed_form
         return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
     plan = replace(steps.plan, tangential="none", coupling="none")
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]

@@ -76,8 +76,8 @@ def compare(
         approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the
         force (by the largest friction force) and of the tractions (by the largest traction bound) from the
         solution of the smallest residual on that scene, and elements with another state than there; iterations;
-        seconds by stage. `calls` says who was called, and how often, as "norm 1 | clarabel 1 + splitting 1": for the
-        normal, then for the tangential problem. `repeat_seconds` are those of a second scene with creepages (or forces)
+        seconds by stage. `calls` says who was called, and how often, as "normal: norm 1; tangential: clarabel 1 +
+        splitting 1". `repeat_seconds` are those of a second scene with creepages (or forces)
         one per cent smaller and everything kept that can be, `setup_seconds` what the first took longer.
 
     Raises
@@ -207,7 +207,7 @@ class Method:
             )
         normal = self.normal if make_plan(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
         plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
-        if self.polish and not (states_programs(plan.tangential) or states_programs(plan.normal)):
+        if self.polish and not (plan.programs or states_programs(plan.normal)):
             raise SceneError(
                 "methods",
                 self.name,
@@ -281,8 +281,8 @@ def attempted(
         return "unavailable", str(error), []
     except SceneError as error:
         return "refused", str(error), []
-    formula = plan.tangential in THEORIES or (plan.tangential == "none" and plan.normal == "hertz")
-    outcome = "approximate" if formula or plan.coupling == "johnson" else "solved"
+    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
+    outcome = "approximate" if formula or plan.one_pass else "solved"
     solutions: list[Solution] = []
     try:
         for solution in solve_many(scene, motions, plan, tol, method.polish):
@@ -334,9 +334,12 @@ def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
 
 
 def _called(sol: Solution) -> str:
-    """The solvers called for each problem, and how often."""
-    counts = [" + ".join(f"{name} {calls.count}" for name, calls in solvers.items()) for solvers in sol.calls.values()]
-    return " | ".join(counts)
+    """The solvers called for each problem, and how often, in words."""
+    counts = {
+        problem: " + ".join(f"{name} {calls.count}" for name, calls in solvers.items())
+        for problem, solvers in sol.calls.items()
+    }
+    return "; ".join(f"{problem}: {count}" for problem, count in counts.items())
 
 
 def _distances(sol: Solution, best: Solution) -> dict[str, Any]:

@@ -11,10 +11,10 @@ import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.problem import RawSolution
+from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.solvers import solve_tangential
 from varcontact.solvers.settings import Settings
-from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 HARD = 1.0644223380502587
 

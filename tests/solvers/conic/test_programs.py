@@ -9,12 +9,12 @@ import pytest
 import varcontact as vc
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import gap, normal_residual, project, tangential_residual
+from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic import solvers
 from varcontact.solvers.conic.programs import gap_program, normal_program, shift_program
 from varcontact.solvers.settings import Settings
-from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 solve_normal = partial(solvers.solve_normal, "clarabel")
 solve_tangential = partial(solvers.solve_tangential, "clarabel")

@@ -7,11 +7,11 @@ import pytest
 
 import varcontact as vc
 from varcontact.problem.discretisation import discretise
+from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.conic.programs import normal_potential, normal_program
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
 from varcontact.solvers.settings import Settings
-from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))
 CLOSE = {"normal": 1e-8, "tangential": 1e-5}

@@ -15,13 +15,13 @@ from varcontact.problem.bounds import force_bound
 from varcontact.problem.discretisation import discretise
 from varcontact.problem.gap import gap, project, tangential_residual
 from varcontact.problem.problem import RawSolution
+from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
 from varcontact.solvers.conic.solvers import solve_tangential
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 from varcontact.solvers.settings import Settings
 from varcontact.solving.grid_search import first_grid
-from varcontact.solving.subproblems import hertz_pressure, unloaded
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 QUADRATIC = [name for name in normal_methods() if states_programs(name) and name not in tangential_methods()]
