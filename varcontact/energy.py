@@ -95,7 +95,12 @@ def posed(solution: Solution) -> Posed:
         raise SceneError("solution", solution, "a Solution")
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
-        raise SceneError("solution", "a step of a history", "of steady rolling, a shift or normal contact")
+        raise SceneError(
+            "solution",
+            "a step of a history",
+            "of steady rolling, a shift or normal contact",
+            message="solution is a step of a history; give one of steady rolling, a shift or normal contact",
+        )
     disc = discretise(scene, solution.grid, coupled=not solution.plan.left_out)
     if solution.friction is not None:
         disc = disc.rubbing(solution.friction)

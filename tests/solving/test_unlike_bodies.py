@@ -214,7 +214,7 @@ def test_picture_of_the_passes():
     assert ax.get_title() == f"Passes: panagiotopoulos, K = {sol.scene.bodies.K:.3g}"
     assert changes.get_label() == "change of the tractions"
     with pytest.raises(
-        vc.SceneError, match=r"coupling johnson, no passes.*coupling loop .* or under a law of friction"
+        vc.SceneError, match=r"no passes to plot \(coupling johnson\); coupling loops .* and laws of friction have them"
     ):
         vc.solve(SCENES[0], coupling="johnson").plot_passes()
 

@@ -1,4 +1,4 @@
-"""What a file says is held against what a solution can be, before anything is made of it."""
+"""Checks that the contents of a file can be a solution, before anything is made of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 
 ROUNDED = 1e-9
-"""Relative difference of numbers that are the same but for their way through units."""
+"""Relative difference that rounding in unit conversions may cause."""
 
 
 def check_plausible(sol: Solution) -> None:

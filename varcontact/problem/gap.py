@@ -14,7 +14,7 @@ from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 
 ROUNDING = 4 * float(np.finfo(float).eps)
-"""Relative difference of a traction from its bound that is none."""
+"""Relative difference of a traction from its bound that counts as rounding."""
 FAINT = 1e-6
 """Part of the traction bound below which tractions are measured by the bound, as to what wrong pressures do to them."""
 
@@ -95,7 +95,7 @@ def relative(value: float, scale: float) -> float:
 
 
 def worst(*values: float) -> float:
-    """The largest, and NaN where one is: what is not a number is never taken for a small residual."""
+    """The largest, and NaN where one is: so that NaN never passes for a small residual."""
     return float(np.max(values))
 
 
