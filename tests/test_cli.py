@@ -191,7 +191,7 @@ def test_options_go_before_the_file(folder):
         (
             SCENE.replace("nx = 8\nny = 8", "nx=4\nny=4\ndx=0.2\ndy=0.2\nx0=0\ny0=0"),
             (),
-            ["grid", "contains the contact"],
+            ["grid", "does not contain the contact"],
         ),
         (SCENE.replace("normal_force = 1.0", "approach = -0.1"), (), ["approach", "-0.1"]),
     ],
@@ -337,7 +337,7 @@ def test_compare(folder, pictures):
         (["scene.toml", "--methods", ""], ["methods", "one at least"]),
         (["scene.toml", "--tol", "-1"], ["tol", "positive"]),
         (["nothing.toml"], ["nothing.toml"]),
-        (["scene.toml", "scene.toml"], ["scenes", "each file once"]),
+        (["scene.toml", "scene.toml"], ["scenes", "a file is given twice"]),
         ([], ["scenes", "--bank"]),
         (["scene.toml", "--out", "none/t.csv"], ["--out", "no folder"]),
         (["scene.toml", "--out", "t.txt"], ["--out = 't.txt'", "tables are written as CSV"]),
@@ -357,8 +357,8 @@ def test_compare_refuses_a_history(folder):
     (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
     done = run("compare", "scene.toml", "history.toml", folder=folder)
     assert (done.returncode, done.stdout) == (2, "")
-    assert "motion of scene 'history' = 'Transient' is not allowed" in done.stderr
-    assert "methods are compared on one problem, not a history" in done.stderr
+    assert "scene 'history' is a history: methods are compared on one problem" in done.stderr
+    assert "a history: methods are compared on one problem (motion Steady, Shift or none)" in done.stderr
 
 
 def test_methods_and_formulation_from_the_command_line(folder):

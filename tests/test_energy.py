@@ -140,9 +140,9 @@ def test_posed_closes_the_gap_of_every_kind(rolling):
         absolute, relative = gap(problem.tangential, problem.traction, problem.rigid)
         assert 0 <= relative < 1e-9
         assert absolute * problem.unit == pytest.approx(sol.certificate.gap, rel=1e-6, abs=1e-12 * problem.unit)
-        with pytest.raises(vc.SceneError, match=r"steady rolling' is not allowed: .* has a gap, and no energy"):
+        with pytest.raises(vc.SceneError, match=r"steady rolling has a gap, and no energy"):
             potential_energy(problem.tangential, problem.traction)
-        with pytest.raises(vc.SceneError, match="problem = 'steady rolling'"):
+        with pytest.raises(vc.SceneError, match="problem: steady rolling"):
             complementary_energy(problem.tangential, problem.traction)
 
 
@@ -155,5 +155,5 @@ def test_what_has_no_problems_is_refused(rolling):
     with pytest.raises(vc.SceneError, match="solution = 3 is not allowed: must be a Solution"):
         posed(3)
     scene = rolling(surface=vc.Paraboloids(1.0, 1.0), motion=vc.Transient(steps=1, dq=0.1))
-    with pytest.raises(vc.SceneError, match="solution = 'a step of a history' is not allowed: must be of steady"):
+    with pytest.raises(vc.SceneError, match="solution is a step of a history; give one of steady"):
         posed(vc.solve(scene)[0])

@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.errors import SceneError
 
 SMALL, LARGE = 1e-100, 1e100
-"""Between them the products that occur of lengths, moduli and forces stay within the range of floating point."""
+"""Lengths, moduli and forces between these keep their products within the range of floating point."""
 
 
 def number(field: str, value: Any, allowed: str = "a finite number") -> float:
@@ -61,14 +61,14 @@ def whole(field: str, value: Any, least: int = 1) -> int:
 
 
 def flag(field: str, value: Any) -> bool:
-    """True or False, nothing like it."""
+    """True or False; 0, 1 and words are refused."""
     if not isinstance(value, (bool, np.bool_)):
         raise SceneError(field, value, "true or false")
     return bool(value)
 
 
 def progress(value: Any) -> Callable[[str], None] | None:
-    """What is told of each stage, or nobody."""
+    """The function that is called with the name of each stage, or None."""
     if not (value is None or callable(value)):
         raise SceneError("progress", value, "None, or a function of one string")
     return value
@@ -90,7 +90,7 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
     except (TypeError, ValueError, OverflowError):
         raise SceneError(field, value, allowed) from None
     if result.ndim != ndim or result.size == 0:
-        raise SceneError(field, f"array of shape {result.shape}", allowed)
+        raise wrong_shape(field, result.shape, allowed)
     bad = ~np.isfinite(result)
     if bad.any():
         where = tuple(int(i) for i in np.argwhere(bad)[0])
@@ -130,6 +130,25 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
     if (result <= 0).any():
         raise SceneError(field, float(result[result <= 0][0]), allowed)
     return result
+
+
+def exactly_one(**arguments: Any) -> None:
+    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is."""
+    names = list(arguments)
+    given = [name for name, value in arguments.items() if value is not None]
+    if len(given) == 1:
+        return
+    if given:
+        message = f"{' and '.join(names)} are both given: give one of them"
+    else:
+        message = f"neither {' nor '.join(names)} is given: give one of them"
+    raise SceneError(", ".join(names), tuple(arguments.values()), "exactly one of the two", message=message)
+
+
+def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
+    """The error for an array of a shape that is not `allowed`, in words that complete "must be"."""
+    message = f"{field} has shape {shape}; it must be {allowed}"
+    return SceneError(field, f"array of shape {shape}", allowed, message=message)
 
 
 def choice(field: str, value: Any, options: Iterable[str]) -> str:

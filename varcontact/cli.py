@@ -202,13 +202,23 @@ def compare(
     _check_outputs(out, plot)
     files = scenes or []
     if len(set(files)) < len(files):
-        raise SceneError("scenes", " ".join(map(str, files)), "each file once")
+        raise SceneError(
+            "scenes",
+            " ".join(map(str, files)),
+            "each file once",
+            message=f"scenes: a file is given twice in {' '.join(map(str, files))}",
+        )
     stems = [path.stem for path in files]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, files, strict=True)]
     described = {name: read_scene(path)[0] for name, path in zip(names, files, strict=True)}
     described |= standard_bank() if bank else {}
     if not described:
-        raise SceneError("scenes", [], "one file at least, or --bank")
+        raise SceneError(
+            "scenes",
+            [],
+            "one file at least, or --bank",
+            message="no scenes to compare: name a scene file, or give --bank",
+        )
     chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
     show = table_as_json if as_json else summary
     try:

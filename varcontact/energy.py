@@ -95,13 +95,18 @@ def posed(solution: Solution) -> Posed:
         raise SceneError("solution", solution, "a Solution")
     scene, motion = solution.scene, solution.motion
     if not isinstance(motion, Steady | Shift | None):
-        raise SceneError("solution", "a step of a history", "of steady rolling, a shift or normal contact")
-    disc = discretise(scene, solution.grid)
+        raise SceneError(
+            "solution",
+            "a step of a history",
+            "of steady rolling, a shift or normal contact",
+            message="solution is a step of a history; give one of steady rolling, a shift or normal contact",
+        )
+    disc = discretise(scene, solution.grid, coupled=not solution.plan.left_out)
     if solution.friction is not None:
         disc = disc.rubbing(solution.friction)
     pressure, traction = solution.pressure / disc.pressure, solution.traction / disc.pressure
     approach = np.array([(solution.approach - disc.base) / disc.displacement])
-    normal = disc.normal_problem(traction if scene.bodies.K != 0 and traction.any() else None)
+    normal = disc.normal_problem(traction if disc.K != 0 and traction.any() else None)
     unit = disc.force * disc.displacement
     if motion is None or scene.frictionless:
         none = np.zeros((2, 0))

@@ -1,4 +1,4 @@
-"""What can go wrong, each kind with a name, and always with the facts a user needs to mend it."""
+"""What can go wrong. Each kind of error has a class, and each message says what is wrong and what to do."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class VarcontactError(Exception):
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """The same error, saying in which step of a history; without one where no step was solved."""
+        """Name the step of the history in the message; `history` is None where no step was solved."""
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
@@ -36,21 +36,26 @@ class SceneError(VarcontactError):
     value : object
         What was given.
     allowed : str
-        What would have been allowed, in words that complete "must be".
+        What would have been allowed, in words that complete "must be". Words that begin with "given", for a value of
+        None, or with "left out" make a sentence of their own, see the examples.
     message : str
-        The whole message, where a sentence of its own says it better.
+        The whole message, where another sentence says it better.
 
     Examples
     --------
     >>> print(SceneError("bodies.nu", 0.7, "a number in (-1, 0.5]"))
     bodies.nu = 0.7 is not allowed: must be a number in (-1, 0.5]
+    >>> print(SceneError("motion", None, "given: without it there is no creepage"))
+    motion is missing: without it there is no creepage
+    >>> print(SceneError("grid.ny", 3, "left out in line contact"))
+    grid.ny = 3 must be left out in line contact
     >>> print(SceneError("coupling", "joint", message="coupling: the bodies are alike (K = 0), nothing couples"))
     coupling: the bodies are alike (K = 0), nothing couples
     """
 
     def __init__(self, field: str, value: Any, allowed: str = "", *, message: str = "") -> None:
         self.field, self.value, self.allowed = field, value, allowed
-        super().__init__(message or f"{field} = {_short(value)} is not allowed: must be {allowed}")
+        super().__init__(message or _refusal(field, value, allowed))
 
 
 class NoContact(SceneError):
@@ -58,11 +63,21 @@ class NoContact(SceneError):
 
 
 class OutputError(VarcontactError, OSError):
-    """A file that cannot be written (or read back), with the reason."""
+    """A file that cannot be written (or read back), with the reason.
+
+    Parameters
+    ----------
+    field : str
+        What the file was named by (``"path"``, ``"--plot"``), or what cannot be written.
+    value : object
+        The file's name, or "" where there is none.
+    reason : str
+        What is wrong.
+    """
 
     def __init__(self, field: str, value: Any, reason: str) -> None:
         self.field, self.value, self.reason = field, value, reason
-        super().__init__(f"{field} = {_short(str(value))}: {reason}")
+        super().__init__(f"{field} = {_short(str(value))}: {reason}" if value else f"{field} {reason}")
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -108,7 +123,9 @@ class TooLarge(VarcontactError):
 
     def __init__(self, what: str, needed: float, available: float, fits: str) -> None:
         self.needed, self.available, self.fits = needed, available, fits
-        super().__init__(f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are there; {fits}")
+        super().__init__(
+            f"{what} needs about {needed / 2**30:.1f} GiB, {available / 2**30:.1f} GiB are available; {fits}"
+        )
 
 
 class Interrupted(KeyboardInterrupt):
@@ -123,6 +140,14 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, partial: Any, finished: str = "") -> None:
         self.partial = partial
         super().__init__(f"interrupted{finished}")
+
+
+def _refusal(field: str, value: Any, allowed: str) -> str:
+    if value is None and allowed.startswith("given"):
+        return f"{field} is missing{allowed.removeprefix('given')}"
+    if allowed.startswith("left out"):
+        return f"{field} = {_short(value)} must be {allowed}"
+    return f"{field} = {_short(value)} is not allowed: must be {allowed}"
 
 
 def _short(value: Any) -> str:

@@ -221,7 +221,7 @@ def test_what_is_left_out_is_not_computed_and_said(rolling, monkeypatch):
 
 def test_residuals_are_judged_at_every_level(rolling):
     """What does not converge says so without a certificate, too, and does not blame what was left out."""
-    with pytest.raises(vc.NotConverged, match="residual not below tol") as failure:
+    with pytest.raises(vc.NotConverged, match="residual is not below tol") as failure:
         vc.solve(rolling(), tangential="scs", polish=False, tol=1e-14, certify=None)
     assert "left out" not in str(failure.value)
     assert failure.value.solution.certificate.residual > 1e-14

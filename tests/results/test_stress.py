@@ -234,12 +234,12 @@ def test_shapes_follow_the_points(unlike):
         ([[0, 0], [0, 0], [1, -0.5]], 1, r"points\[:, 1\] = \[0.0, 0.0, -0.5\] .* upper body, z >= 0 \(1 of 2 points"),
         ([[0, 0], [0, 0], [1, -0.5]], "lower", r"points\[:, 0\] .* lower body, z <= 0"),
         ([0, 0, -1.0], "upper", r"points\[:\] = "),
-        ([[0, 0], [0, 0]], 1, r"points = 'array of shape \(2, 2\)'"),
+        ([[0, 0], [0, 0]], 1, r"points has shape \(2, 2\)"),
         (3.0, 1, "points"),
         ([0, 0, np.nan], 1, "points = nan"),
         ([0, 0, np.inf], 1, "points = inf"),
         ([[0, 0], [1], [2]], 1, "points"),
-        ([[0, 0, 1.0], [0, 0, 2.0]], 1, r"points = 'array of shape \(2, 3\)' .* \(did you mean its transpose\?\)"),
+        ([[0, 0, 1.0], [0, 0, 2.0]], 1, r"points has shape \(2, 3\); .* \(did you mean its transpose\?\)"),
         ("here", 1, "points"),
         ([0, 0, 1j], 1, "points"),
         ([0, 0, 1.0], 3, 'body = 3 is not allowed: must be one of 1 or "upper"'),
@@ -264,7 +264,7 @@ def test_a_history_is_refused_and_its_steps_are_not(rolling, call):
             call(given)
     call(history[0])
     if call is vc.plot_stress:
-        with pytest.raises(vc.SceneError, match="with contact: nothing is stressed"):
+        with pytest.raises(vc.SceneError, match="there is no contact, so nothing is stressed"):
             call(history[1])
     else:
         assert not call(history[1]).stress.any()

@@ -251,20 +251,36 @@ def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
 @pytest.mark.parametrize(
     ("changes", "arguments", "words"),
     [
-        ({}, {"formulation": "complementary"}, "gap or marching here: steady rolling is no minimum of an energy"),
-        ({}, {"formulation": "potential"}, "no minimum"),
-        ({"motion": SHIFT}, {"formulation": "marching"}, "potential or gap here: only steady rolling is marched to"),
+        ({}, {"formulation": "complementary"}, '^steady rolling has no energy formulation; use "gap" or "marching"$'),
+        ({}, {"formulation": "potential"}, 'no energy formulation; use "gap" or "marching"$'),
+        (
+            {"motion": SHIFT},
+            {"formulation": "marching"},
+            '"marching" is for steady rolling only; use "complementary", "potential" or "gap"$',
+        ),
         (
             {"motion": vc.Transient(steps=2, vx=1e-3)},
             {"tangential": "clarabel", "formulation": "marching"},
-            "only steady rolling is",
+            '"marching" is for steady rolling only',
         ),
-        ({"motion": SHIFT}, {"tangential": "tang", "formulation": "marching"}, "no program is stated"),
-        ({}, {"tangential": "tang", "formulation": "gap"}, "auto or marching here: tang states no program"),
-        ({}, {"tangential": "fastsim", "formulation": "gap"}, "no program is stated"),
-        ({"motion": None}, {"normal": "clarabel", "formulation": "gap"}, "there is a normal program only"),
-        ({"motion": None}, {"normal": "norm", "formulation": "potential"}, "no program is stated"),
-        ({"motion": None}, {"formulation": "complementary"}, "no program is stated"),
+        (
+            {"motion": SHIFT},
+            {"tangential": "tang", "formulation": "marching"},
+            'no program is solved here; use "auto"$',
+        ),
+        (
+            {},
+            {"tangential": "tang", "formulation": "gap"},
+            'formulation = "gap": tang states no program; use "auto" or "marching"$',
+        ),
+        ({}, {"tangential": "fastsim", "formulation": "gap"}, 'no program is solved here; use "auto"$'),
+        (
+            {"motion": None},
+            {"normal": "clarabel", "formulation": "gap"},
+            'only the normal problem is a program here; use "complementary" or "potential"$',
+        ),
+        ({"motion": None}, {"normal": "norm", "formulation": "potential"}, 'no program is solved here; use "auto"$'),
+        ({"motion": None}, {"formulation": "complementary"}, 'no program is solved here; use "auto"$'),
     ],
 )
 def test_formulations_that_do_not_apply(rolling, changes, arguments, words):

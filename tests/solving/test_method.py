@@ -94,7 +94,7 @@ def test_convex_march(rolling):
     with pytest.raises(vc.SceneError, match="the gap is not convex for elements so long") as refusal:
         vc.solve(scene, method="convex")
     assert refusal.value.field == "formulation"
-    assert 'must be "marching", or motion.dq longer' in str(refusal.value)
+    assert 'use "marching", or a longer motion.dq' in str(refusal.value)
     sol = vc.solve(scene, method="convex", formulation="marching")
     assert called(sol, "tangential") == CONIC
     assert sol.calls["tangential"]["clarabel"].count > 3
@@ -249,22 +249,23 @@ def test_calls_of_stored_histories(rolling, tmp_path):
         (
             {"method": "convex", "tangential": "tang"},
             "tangential",
-            'a solver of programs, as clarabel or scs, by method = "convex"; by "auto" any solver may be named',
+            'method = "convex", which takes a solver of programs, such as clarabel or scs; '
+            'with method = "auto" any solver may be named',
         ),
         (
             {"method": "convex", "normal": "norm"},
             "normal",
-            'a solver of programs, as clarabel or scs, by method = "conv',
+            'method = "convex", which takes a solver of programs',
         ),
         ({"method": "convex", "tangential": "fastsim"}, "tangential", "a solver of programs"),
         ({"method": "convex", "tangential": "clarable"}, "tangential", "did you mean clarabel?"),
         (
             {"method": "active-set", "tangential": "clarabel"},
             "tangential",
-            'tang or tang-exact or tang-safeguarded, by method = "active-set"',
+            'method = "active-set", which takes tang or tang-exact or tang-safeguarded',
         ),
-        ({"method": "active-set", "normal": "osqp"}, "normal", "norm or norm-single, by method"),
-        ({"method": "kalker", "tangential": "tang"}, "tangential", 'tang-exact, by method = "kalker"'),
+        ({"method": "active-set", "normal": "osqp"}, "normal", "which takes norm or norm-single"),
+        ({"method": "kalker", "tangential": "tang"}, "tangential", 'method = "kalker", which takes tang-exact;'),
         ({"method": "kalker", "formulation": "gap"}, "formulation", "tang-exact states no program"),
         ({"method": "convex", "polish": True}, "polish", 'left out: method = "convex" calls no active sets'),
         ({"method": "convex", "polish": 1}, "polish", "true or false"),

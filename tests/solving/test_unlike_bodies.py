@@ -214,7 +214,7 @@ def test_picture_of_the_passes():
     assert ax.get_title() == f"Passes: panagiotopoulos, K = {sol.scene.bodies.K:.3g}"
     assert changes.get_label() == "change of the tractions"
     with pytest.raises(
-        vc.SceneError, match=r"coupling johnson, no passes.*coupling loop .* or under a law of friction"
+        vc.SceneError, match=r"no passes to plot \(coupling johnson\); coupling loops .* and laws of friction have them"
     ):
         vc.solve(SCENES[0], coupling="johnson").plot_passes()
 
@@ -273,7 +273,7 @@ def test_a_force_that_friction_bears_easily_needs_no_exacter_pressures():
     line = scene(bodies=MIXED, friction=1e-6, motion=vc.Steady(Fx=5e-10))
     sol = vc.solve(line, normal="clarabel", tangential="clarabel", polish=False, tol=1e-6)
     exact = vc.solve(line)
-    assert sol.certificate.normal_residual > 1e-10
+    assert sol.certificate.normal_residual / line.friction > 1e-6  # what it would be without
     assert np.abs(sol.traction - exact.traction).max() < 1e-6 * sol.traction_bound.max()
 
 

@@ -234,9 +234,9 @@ def test_store_of_another_study_is_refused(rolling, tmp_path):
     store = tmp_path / "study.csv"
     vc.converge(rolling(), [6, 8], offsets=1, store=store)
     before = store.read_bytes()
-    with pytest.raises(vc.SceneError, match="same scene and tol"):
+    with pytest.raises(vc.SceneError, match="holds a study of another scene or tol"):
         vc.converge(rolling(friction=0.31), [6, 8], offsets=1, store=store)
-    with pytest.raises(vc.SceneError, match="same scene and tol"):
+    with pytest.raises(vc.SceneError, match="holds a study of another scene or tol"):
         vc.converge(rolling(), [6, 8], offsets=1, tol=1e-7, store=store)
     assert store.read_bytes() == before
     (tmp_path / "other.csv").write_text("a,b\n1,2\n")

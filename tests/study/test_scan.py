@@ -74,16 +74,20 @@ def test_refused(rolling, changes, creepages, field):
 @pytest.mark.parametrize(
     ("motion", "creepages", "words"),
     [
-        (vc.Steady(), [0.1, 0.0, 0.0], r"array of shape \(3,\).*\(k, 3\), a row of vx, vy, spin.*\[\[vx, vy, spin\]\]"),
+        (
+            vc.Steady(),
+            [0.1, 0.0, 0.0],
+            r"creepages has shape \(3,\).*\(k, 3\), a row of vx, vy, spin.*\[\[vx, vy, spin\]\]",
+        ),
         (
             vc.Shift(),
             [0.1, 0.0, 0.0],
             r"a row of ux, uy, rotation for each solution; a single .*\[\[ux, uy, rotation\]\]",
         ),
-        (vc.Steady(), [0.1, 0.2], r"array of shape \(2,\)' is not allowed: .*a row of vx, vy, spin for each solution$"),
-        (vc.Steady(), [[0.1, 0.2]], r"array of shape \(1, 2\).*a row of vx, vy, spin"),
-        (vc.Steady(), np.zeros((0, 3)), r"array of shape \(0, 3\).*a row of vx, vy, spin"),
-        (vc.Steady(), 0.1, r"array of shape \(\).*a row of vx, vy, spin"),
+        (vc.Steady(), [0.1, 0.2], r"creepages has shape \(2,\); it must be .*a row of vx, vy, spin for each solution$"),
+        (vc.Steady(), [[0.1, 0.2]], r"creepages has shape \(1, 2\).*a row of vx, vy, spin"),
+        (vc.Steady(), np.zeros((0, 3)), r"creepages has shape \(0, 3\).*a row of vx, vy, spin"),
+        (vc.Steady(), 0.1, r"creepages has shape \(\).*a row of vx, vy, spin"),
         (vc.Steady(), [["a", "b", "c"]], "finite numbers"),
     ],
 )
@@ -99,7 +103,7 @@ def test_progress_that_cannot_be_called_is_refused(rolling):
 
 def test_a_method_that_cannot_treat_one_of_them_is_refused_at_once(rolling):
     stages = []
-    with pytest.raises(vc.SceneError, match="no spin"):
+    with pytest.raises(vc.SceneError, match="without spin"):
         vc.scan(rolling(grid=GRID), CREEPAGES, tangential="vermeulen-johnson", progress=stages.append)
     assert not stages
 

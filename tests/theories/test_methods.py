@@ -134,7 +134,7 @@ def test_scenes_that_they_cannot_treat(rolling, name, changes, words):
 
 
 def test_more_that_they_cannot_treat(rolling):
-    with pytest.raises(vc.SceneError, match=r"no spin, spin is 0\.05"):
+    with pytest.raises(vc.SceneError, match=r"without spin, and spin is 0\.05"):
         vc.solve(rolling(), tangential="vermeulen-johnson")
     for name in FASTSIM:
         with pytest.raises(vc.SceneError, match="creepages are needed, not forces"):

@@ -13,7 +13,7 @@ from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.scene.grid import Grid
 
 REMEMBERED = 3
-"""Restrictions of an operator that it remembers."""
+"""Number of restricted operators that an operator keeps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ def fft_shape(ny: int, nx: int) -> tuple[int, int]:
 
 
 def table_bytes(ny: int, nx: int, blocks: int) -> int:
-    """Bytes of the table of so many blocks of influence numbers on a grid, and of its transform."""
+    """Bytes of a table of influence numbers with this number of blocks, and of its transform."""
     rows, columns = fft_shape(ny, nx)
     return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
 

@@ -1,16 +1,17 @@
-"""What a file says is held against what a solution can be, before anything is made of it."""
+"""Checks that the contents of a file can be a solution, before anything is made of them."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from varcontact.problem.certificate import LEVELS
 from varcontact.problem.slip import EXTERIOR, SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 
 ROUNDED = 1e-9
-"""Relative difference of numbers that are the same but for their way through units."""
+"""Relative difference that rounding in unit conversions may cause."""
 
 
 def check_plausible(sol: Solution) -> None:
@@ -31,7 +32,9 @@ def check_plausible(sol: Solution) -> None:
 
 
 def _check_certificate(sol: Solution) -> None:
-    values = [value for value in vars(sol.certificate).values() if not isinstance(value, str)]
+    if sol.certificate.level not in LEVELS:
+        raise ValueError(f"a certificate of the level {sol.certificate.level!r}")
+    values = [value for name, value in vars(sol.certificate).items() if name != "level"]
     numbers = np.concatenate([np.ravel(value) for value in values])
     if numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
         raise ValueError("a certificate that is not of numbers, zero or positive")

@@ -28,7 +28,7 @@ SURFACES = {
 }
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
-"""What stands in TOML, which has no null, for a step in which an entry of a history is not given."""
+"""Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify")
 
 
@@ -77,15 +77,15 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise SceneError("scene file", str(path), f"a file that can be read ({error.strerror})") from None
+        raise _unreadable(path, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
-        raise SceneError("scene file", str(path), "a TOML file (this is no UTF-8 text)") from None
+        raise _unreadable(path, "is not a TOML file (it is not UTF-8 text)") from None
     except tomllib.TOMLDecodeError as error:
-        raise SceneError("scene file", str(path), f"a TOML file ({error})") from None
+        raise _unreadable(path, f"is not a TOML file ({error})") from None
     except ValueError as error:  # a null character in the name
-        raise SceneError("scene file", str(path), f"a file that can be read ({error})") from None
+        raise _unreadable(path, f"cannot be read ({error})") from None
     except RecursionError:
-        raise SceneError("scene file", str(path), "a TOML file (this one is nested too deep)") from None
+        raise _unreadable(path, "is not a TOML file (it is nested too deep)") from None
     options = table.pop("solve", {})
     _known("solve", _table("solve", options), SOLVE_KEYS)
     return scene_from(table, path.parent), options
@@ -98,7 +98,7 @@ def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
     _known("", entries, names)
     for name in ("bodies", "surface"):
         if name not in entries:
-            raise SceneError(name, None, f"given, as a table [{name}]")
+            raise SceneError(name, None, f"given: add a table [{name}]")
     entries["bodies"] = _bodies(_table("bodies", entries["bodies"]))
     rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
     entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
@@ -211,7 +211,7 @@ def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path, dimensions: Literal[1, 2]) -> np.ndarray:
-    """Numbers from ``{file = "..."}``: a text file (blanks or commas) of so many dimensions at least, or ``.npy``."""
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
     _known(field, table, ("file",))
     path = folder / str(_needed(field, table, "file"))
     try:
@@ -220,7 +220,16 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path, dimensions: L
         text = path.read_text(encoding="utf-8")
         return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=dimensions)
     except (OSError, ValueError, EOFError) as error:
-        raise SceneError(f"{field}.file", str(path), f"a readable file of numbers ({error})") from None
+        raise SceneError(
+            f"{field}.file",
+            str(path),
+            "a readable file of numbers",
+            message=f"{field}.file: no numbers can be read from {str(path)!r} ({error})",
+        ) from None
+
+
+def _unreadable(path: Path, reason: str) -> SceneError:
+    return SceneError("scene file", str(path), "a TOML file", message=f"scene file {str(path)!r} {reason}")
 
 
 def _table(name: str, value: Any) -> Mapping[str, Any]:
@@ -239,4 +248,6 @@ def _known(name: str, table: Mapping[str, Any], known: Any) -> None:
     for key in table:
         if key not in known:
             field = f"{name}.{key}" if name else key
-            raise SceneError(field, table[key], f"left out: there is no such key{checks.nearest(key, known)}")
+            raise SceneError(
+                field, table[key], "left out", message=f"{field}: there is no such key{checks.nearest(key, known)}"
+            )

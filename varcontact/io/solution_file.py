@@ -80,7 +80,7 @@ def units_of(scene: Scene) -> Units:
 
 
 def record_of(sol: Solution) -> dict[str, Any]:
-    """What a solution says of how it was found."""
+    """How a solution was found: its plan, iterations, times and certificate, as plain data."""
     return {
         "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
         "converged": sol.converged,
@@ -120,7 +120,7 @@ def read(path: str | Path) -> Solution | History:
     Raises
     ------
     OutputError
-        If there is no such file, it is not one of ours, or it holds what no solution can be.
+        If there is no such file, it was not written by varcontact, or its contents cannot be a solution.
     """
     from varcontact.io.history_file import is_history, load_history
 
@@ -140,7 +140,7 @@ def read(path: str | Path) -> Solution | History:
 
 
 def damaged(path: str | Path, error: Exception) -> OutputError:
-    """The error of a file that holds what no solution can be."""
+    """The error for a file whose contents cannot be a solution."""
     return OutputError("path", path, f"is damaged ({first_line(error)})")
 
 

@@ -1,4 +1,4 @@
-"""What is left of the memory, and a refusal before the work starts where that is not enough."""
+"""The memory that is left, and a refusal before the work starts where it is too little."""
 
 from __future__ import annotations
 

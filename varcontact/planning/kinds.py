@@ -1,4 +1,4 @@
-"""What kind of scene it is, and what is simpler about it than in general."""
+"""The kind of a scene, and what makes it simpler than the general case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What solvers take of the memory."""
+"""The memory that solvers need."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Plan:
         "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
         "joint".
     formulation : str
-        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without any.
+        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
     reasons : dict
         For each of these and of the following, in one line, why.
     dimension : str
@@ -59,7 +59,7 @@ class Plan:
     special : tuple of str
         What is simpler than the general case: "frictionless", "no slip", "full slip".
     fallback : str
-        The solver of programs that is asked where active sets, chosen by "auto", miss the tolerance; else "none".
+        The solver of programs that takes over where active sets, chosen by "auto", miss the tolerance; else "none".
     method : str
         "auto", "convex", "active-set" or "kalker".
     left_out : float
@@ -164,7 +164,7 @@ class Plan:
         return cls(**{**record, "special": special, "sizes": None if sizes is None else Sizes.of_record(sizes)})
 
     def __str__(self) -> str:
-        """For people."""
+        """The plan in words."""
         from varcontact.planning.report import plan_report
 
         return plan_report(self)
@@ -257,7 +257,12 @@ def make_plan(
     ('hertz', 'tang-safeguarded', 'none')
     """
     if isinstance(scene.motion, TimeStep):
-        raise SceneError("motion", scene.motion, "another: a step goes on from the one before, in a Transient")
+        raise SceneError(
+            "motion",
+            scene.motion,
+            "a Transient",
+            message="motion: a TimeStep goes on from the step before it; give the history as a Transient",
+        )
     way = road(method)
     chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
     K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
@@ -300,26 +305,41 @@ def _check_edge(scene: Scene, normal: str, reason: str) -> None:
     """What part of a touched element bears pressure is known of Hertz's ellipse, not where pressures are computed."""
     if scene.touched and normal != "hertz":
         raise SceneError(
-            "grid.edge", "touched", f'"centres", as the pressure is not in closed form: {normal}, {reason}'
+            "grid.edge",
+            "touched",
+            '"centres"',
+            message=f'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by '
+            f'{normal} ({reason}); use "centres"',
         )
 
 
 def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
-        raise SceneError("normal", wanted, "another method: it is for the tangential problem")
+        raise SceneError(
+            "normal",
+            wanted,
+            "a method of the normal problem",
+            message=f'normal = "{wanted}": it solves the tangential problem; use "norm" or "clarabel"',
+        )
     available("normal", wanted, ("auto", *normal_methods()))
     coupled = scene.bodies.K != 0 and not scene.frictionless
     hertzian = not any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
     if wanted == "hertz":
         if not hertzian:
             raise SceneError(
-                "normal", wanted, "another method: Hertz's pressure is for paraboloids, ellipses and cylinders"
+                "normal",
+                wanted,
+                "norm or clarabel",
+                message="Hertz's pressure is for paraboloids, ellipses and cylinders; with "
+                'sampled distances use "norm" or "clarabel"',
             )
         if coupled:
             raise SceneError(
                 "normal",
                 wanted,
-                f"another method: with friction Hertz's pressure is for K = 0, K is {scene.bodies.K:.3g}",
+                "norm or clarabel",
+                message="Hertz's pressure ignores tangential tractions; with K = "
+                f'{scene.bodies.K:.3g} and friction use "norm" or "clarabel"',
             )
         return wanted, "asked for; closed form"
     if wanted != "auto":
@@ -349,9 +369,16 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
         methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
     if wanted in normal_methods() and wanted not in methods:
         why = (
-            "Coulomb's disks are second-order cones, no QP" if states_programs(wanted) else "it is for normal problems"
+            "it solves QPs, and Coulomb's disks are second-order cones"
+            if states_programs(wanted)
+            else "it is for normal problems"
         )
-        raise SceneError("tangential", wanted, f"one of {', '.join(methods)} or a theory: {why}")
+        raise SceneError(
+            "tangential",
+            wanted,
+            f"one of {', '.join(methods)} or a theory",
+            message=f'tangential = "{wanted}": {why}; use one of {", ".join(methods)}, or a theory',
+        )
     available("tangential", wanted, ("auto", *methods, *THEORIES))
     if scene.motion is None:
         return "none", "no motion"
@@ -360,7 +387,9 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if wanted in THEORIES:
         reason = why_not(wanted, scene)
         if reason:
-            raise SceneError("tangential", wanted, f"another method: {reason}")
+            raise SceneError(
+                "tangential", wanted, "another method", message=f'tangential = "{wanted}": {reason}; use another method'
+            )
         return wanted, "asked for: an approximate theory, how wrong is in the certificate"
     if scene.no_slip and wanted not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
@@ -383,19 +412,22 @@ def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str
     if states_programs(tangential):
         allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
         default = "the only convex program of steady rolling" if steady else "the fewest unknowns"
-        refusal = "steady rolling is no minimum of an energy" if steady else "only steady rolling is marched to"
+        refusal = "steady rolling has no energy formulation" if steady else '"marching" is for steady rolling only'
     elif tangential in ("none", "no-slip") and states_programs(chosen["normal"]):
         allowed, default = ("complementary", "potential"), "the fewest unknowns"
-        refusal = "there is a normal program only"
+        refusal = f'formulation = "{wanted}": only the normal problem is a program here'
     elif tangential in TANGENTIAL and steady:
         allowed, default = ("none", "marching"), f"{tangential} states no program"
-        refusal = default
+        refusal = f'formulation = "{wanted}": {default}'
     else:
-        allowed, default, refusal = ("none",), "no program", "no program is stated"
+        allowed, default = ("none",), "no program"
+        refusal = f'formulation = "{wanted}": no program is solved here'
     if wanted == "auto":
         return allowed[0], default
     if wanted not in allowed:
-        raise SceneError("formulation", wanted, f"{' or '.join(allowed)} here: {refusal}".replace("none", "auto"))
+        choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
+        last = f"{', '.join(choices[:-1])} or {choices[-1]}" if choices[1:] else choices[0]
+        raise SceneError("formulation", wanted, last, message=f"{refusal}; use {last}")
     return wanted, "asked for"
 
 

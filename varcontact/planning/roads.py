@@ -9,7 +9,7 @@ from varcontact.errors import SceneError
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
 TOLERANCE = 1e-8
-"""Natural-map residual to reach if none is given, whatever the method: each reaches it, see docs/methods.md."""
+"""Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Road:
     normals, tangentials : tuple of str, optional
         The active sets that go this way; if none are given, solvers of programs do.
     fallback : str
-        The solver of programs that is asked where active sets miss the tolerance; "none" for nobody.
+        The solver of programs that takes over where active sets miss the tolerance; "none" without one.
     """
 
     normal: str
@@ -48,7 +48,7 @@ ROADS: dict[str, Road] = {
     ),
     "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, no program", ("norm",), ("tang-exact",)),
 }
-"""By name. The first leaves everything open: there any solver may be named."""
+"""By name. With the first any solver may be named."""
 
 
 def road(method: str) -> Road:
@@ -57,7 +57,7 @@ def road(method: str) -> Road:
     Raises
     ------
     SceneError
-        If there is none; the nearest is suggested.
+        For an unknown name; the nearest is suggested.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def road(method: str) -> Road:
 
 
 def check_on_road(method: str, field: str, name: str) -> None:
-    """Refuse a solver, named for the "normal" or the "tangential" problem, that does not go a method's way.
+    """Refuse a solver, named for the "normal" or the "tangential" problem, that does not belong to a method.
 
     Hertz's closed form is no solver, and goes everywhere.
     """
@@ -78,5 +78,11 @@ def check_on_road(method: str, field: str, name: str) -> None:
     allowed = chosen.normals if field == "normal" else chosen.tangentials
     if name in allowed or (not allowed and states_programs(name)):
         return
-    words = " or ".join(allowed) or "a solver of programs, as clarabel or scs"
-    raise SceneError(field, name, f'{words}, by method = "{method}"; by "auto" any solver may be named')
+    words = " or ".join(allowed) or "a solver of programs, such as clarabel or scs"
+    raise SceneError(
+        field,
+        name,
+        words,
+        message=f'{field} = "{name}" does not go with method = "{method}", which takes {words}; '
+        'with method = "auto" any solver may be named',
+    )

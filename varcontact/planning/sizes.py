@@ -1,4 +1,4 @@
-"""How large the problems of a plan are: elements, unknowns, matrices, bytes. Nothing is assembled or solved for it."""
+"""How large the problems of a plan are: elements, unknowns, matrices, bytes; found without solving anything."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Sizes:
 
     @property
     def peak(self) -> float:
-        """Bytes at the peak of the hungriest stage."""
+        """Bytes at the peak of the stage that needs most."""
         return max(self.memory.values())
 
     @classmethod
@@ -129,7 +129,7 @@ def folds(plan: Plan) -> bool:
 def sizes_of(
     scene: Scene, plan: Plan, shape: tuple[int, int], sides: tuple[float, float] | None, counted: Counted
 ) -> Sizes:
-    """The sizes of a plan on a grid of that shape with so many elements, known or at most."""
+    """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds."""
     elements = {"normal": counted.normal}
     unknowns = {"normal": 0 if plan.closed_form else counted.normal}
     if plan.rubs:

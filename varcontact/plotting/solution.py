@@ -133,7 +133,13 @@ def plot_passes(sol: Solution) -> Figure:
 
     if not sol.passes:
         found = f"coupling {sol.plan.coupling}, no passes"
-        raise SceneError("solution", found, "of a coupling loop (panagiotopoulos or joint), or under a law of friction")
+        raise SceneError(
+            "solution",
+            found,
+            "of a coupling loop, or under a law of friction",
+            message=f"solution has no passes to plot (coupling {sol.plan.coupling}); coupling loops "
+            "(panagiotopoulos, joint) and laws of friction have them",
+        )
     if isinstance(sol.scene.friction, Law):
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:
@@ -264,7 +270,9 @@ def plot_stress(
     from varcontact.results.stress import one_solution, stress
 
     if not one_solution(sol).pressure.any():
-        raise SceneError("solution", sol, "with contact: nothing is stressed")
+        raise SceneError(
+            "solution", sol, "with contact", message="solution: there is no contact, so nothing is stressed"
+        )
     choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     row = int(np.argmax(sol.pressure.max(axis=1)))
     y = float(sol.grid.y[row]) if y is None else number("y", y)

@@ -51,7 +51,7 @@ def outputs_of(problem: TangentialProblem) -> np.ndarray:
 
 
 def unknown(outputs: np.ndarray) -> np.ndarray:
-    """Infinite, where there is an output at all."""
+    """Infinite bounds, for the outputs that exist."""
     return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
 
 

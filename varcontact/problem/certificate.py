@@ -22,7 +22,7 @@ from varcontact.problem.gap import (
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 
 LEVELS = ("full", "gap", "none")
-"""What there can be of a certificate: everything; no bound on the forces; the residuals alone."""
+"""Levels of a certificate: everything; without bounds on the forces; the residuals alone."""
 
 FULL_LIMIT = 10_000
 """Elements with friction up to which "auto" is "full"; beyond it is "gap"."""

@@ -110,18 +110,30 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
         middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
         place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
-        raise SceneError("grid", grid, f"finer: the contact at {place} falls between the centres of the elements")
+        raise SceneError(
+            "grid",
+            grid,
+            "finer",
+            message=f"grid is too coarse: the contact at {place} falls between the centres of the elements",
+        )
     if spec.explicit:
         raise SceneError(
             "grid",
             _rounded(grid.box, grid.line),
-            f"a potential contact (left, right{'' if grid.line else ', bottom, top'}) that contains the contact, which "
-            f"goes on at {_rounded(overlap, grid.line)}; where a body ends there, add elements with a large distance",
+            "a potential contact that contains the contact",
+            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+            f"{_rounded(grid.box, grid.line)} does not contain the contact, which goes on at "
+            f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
+            "with a large distance",
         )
     surface = scene.surface
     if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
         raise SceneError(
-            "surface", _rounded(surface.box, grid.line), "sampled beyond the contact, which reaches the samples' edge"
+            "surface",
+            _rounded(surface.box, grid.line),
+            "sampled beyond the contact",
+            message="surface: the contact reaches the edge of the samples, "
+            f"{_rounded(surface.box, grid.line)}; sample a larger region",
         )
     inner = contact_box(grid, pressure)
     along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])

@@ -150,7 +150,7 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
 
 
 def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
-    """Bounding box of marked elements, with so many elements around."""
+    """Bounding box of marked elements, with a margin of elements around."""
     rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
     return (

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from varcontact.elasticity.operators import GridOperator
-from varcontact.errors import NoContact, SceneError
+from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
+from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
@@ -301,21 +302,32 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
         iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
         least = float(surface.samples[iy, ix])
         if approach is not None and approach <= least:
-            return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}")
+            return bodies_apart(approach, least)
         if surface.placed:
             x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
         else:
             x, y = left, bottom
     if not (left <= x <= right and bottom <= y <= top):
         box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
-        return SceneError("grid", box, f"a potential contact that contains the contact, which is at {where}")
-    return SceneError("grid", grid, "fine enough to hold one contact element (no element's centre is in contact)")
+        return SceneError(
+            "grid",
+            box,
+            "a potential contact that contains the contact",
+            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}",
+        )
+    return SceneError(
+        "grid",
+        grid,
+        "fine enough to hold one contact element",
+        message="grid is too coarse to hold one contact element: no element's centre is in contact",
+    )
 
 
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
 
-    Unless it is `coupled`, pressure and tractions do not depend on each other, whatever K is.
+    Unless `coupled`, pressure and tractions are independent, whatever K is.
 
     Raises
     ------
@@ -327,12 +339,17 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     along_x, depth = grid.nx * dx, scene.reference_depth
     if depth is not None and depth < along_x:
         raise SceneError(
-            "surface.reference_depth", depth, f"no less than the length of the potential contact, {along_x:.6g}"
+            "surface.reference_depth", depth, f"at least the length of the potential contact, {along_x:.6g}"
         )
     if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
-        size = f"{2 * hertz.a:.6g}" + ("" if scene.line else f" by {2 * hertz.b:.6g}")
+        size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
+        if not scene.line:
+            size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
         raise SceneError(
-            "grid", dx if scene.line else (dx, dy), f"fine enough to hold one contact element: the contact is {size}"
+            "grid",
+            dx if scene.line else (dx, dy),
+            "fine enough to hold one contact element",
+            message=f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}",
         )
     distance = undeformed_distance(scene.surface, hertz, grid)
     length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
@@ -399,8 +416,12 @@ def _check_range(scene: Scene, length: float, pressure: float) -> None:
     force = p + (1 if scene.line else 2) * L
     largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
     if not largest < RANGE:
+        modulus = scene.bodies.combined_G
+        sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {modulus:.3g}"
         raise SceneError(
             "scene",
-            f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {scene.bodies.combined_G:.3g}",
+            sizes,
             f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
+            message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
+            f"1e{RANGE}; choose other units",
         )

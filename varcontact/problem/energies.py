@@ -84,5 +84,8 @@ def _given(problem: NormalProblem | TangentialProblem) -> np.ndarray:
 def _check(problem: NormalProblem | TangentialProblem) -> None:
     if isinstance(problem, TangentialProblem) and not problem.symmetric:
         raise SceneError(
-            "problem", "steady rolling", "of a shift, or of a step: steady rolling has a gap, and no energy"
+            "problem",
+            "steady rolling",
+            "of a shift, or of a step",
+            message="problem: steady rolling has a gap, and no energy; give the problem of a shift or a step",
         )

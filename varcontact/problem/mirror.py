@@ -11,7 +11,7 @@ from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.problem.problem import RawSolution, TangentialProblem
 
 ROUNDING = 1e-12
-"""Differences of mirror images, relative to the largest value, that are none."""
+"""Differences of mirror images, relative to the largest value, that count as rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Mirror:
         return replace(raw, traction=traction)
 
     def _folded(self, operator: RestrictedOperator) -> FoldedOperator:
-        """The same one again for the same operator: its matrix is made once."""
+        """The folded operator, made once for each operator, so that its matrix is, too."""
         kept: dict[tuple[float, float], FoldedOperator] = operator.__dict__.setdefault("_folded", {})
         if self.signs not in kept:
             half, images = operator.elements[self.half], operator.elements[self.images]

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import positive
-from varcontact.errors import SceneError
+from varcontact.checks import exactly_one, positive
 from varcontact.reference.line_contact import line_contact
 
 if TYPE_CHECKING:
@@ -113,8 +112,7 @@ def bufler(R: float, bodies: Bodies, *, force: float | None = None, a: float | N
     >>> print(f"{rolling.eta:.5f} {rolling.creepage:.7f}")
     0.09843 -0.0019685
     """
-    if (force is None) == (a is None):
-        raise SceneError("force, a", (force, a), "exactly one of the two")
+    exactly_one(force=force, a=a)
     eta = math.atanh(bodies.K / (1 - bodies.combined_nu)) / math.pi
     more = 1 + 4 * eta**2  # so many times the force of Hertz's contact of the same half-width
     hertz = line_contact(R, bodies, force=None if force is None else positive("force", force) / more, a=a)

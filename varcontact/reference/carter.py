@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import number
-from varcontact.errors import SceneError
+from varcontact.checks import exactly_one, number
 from varcontact.reference.line_contact import friction_limit, part_of_limit
 
 if TYPE_CHECKING:
@@ -89,7 +88,8 @@ def carter(
 
     Notes
     -----
-    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (Carter 1926; Johnson, Contact Mechanics, section 8.3).
+    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (F. W. Carter,
+    Proc. R. Soc. Lond. A 112 (1926) 151-157; Johnson, Contact Mechanics, section 8.3).
     The relative slip is ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From the
     creepage ``f a / R`` on everything slides, and the force is ``f N``.
 
@@ -104,8 +104,7 @@ def carter(
     """
     limit, friction = friction_limit(contact, friction), float(friction)
     full = friction * contact.a / contact.R
-    if (creepage is None) == (force is None):
-        raise SceneError("creepage, force", (creepage, force), "exactly one of the two")
+    exactly_one(creepage=creepage, force=force)
     if creepage is None:
         force = number("force", force)
         part = part_of_limit(force, limit)

@@ -1,4 +1,7 @@
-"""Cattaneo's and Mindlin's shift of two like cylinders (paper, section 6.2.1)."""
+"""Cattaneo's and Mindlin's shift of two like cylinders (paper, section 6.2.1).
+
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, section 7.2.
+"""
 
 from __future__ import annotations
 

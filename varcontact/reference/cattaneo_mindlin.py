@@ -1,4 +1,8 @@
-"""Cattaneo's and Mindlin's shift of two like spheres (paper, sections 6.2.1 and 6.4.1)."""
+"""Cattaneo's and Mindlin's shift of two like spheres (paper, sections 6.2.1 and 6.4.1).
+
+Source: R. D. Mindlin, Compliance of elastic bodies in contact, J. Appl. Mech. 16 (1949) 259-268; K. L. Johnson,
+Contact Mechanics, Cambridge University Press 1985, section 7.2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Hertz's contact of two paraboloids in closed form (paper, section 2.1)."""
+"""Hertz's contact of two paraboloids in closed form (paper, section 2.1).
+
+Source: H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import positive
+from varcontact.checks import exactly_one, positive
 from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
@@ -16,7 +19,7 @@ if TYPE_CHECKING:
     from varcontact.scene.grid import Grid
 
 LEAST_SHARE = 1e-14
-"""Least part of the force that an element must bear to count as touched: less may be rounding."""
+"""Least part of the force on an element that counts as touched; less may be rounding."""
 
 
 @dataclass(frozen=True)
@@ -190,8 +193,7 @@ def hertz_ellipse(
     a, b = positive("a", a), positive("b", b)
     integrals = elliptic_integrals(min(a, b) / max(a, b))
     n = _normal_constant(bodies)
-    if (force is None) == (approach is None):
-        raise SceneError("force, approach", (force, approach), "exactly one of the two")
+    exactly_one(force=force, approach=approach)
     if force is None:
         force = positive("approach", approach) * a * b / (n * min(a, b) * integrals.K)
     scale = 2 * n * positive("force", force) / (a * b * min(a, b))
@@ -226,8 +228,7 @@ def _minor_semi_axis(
 ) -> float:
     """S from (104), ``A + B = n N E m' / S^3``, or with the approach (92), ``q = n N K m' / S``."""
     integrals = elliptic_integrals(ratio)
-    if (force is None) == (approach is None):
-        raise SceneError("force, approach", (force, approach), "exactly one of the two")
+    exactly_one(force=force, approach=approach)
     if force is not None:
         n = _normal_constant(bodies)
         return (n * positive("force", force) * integrals.E * ratio / curvature) ** (1 / 3)

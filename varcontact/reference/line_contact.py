@@ -100,10 +100,11 @@ def line_contact(
     """
     R = positive("R", R)
     if sum(value is not None for value in (force, a, approach)) != 1:
-        raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone")
+        message = "give exactly one of force, a and approach"
+        raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone", message=message)
     if approach is not None:
         if depth is None:
-            raise SceneError("depth", None, "given with the approach")
+            raise SceneError("depth", None, "given: the approach counts from a depth")
         a = _half_width(R, positive("approach", approach), positive("depth", depth))
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
     a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness)) if a is None else positive("a", a)
@@ -131,7 +132,12 @@ def _half_width(R: float, approach: float, depth: float) -> float:
 def friction_limit(contact: LineContact, friction: float) -> float:
     """The tangential force per unit length that friction can carry between like bodies."""
     if contact.bodies.K != 0:
-        raise SceneError("bodies.K", contact.bodies.K, "0 (like bodies: the closed form knows no coupling)")
+        raise SceneError(
+            "bodies.K",
+            contact.bodies.K,
+            "0",
+            message=f"bodies.K = {contact.bodies.K:.3g}: this closed form is for like bodies (K = 0)",
+        )
     return positive("friction", friction) * contact.force
 
 

@@ -1,4 +1,4 @@
-"""How forces answer to creepages: the linearised problem at a solution."""
+"""Derivatives of forces by creepages: the problem linearised at a solution."""
 
 from __future__ import annotations
 
@@ -22,9 +22,20 @@ def sensitivity(sol: Solution) -> np.ndarray:
         raise SceneError("motion", None, "given: without it there is no creepage")
     if plan.theory is not None or plan.one_pass:
         approximate = plan.tangential if plan.theory is not None else plan.coupling
-        raise SceneError("solution", approximate, "by an exact method, at whose solution the problem is linearised")
+        raise SceneError(
+            "solution",
+            approximate,
+            "by an exact method",
+            message=f"solution is by {approximate}, which is approximate; sensitivities need one by an exact method",
+        )
     if isinstance(scene.friction, Law) and scene.friction.continuous:
-        raise SceneError("friction", scene.friction, "a coefficient that does not fall with slip velocity")
+        raise SceneError(
+            "friction",
+            scene.friction,
+            "a coefficient that does not fall with slip velocity",
+            message="friction: sensitivities are for a coefficient that does not fall with slip velocity; "
+            "use a number or StaticKinetic",
+        )
     if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)

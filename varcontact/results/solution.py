@@ -334,7 +334,7 @@ def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[
 
 
 def known(value: float) -> float | None:
-    """A number as JSON can have it: None where it is no number, or infinite."""
+    """A number for JSON, which has no NaN and no infinity: None for these."""
     return float(value) if np.isfinite(value) else None
 
 
@@ -379,7 +379,7 @@ def solution_of(
 
 
 def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
-    """What is prescribed, and what was found where a force is; NaN where it could be any."""
+    """Prescribed creepages, and those found for prescribed forces; NaN where they are not unique."""
     if disc.motion is None:
         return 0.0, 0.0, 0.0
     motion, found = disc.motion, state.rigid / rolled

@@ -71,7 +71,7 @@ class SubsurfaceStress:
 
     @property
     def von_mises(self) -> np.ndarray:
-        """``sqrt(3/2) sigma_I``: the tension that is as dangerous, by von Mises."""
+        """``sqrt(3/2) sigma_I``: the equivalent uniaxial tension."""
         return np.sqrt(1.5) * self.ideal_stress
 
     @property
@@ -131,7 +131,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     given = checks.numbers("points", points)
     if given.ndim == 0 or given.shape[0] != 3:
         turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
-        raise SceneError("points", f"array of shape {given.shape}", f"of shape (3, ...): x, y and z{turned}")
+        raise checks.wrong_shape("points", given.shape, f"of shape (3, ...): x, y and z{turned}")
     depth = given[2] if side == 1 else -given[2]
     outside = np.flatnonzero(depth < 0)
     if outside.size:
@@ -183,7 +183,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     side, solution = _body(body), one_solution(solution)
     below = np.atleast_1d(checks.numbers("depths", depths))
     if below.ndim != 1 or below.size == 0:
-        raise SceneError("depths", f"array of shape {below.shape}", "a number or several")
+        raise checks.wrong_shape("depths", below.shape, "a number or several")
     if np.any(below < 0):
         raise SceneError("depths", float(below.min()), "zero or positive: distances from the surface")
     field = field_below(below, solution.grid, _tractions(solution, side), **_constants(solution, side))
@@ -192,7 +192,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
 
 
 def one_solution(given: Any) -> Solution:
-    """A single Solution, and no History of them."""
+    """The argument, if it is a single Solution."""
     from varcontact.results.solution import Solution
 
     if not isinstance(given, Solution):

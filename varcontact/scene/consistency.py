@@ -1,4 +1,4 @@
-"""What the entries of a scene ask of each other.
+"""Cross-checks between the entries of a scene.
 
 A history is expanded into its steps, and each step has to meet the rules of one problem.
 """
@@ -49,22 +49,36 @@ def check_parts(scene: Scene) -> None:
 
 def check_load(scene: Scene) -> None:
     """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch."""
-    both = (scene.normal_force, scene.approach)
-    given = sum(each is not None for each in both)
+    given = sum(each is not None for each in (scene.normal_force, scene.approach))
     history = isinstance(scene.motion, Transient)
     if given == 2 or (given == 0 and not history):
-        which = "both" if given else "neither"
-        raise SceneError("normal_force, approach", both, f"exactly one of the two ({which} given)")
+        checks.exactly_one(normal_force=scene.normal_force, approach=scene.approach)
     for problem in _problems(scene):
         if sum(each is not None for each in problem.load) != 1:
-            name = f"motion.normal_force[{problem.step}], motion.approach[{problem.step}]"
-            raise SceneError(name, problem.load, f"one of the two{' at most' if given else ''}")
+            k = problem.step
+            name = f"motion.normal_force[{k}], motion.approach[{k}]"
+            message = f"motion.normal_force[{k}] and motion.approach[{k}] are both given: give one of them"
+            if problem.load == (None, None):
+                message = f"step {k} has no load: give motion.normal_force[{k}] or motion.approach[{k}]"
+            raise SceneError(name, problem.load, "one of the two", message=message)
     if isinstance(scene.surface, Ellipse) and given == 0:
-        raise SceneError("surface", scene.surface, "Paraboloids, where the scene has no load of its own")
+        raise SceneError(
+            "surface",
+            scene.surface,
+            "Paraboloids",
+            message="surface: an Ellipse is the contact under the scene's own load, and there is "
+            "none; give normal_force, or take Paraboloids",
+        )
     least = float(scene.surface.h.min()) if isinstance(scene.surface, SampledDistance) else 0.0
     apart = scene.approach is not None and scene.approach <= least
     if apart and not isinstance(scene.motion, TimeStep | Transient):
-        raise NoContact("approach", scene.approach, f"above the least undeformed distance, {least:.6g}: no contact")
+        raise bodies_apart(scene.approach, least)
+
+
+def bodies_apart(approach: float | None, least: float) -> NoContact:
+    """The error for an approach that is not above the least undeformed distance [length]."""
+    message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"
+    return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}", message=message)
 
 
 def check_line(scene: Scene) -> None:
@@ -79,7 +93,13 @@ def check_line(scene: Scene) -> None:
             raise SceneError(f"motion.{name}", given, "0 in line contact, where nothing depends on y")
     for surface in scene.surfaces:
         if is_line(surface) != scene.line or getattr(surface, "reference_depth", None) != scene.reference_depth:
-            raise SceneError("motion.surface", surface, "line contact as the scene's surface, from the same depth")
+            raise SceneError(
+                "motion.surface",
+                surface,
+                "of the kind of the scene's surface",
+                message="motion.surface: all surfaces and the scene's own must be line contact "
+                "with one reference_depth, or none of them",
+            )
 
 
 def without_rows(grid: Grid) -> Grid:
@@ -142,12 +162,17 @@ def check_friction(scene: Scene) -> None:
     """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls."""
     for problem in _problems(scene):
         if scene.motion is not None and problem.friction is None:
-            raise SceneError("friction", None, "given where there is a motion (a number, inf, a law, or an array)")
+            raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
         falls = isinstance(problem.friction, Law) and problem.friction.continuous
         if falls and isinstance(problem.motion, TimeStep) and problem.step is not None and problem.motion.rolls == 0:
-            own = problem.friction is not scene.friction
-            allowed = f"without slip velocity, as StaticKinetic: step {problem.step} does not roll (motion.dq = 0)"
-            raise SceneError("motion.friction" if own else "friction", problem.friction, allowed)
+            field = "friction" if problem.friction is scene.friction else "motion.friction"
+            raise SceneError(
+                field,
+                problem.friction,
+                "without slip velocity, as StaticKinetic",
+                message=f"{field}: the law needs slip velocity, and step {problem.step} does not "
+                "roll (motion.dq = 0); use StaticKinetic",
+            )
     if isinstance(scene.friction, np.ndarray):
         _check_on_grid(scene, "friction", scene.friction)
         if np.any(scene.friction < 0):
@@ -179,11 +204,16 @@ def _check_on_grid(scene: Scene, field: str, values: Any) -> None:
     entries = "nx, dx, x0" if scene.line else "nx, ny, dx, dy, x0, y0"
     grid = scene.grid
     if not (isinstance(grid, Grid) and grid.explicit):
-        raise SceneError("grid", grid, f"explicit ({entries}) where {field} is given on it")
+        raise SceneError(
+            "grid",
+            grid,
+            f"explicit ({entries})",
+            message=f"grid must be explicit ({entries}), as {field} is given on it",
+        )
     if values.shape != grid.shape:
         allowed = f"(nx,) = ({grid.nx},)" if scene.line else f"(ny, nx) = {grid.shape}"
         given = values.shape[1:] if scene.line and values.shape[0] == 1 else values.shape
-        raise SceneError(field, f"array of shape {given}", f"of the grid's shape {allowed}")
+        raise checks.wrong_shape(field, given, f"of the grid's shape {allowed}")
 
 
 def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "") -> None:

@@ -81,12 +81,14 @@ class Grid:
         names = ("dx", "x0") if self.line else ("dx", "dy", "x0", "y0")
         for name in {"dy", "y0"} - set(names):
             if getattr(self, name) is not None:
-                raise SceneError(f"grid.{name}", getattr(self, name), "left out, as ny is: line contact has no rows")
+                raise SceneError(
+                    f"grid.{name}", getattr(self, name), "left out: without ny it is line contact, which has no rows"
+                )
         missing = [name for name in names if getattr(self, name) is None]
         if len(missing) == len(names):
             return
         if missing:
-            raise SceneError(f"grid.{missing[0]}", None, f"given, as {', '.join(names)} come together")
+            raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
         for name in names:
             check = positive if name in ("dx", "dy") else number
             set_(self, name, check(f"grid.{name}", getattr(self, name)))
@@ -110,7 +112,12 @@ class Grid:
         if self.line and self.dx is not None and self.x0 is not None:
             return self.dx, 1.0, self.x0, -0.5
         if self.dx is None or self.dy is None or self.x0 is None or self.y0 is None:
-            raise SceneError("grid", self, "an explicit lattice (dx, dy, x0, y0) where its elements are asked for")
+            raise SceneError(
+                "grid",
+                self,
+                "explicit (dx, dy, x0, y0)",
+                message="grid: only an explicit grid has positions; give dx, dy, x0 and y0",
+            )
         return self.dx, self.dy, self.x0, self.y0
 
     @property

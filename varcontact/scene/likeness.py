@@ -1,4 +1,4 @@
-"""Almost like bodies: what the coupling of pressure and tractions can change, and when it is left out."""
+"""Almost like bodies: how much the coupling of pressure and tractions can change, and when it is left out."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ The forces on the default grid are known to about 1 %.
 """
 
 SLOPE = 4.0
-"""The forces change by less than so many ``|K| / (1 - nu) (1/f + f)``, in parts of f Fz.
+"""The forces change by less than this times ``|K| / (1 - nu) (1/f + f)``, in parts of f Fz.
 
 Closed form gives 4/pi for a cylinder that rolls without slip; docs/theory.md has what was measured elsewhere.
 """

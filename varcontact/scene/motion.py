@@ -284,7 +284,13 @@ spin_offset=0.16666666666666666)
         if not checks.is_array(value):
             return check(field, value)
         if np.ndim(np.asarray(value, dtype=object)) != 1 or len(value) != self.steps:
-            raise SceneError(field, f"{len(value)} values", f"one number, or one for each of the {self.steps} steps")
+            raise SceneError(
+                field,
+                f"{len(value)} values",
+                f"one number, or one for each of the {self.steps} steps",
+                message=f"{field} has {len(value)} values for {self.steps} steps: give one "
+                "number, or one for each step",
+            )
         return tuple(
             None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
         )
@@ -293,16 +299,26 @@ spin_offset=0.16666666666666666)
         for k in range(self.steps):
             F, given = self.of(force, k), self.of(rigid, k)
             if F is not None and given != 0:
-                raise SceneError(f"motion.{force}[{k}], motion.{rigid}[{k}]", (F, given), "one of the two only")
+                raise _both_given(f"motion.{force}[{k}]", F, f"motion.{rigid}[{k}]", given)
 
     def _check_surfaces(self) -> None:
         if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
-            raise SceneError("motion.surface", self.surface, f"one surface for each of the {self.steps} steps")
+            raise SceneError(
+                "motion.surface",
+                self.surface,
+                f"one surface for each of the {self.steps} steps",
+                message=f"motion.surface: give one surface for each of the {self.steps} steps",
+            )
         for k, each in enumerate(self.surface):
             if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
                 raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
             if is_line(each) != is_line(self.surface[0]):
-                raise SceneError(f"motion.surface[{k}]", each, "a line contact in all steps or in none")
+                raise SceneError(
+                    f"motion.surface[{k}]",
+                    each,
+                    "a line contact in all steps or in none",
+                    message=f"motion.surface[{k}]: either all steps are line contact, or none is",
+                )
         object.__setattr__(self, "surface", tuple(self.surface))
 
     def of(self, name: str, k: int) -> Any:
@@ -370,7 +386,12 @@ def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: st
             continue
         object.__setattr__(motion, force, checks.number(f"motion.{force}", value))
         if getattr(motion, rigid) != 0:
-            raise SceneError(f"motion.{force}, motion.{rigid}", (value, getattr(motion, rigid)), "one of the two only")
+            raise _both_given(f"motion.{force}", value, f"motion.{rigid}", getattr(motion, rigid))
+
+
+def _both_given(force: str, F: float, rigid: str, given: float) -> SceneError:
+    message = f"{force} = {F:.6g} and {rigid} = {given:.6g}: prescribe one of them only"
+    return SceneError(f"{force}, {rigid}", (F, given), "one of the two only", message=message)
 
 
 def _check_offset(motion: Steady | Transient) -> None:

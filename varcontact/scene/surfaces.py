@@ -1,4 +1,4 @@
-"""What is between the undeformed bodies: the distance h(x, y), from body 2 to body 1."""
+"""The distance h(x, y) between the undeformed bodies, from body 2 to body 1."""
 
 from __future__ import annotations
 
@@ -54,7 +54,12 @@ class Paraboloids:
                 raise SceneError(f"surface.{name}", pair, "a pair of radii, not zero (inf is flat)")
             curvature = 1 / radii[0] + 1 / radii[1]
             if curvature <= 0:
-                raise SceneError(f"surface.{name}", pair, "such that the sum of the curvatures 1/R is positive")
+                raise SceneError(
+                    f"surface.{name}",
+                    pair,
+                    "a pair with a positive sum of curvatures 1/R",
+                    message=f"surface.{name} = {pair!r}: the sum of the curvatures 1/R must be positive",
+                )
             combined.append(1 / curvature)
         return cls(*combined)
 
@@ -164,7 +169,12 @@ class SampledDistance:
         if self.line and self.y is not None:
             raise SceneError("surface.y", self.y, "left out in line contact, where h is one row")
         if not self.line and (self.x is None) != (self.y is None):
-            raise SceneError("surface.x, surface.y", (self.x, self.y), "given both or neither")
+            raise SceneError(
+                "surface.x, surface.y",
+                (self.x, self.y),
+                "given both or neither",
+                message="surface.x and surface.y come together: give both or neither",
+            )
         if not self.line and self.reference_depth is not None:
             raise SceneError("surface.reference_depth", self.reference_depth, "left out: only line contact has one")
         _check_depth(self)
@@ -173,7 +183,13 @@ class SampledDistance:
                 continue
             points = checks.array(f"surface.{name}", getattr(self, name), 1)
             if points.size != size or points.size < 2 or np.any(np.diff(points) <= 0):
-                raise SceneError(f"surface.{name}", points, f"{size} (2 or more) ascending coordinates, as h has")
+                raise SceneError(
+                    f"surface.{name}",
+                    points,
+                    f"{size} ascending coordinates",
+                    message=f"surface.{name} must be {size} ascending coordinates, one for each "
+                    f"{'column' if name == 'x' else 'row'} of h (at least 2)",
+                )
             set_(self, name, points)
 
     @property
@@ -212,13 +228,19 @@ class SampledDistance:
         """
         if self.x is None:
             if self.samples.shape != grid.shape:
-                raise SceneError("surface.h", f"array of shape {self.h.shape}", f"of the grid's shape {grid.shape}")
+                raise checks.wrong_shape("surface.h", self.h.shape, f"of the grid's shape {grid.shape}")
             return self.samples
         left, right, bottom, top = self.box
         slack = 1e-9 * (right - left if self.line else max(right - left, top - bottom))
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
-            raise SceneError("grid", tuple(round(v, 12) for v in grid.box), f"within the samples, {self.box}")
+            box = tuple(round(v, 12) for v in grid.box)
+            raise SceneError(
+                "grid",
+                box,
+                f"within the samples, {self.box}",
+                message=f"grid (left, right, bottom, top) = {box} must be within the samples, {self.box}",
+            )
         if self.y is None:  # the same row four times
             return _interpolated(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)), grid.x, grid.y)
         return _interpolated(self.x, self.y, self.h, grid.x, grid.y)

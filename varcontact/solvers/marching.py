@@ -1,4 +1,7 @@
-"""Rolling in time: steps from one state of the tractions to the next, until the steady state."""
+"""Rolling in time: steps from one state of the tractions to the next, until the steady state.
+
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990, chapter 4.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution
 
 MAX_STEPS = 2000
 IDLE_STEPS, NEARLY_STILL = 5, 1e-4
-"""A march that hardly moves, relative to the largest traction, and comes no nearer in so many steps, is at its end."""
+"""A march ends when it hardly moves, relative to the largest traction, and has come no nearer in this many steps."""
 
 
 def march(solver: Solver, problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:

@@ -39,7 +39,7 @@ TANGENTIAL: dict[str, TangentialSolver] = {
 }
 
 MATRIX_FREE = ("newton",)
-"""Methods of either kind that form no matrix, reach the tolerance that they are told, and begin anew by themselves."""
+"""Methods of either kind that form no matrix, reach a given tolerance, and restart by themselves."""
 
 PROGRAM_SOLVERS = ("clarabel", "osqp", "scs")
 """Called directly; others through the families."""
@@ -114,9 +114,9 @@ def available(field: str, name: str, known: Iterable[str]) -> str:
 
 
 def _known_to(interface: str, solver: str) -> bool:
-    """Whether a solver that is not in our table is one of an interface, installed or to be had."""
+    """Whether an interface knows a solver that is not in our table, installed or not."""
     if solver.lower() in BACKENDS:
-        return False  # in the table, where it says that it does not suit
+        return False  # in the table, which says that it is not suitable
     if solver.lower() in OTHERS and solver == (solver.upper() if interface == "cvxpy" else solver.lower()):
         return True
     if interface == "cvxpy":
@@ -138,7 +138,7 @@ def load_packages(*names: str) -> None:
 def _from_a_start_or_none(
     method: TangentialSolver, problem: TangentialProblem, settings: Settings, start: RawSolution | None
 ) -> RawSolution:
-    """TANG; where a start (the step, the pass or the creepage before) leads nowhere, from its own."""
+    """TANG; where a start (the step, the pass or the creepage before) fails, TANG from its own start."""
     raw = method(problem, settings, start)
     if start is None or raw.solved:
         return raw
@@ -152,5 +152,5 @@ def _program(
     settings: Settings,
     start: RawSolution | None,
 ) -> RawSolution:
-    """Solvers of programs begin where `settings.setups` remembers them to have ended, or nowhere."""
+    """Solvers of programs start only from an answer that `settings.setups` remembers."""
     return solve(problem, settings)

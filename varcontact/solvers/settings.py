@@ -1,4 +1,4 @@
-"""What every solver is told beside its problem."""
+"""What every solver is given besides its problem."""
 
 from __future__ import annotations
 

@@ -2,9 +2,11 @@
 
 Normal and tangential problem alike ask for zeros of ``W + M p + N(p)``, N the normal cone of what p may be: pressures
 that are not negative, tractions within their disks. A round solves with ``M + weight``, always the same factors, then
-projects. Wherever M is monotone the rounds converge, from anywhere, and without a guess of contact, stick or slip
-(Lions and Mercier, SIAM J. Numer. Anal. 16, 1979; Eckstein and Bertsekas, Math. Program. 55, 1992). From an interior-
-point answer they are near enough to reach rounding within some tens of rounds (docs/methods.md).
+projects. Wherever M is monotone the rounds converge from any start, without a guess of contact, stick or slip. From
+an interior-point answer some tens of rounds reach rounding (docs/methods.md).
+
+Sources: J. Douglas and H. H. Rachford, Trans. Am. Math. Soc. 82 (1956) 421-439; P.-L. Lions and B. Mercier, SIAM J.
+Numer. Anal. 16 (1979) 964-979; J. Eckstein and D. P. Bertsekas, Math. Program. 55 (1992) 293-318.
 """
 
 from __future__ import annotations
@@ -105,7 +107,7 @@ class Splitting:
         )
 
     def moved(self, at: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
-        """Where so many rounds lead from `at`, (n,), and the multipliers (k,) there.
+        """The point (n,) and the multipliers (k,) after a number of rounds from `at`.
 
         It stands for ``p - E/weight``, E the shift ``W + M p`` with the multipliers; its projection is p.
         """

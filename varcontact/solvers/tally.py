@@ -1,4 +1,4 @@
-"""How often solvers are called, and for how long: counted where they are called, whoever calls them."""
+"""How often solvers are called, and for how long: counted at the solvers themselves."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     clock = steps.clock
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
     if not solution.converged:
-        raise NotConverged(f"residual not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
+        raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution
 
 
@@ -52,13 +52,15 @@ def _check_rounding(disc: Discretisation, state: ContactState) -> None:
         raise SceneError(
             "surface.h",
             disc.base,
-            f"counted from a level near the contact: such distances are rounded to {np.spacing(abs(disc.base)):.1g}, "
-            f"and the bodies approach by {approach:.3g} only",
+            "counted from a level near the contact",
+            message="surface.h counts from a level too far from the contact: distances of "
+            f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
+            f"approach by {approach:.3g} only; subtract a constant",
         )
 
 
 def _why(solution: Solution, state: ContactState) -> str:
-    """What is known about why a solution is not one."""
+    """What is known about why the tolerance was missed."""
     if state.passes:
         change = state.passes[-1][0]
         return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"

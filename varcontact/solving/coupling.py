@@ -3,6 +3,9 @@
 Johnson's process is a single pass: the pressure without tractions, then the tractions. The two loops here repeat
 passes until the whole is solved. Both are fixed points, Panagiotopoulos's of the tractions, the joint one of the
 traction bound; where a fixed point is approached slowly or not at all, Anderson's acceleration takes over.
+
+Sources: P. D. Panagiotopoulos, Ing.-Arch. 44 (1975) 421-432; K. L. Johnson, Contact Mechanics, Cambridge University
+Press 1985; for Anderson's acceleration see `varcontact.solving.fixed_point`.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from varcontact.solving.fixed_point import Judge, Limits, Step, Unknown, distanc
 def panagiotopoulos(
     start: ContactState, normal: Step, tangential: Step, residual: Judge, tol: float, max_passes: int = 100
 ) -> ContactState:
-    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until both stay.
+    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until neither changes.
 
     The paper's process (4.5), from the pressure without tractions.
 

@@ -1,4 +1,4 @@
-"""Passes repeated until one of the fields stays as it is, accelerated where they come nearer slowly."""
+"""Passes repeated until one of the fields no longer changes, accelerated where they converge slowly."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Limits:
 
 
 class Anderson:
-    """Anderson's acceleration of a fixed point (D. G. Anderson, J. ACM 12, 1965), with a memory of so many passes."""
+    """Anderson's acceleration of a fixed point (D. G. Anderson, J. ACM 12 (1965) 547-560), with a limited memory."""
 
     def __init__(self, memory: int = 6) -> None:
         self._memory = memory
@@ -73,7 +73,7 @@ class Anderson:
         self._found = [*self._found, found][-self._memory :]
 
     def mixed(self) -> np.ndarray:
-        """The combination of what was found whose own combination of changes is least."""
+        """The combination of found values for which the same combination of changes is smallest."""
         given, found = np.array(self._given), np.array(self._found)
         if len(found) == 1:
             return np.asarray(found[-1])

@@ -112,7 +112,7 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 
 def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
-    """Refuse a start that is none, or that nothing asks for."""
+    """Refuse a start that is not valid, or that the scene has no use for."""
     if start is None:
         return
     if not scene.under_law:
@@ -126,7 +126,7 @@ def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> Non
 
 
 def branch_of(start: str | Solution | None) -> str:
-    """What the branch is called that is found from a start."""
+    """The name of the branch that a start leads to."""
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 
@@ -145,7 +145,13 @@ def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
     if not isinstance(start, Solution):
         return np.full(grid.shape, law.kinetic if start == "slip" else law.static)
     if start.grid.shape != grid.shape:
-        raise SceneError("start", f"Solution of shape {start.grid.shape}", f"on a grid of shape {grid.shape}")
+        raise SceneError(
+            "start",
+            f"Solution of shape {start.grid.shape}",
+            f"on a grid of shape {grid.shape}",
+            message=f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid "
+            f"has shape {grid.shape}",
+        )
     return known_from(law, start)
 
 
@@ -156,7 +162,7 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
 
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
-    """The coefficients that particles bring along into a step of a history: who slipped, goes on as it slipped."""
+    """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip."""
     law, step = disc.law, disc.step
     if law is None:
         return None

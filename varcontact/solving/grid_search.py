@@ -1,4 +1,4 @@
-"""The potential contact: how large it must be."""
+"""The size of the potential contact."""
 
 from __future__ import annotations
 
@@ -86,7 +86,12 @@ def on_a_grid_that_holds_it(
             grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
         elif closer is not None:
             grid = closer
-    raise SceneError("grid", scene.grid, "explicit: no potential contact was found that holds the contact")
+    raise SceneError(
+        "grid",
+        scene.grid,
+        "explicit",
+        message="grid: no potential contact was found that holds the contact; give an explicit grid",
+    )
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:

@@ -1,4 +1,4 @@
-"""The plan's solvers, with what is done to their answers: refined, polished, or another asked in their place.
+"""The plan's solvers, with what is done to their answers: refined, polished, or replaced by another solver's.
 
 Everything that may be called for a problem is put together here, once; each call is counted under its own name. In all
 of it `settings.tol` is the natural-map residual to reach.
@@ -77,7 +77,7 @@ def normal_road(plan: Plan, polish: bool) -> NormalSolver:
 
 
 def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
-    """The plan's solver of the tangential problem, with what is done to its answer, and who is asked where it fails.
+    """The plan's solver of the tangential problem, with what is done to its answer, and the fallback.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ def _by_program(
 
 
 def _better(problem: Problem, residual: Residual[Problem], one: RawSolution | None, other: RawSolution) -> RawSolution:
-    """The one with the smaller residual; the other, where there is one only."""
+    """The one with the smaller residual, or the only one."""
     if one is None or not _finite(one):
         return other
     errors = [residual(problem, raw.traction, raw.rigid) for raw in (one, other)]
@@ -296,14 +296,14 @@ def _finite(raw: RawSolution) -> bool:
 
 
 def _from_start(problem: TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
-    """TANG from the pass or the step before; given up soon where that leads nowhere, for a solver knows better."""
+    """TANG from the pass or the step before; given up soon where it does not converge, as a solver of programs will."""
     near = BRIEF_TANG(problem, settings, start)
     before, after = (tangential_residual(problem, raw.traction, raw.rigid) for raw in (start, near))
     return near if near.solved or after > 1e-2 * before else TANG(problem, settings, near)
 
 
 def _by_active_sets(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-    """What finds a solution is tried, and the certificate judges it."""
+    """Active sets, whose answer the certificate judges."""
     raw = TANG(problem, settings, None)
     return replace(raw, reason=f"the gap is not convex on these elements, so that {raw.solver} was asked")
 
@@ -312,5 +312,7 @@ def _refused(problem: TangentialProblem, settings: Settings, start: RawSolution 
     raise SceneError(
         "formulation",
         "gap",
-        '"marching", or motion.dq longer: the gap is not convex for elements so long and motion.dq so short',
+        '"marching", or a longer motion.dq',
+        message='formulation = "gap": the gap is not convex for elements so long and motion.dq '
+        'so short; use "marching", or a longer motion.dq',
     )

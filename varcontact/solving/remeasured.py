@@ -1,7 +1,7 @@
-"""A solution from a file is measured again: whether its fields deserve the certificate that came with them.
+"""A solution from a file is measured again, to see whether its fields deserve the stored certificate.
 
 What is cheap by FFT: slips and distances, the residuals and the gaps. Where they agree with what the file says, that
-stands, the bound on forces with it; where not, the certificate is made anew.
+stands, the bound on forces with it; where not, a new certificate is made.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from varcontact.solving.timing import Clock
 from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
 
 ROUNDED = 1e-11
-"""Residual that rounding on the way through units and back may leave, where nothing magnifies it."""
+"""Residual that rounding in unit conversions may leave, where nothing magnifies it."""
 SAME = 1e-8
-"""Largest difference of slips and distances that is none, by the largest displacement."""
+"""Largest difference of slips and distances, by the largest displacement, that counts as rounding."""
 
 ALONE = "the certificate is as stored in the file: a step by itself cannot be measured again without the step before"
 ANEW = "the certificate that came with the file is not that of its fields: it is made anew"
@@ -61,7 +61,7 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
     Raises
     ------
     OutputError
-        If there is no such file, it is not one of ours, or it holds what no solution can be.
+        If there is no such file, it was not written by varcontact, or its contents cannot be a solution.
 
     Examples
     --------

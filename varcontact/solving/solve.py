@@ -148,7 +148,7 @@ def solve(
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets take the answers of a plan's programs to rounding: unless it is refused, or "convex"."""
+    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
     convex = plan.convex
     polish = not convex if polish is None else checks.flag("polish", polish)
     if polish and convex:
@@ -226,9 +226,19 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     """
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError("motion", motion, "given, with creepages and no prescribed force, to judge tractions")
+        raise SceneError(
+            "motion",
+            motion,
+            "Steady or Shift, with no prescribed force",
+            message="motion: tractions are certified at given creepages; give Steady or Shift with no prescribed force",
+        )
     if not (isinstance(scene.grid, Grid) and scene.grid.explicit) and scene.hertz is None:
-        raise SceneError("grid", scene.grid, "explicit, to judge tractions on it")
+        raise SceneError(
+            "grid",
+            scene.grid,
+            "explicit",
+            message="grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0",
+        )
     plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
     grid = first_grid(scene, lambda disc: unloaded(disc.grid))
     disc = discretise(scene, grid, coupled=not plan.left_out)
@@ -267,7 +277,7 @@ def _check_saturation(scene: Scene) -> None:
 def _field(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     array = checks.array(name, values, len(shape))
     if array.shape != shape:
-        raise SceneError(name, f"array of shape {array.shape}", f"of shape {shape}")
+        raise checks.wrong_shape(name, array.shape, f"of shape {shape}")
     return array
 
 

@@ -215,7 +215,7 @@ def _whole(disc: Discretisation, state: ContactState) -> float:
 
 
 def _tangential(disc: Discretisation, state: ContactState) -> float:
-    """That of the tangential problem alone, where the pressure is what it is."""
+    """The residual of the tangential problem alone, under the pressure as it is."""
     return residuals(disc, state.pressure, state.approach, state.traction, state.rigid)[1]
 
 

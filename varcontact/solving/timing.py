@@ -1,4 +1,4 @@
-"""Seconds by stage, the calls of solvers, and word of each stage to whoever wants to show progress."""
+"""Seconds by stage, the calls of solvers, and the name of each stage, for showing progress."""
 
 from __future__ import annotations
 

@@ -93,9 +93,14 @@ class March:
         if start is None or _same(start.grid, grid):
             return start
         if not motion.interpolate or start.grid.line != grid.line:
-            remedy = "" if start.grid.line != grid.line else ", or interpolate = True given"
-            allowed = f"on the grid of the history, {_words(grid)}{remedy}"
-            raise SceneError("motion.start", f"Solution on {_words(start.grid)}", allowed)
+            remedy = "" if start.grid.line != grid.line else ", or interpolate = True"
+            raise SceneError(
+                "motion.start",
+                f"Solution on {_words(start.grid)}",
+                f"on the grid of the history{remedy}",
+                message=f"motion.start is a solution on {_words(start.grid)}, and the history is "
+                f"on {_words(grid)}; use the same grid{remedy}",
+            )
         fields = np.concatenate([start.traction, start.pressure[None]])
         fields = _interpolated(start.grid, fields, grid)
         state = _sampled(start.grid, start.state, grid)
@@ -168,7 +173,12 @@ def largest_contacts(scene: Scene) -> list[Scene]:
             continue
         largest[key] = still
     if not largest:
-        raise NoContact("motion", "no load in any step", "a history in which the bodies touch once at least")
+        raise NoContact(
+            "motion",
+            "no load in any step",
+            "a history in which the bodies touch once at least",
+            message="motion: the bodies never touch; give a load in one step at least",
+        )
     return list(largest.values())
 
 

@@ -1,4 +1,4 @@
-"""Methods side by side on the same scenes, judged by one yardstick that belongs to none of them."""
+"""Methods side by side on the same scenes, judged by the same measure, which belongs to none of them."""
 
 from __future__ import annotations
 
@@ -107,7 +107,8 @@ def compare(
         raise SceneError("store", store, "the name of a file")
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
-        raise SceneError("methods" if named else "scenes", [], "one at least")
+        empty = "methods" if named else "scenes"
+        raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name one at least")
     identities = {name: identity(scene, tol) for name, scene in named.items()}
     done = stored(store, [method.name for method in chosen], identities)
 
@@ -135,12 +136,13 @@ def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
     named = {"scene": scenes} if isinstance(scenes, Scene) else dict(scenes)
     for name, scene in named.items():
         if not isinstance(name, str):
-            raise SceneError("scenes", name, "named by strings")
+            raise SceneError("scenes", name, "named by strings", message=f"scenes: the name {name!r} must be a string")
         if not isinstance(scene, Scene):
             raise SceneError(f"scenes[{name!r}]", scene, "a Scene")
         if isinstance(scene.motion, Transient | TimeStep):
-            allowed = "Steady, Shift or none: methods are compared on one problem, not a history"
-            raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed)
+            allowed = "Steady, Shift or none"
+            message = f"scene {name!r} is a history: methods are compared on one problem (motion {allowed})"
+            raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed, message=message)
     return named
 
 
@@ -166,13 +168,20 @@ class Method:
         """From ``[normal|]tangential[/formulation][+polish]``."""
         rest, plus, polish = str(name).strip().partition("+")
         if plus and polish != "polish":
-            raise SceneError("methods", name, "such that only polish comes after a +")
+            raise SceneError(
+                "methods", name, "without this suffix", message=f'unknown suffix "+{polish}"; only "+polish" is known'
+            )
         rest, _, formulation = rest.partition("/")
         if formulation:
             checks.choice("methods", formulation, FORMULATIONS)
         if rest in ROADS and rest != "auto":
             if plus:
-                raise SceneError("methods", name, "without +polish: only solvers of programs by name are polished")
+                raise SceneError(
+                    "methods",
+                    name,
+                    "without +polish",
+                    message=f'"{name}": only a solver of programs, called by its name, is polished; write "{rest}"',
+                )
             return cls(str(name).strip(), "auto", "auto", formulation or "auto", False, rest)
         normal, bar, tangential = rest.partition("|")
         every = ["auto", *tangential_methods(), *THEORIES]
@@ -190,17 +199,26 @@ class Method:
         """The plan for a scene, or the error that says why not."""
         moves = scene.motion is not None
         if moves and not self.tangential:
-            reason = f"a tangential method beside it, as {self.name}|clarabel: it is for normal problems"
-            raise SceneError("methods", self.name, reason)
+            raise SceneError(
+                "methods",
+                self.name,
+                "a pair of methods",
+                message=f'"{self.name}" is for normal problems; add a tangential method, as "{self.name}|clarabel"',
+            )
         normal = self.normal if make_plan(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
         plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
         if self.polish and not (plan.programs or states_programs(plan.normal)):
-            raise SceneError("methods", self.name, "without +polish: only solvers of programs are polished")
+            raise SceneError(
+                "methods",
+                self.name,
+                "without +polish",
+                message=f'"{self.name}": only solvers of programs are polished; leave out "+polish"',
+            )
         return plan
 
 
 def _known(field: str, name: str, names: list[str]) -> None:
-    """Refuse names that are none; what is not installed is found out later, and listed."""
+    """Refuse unknown names. Methods that are not installed are listed later."""
     with suppress(SolverUnavailable):
         available(field, name, names)
 
@@ -233,7 +251,7 @@ def _compared(
 
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
-    """One method on one scene: what there is to say, and the solution as far as there is one."""
+    """One method on one scene: its row of the table, and the solution, if any."""
     motion = scene.motion
     assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, _neighbour(motion)] if motion is not None else [None]
@@ -316,7 +334,7 @@ def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
 
 
 def _called(sol: Solution) -> str:
-    """Who was called for each problem, and how often, in words."""
+    """The solvers called for each problem, and how often, in words."""
     counts = {
         problem: " + ".join(f"{name} {calls.count}" for name, calls in solvers.items())
         for problem, solvers in sol.calls.items()

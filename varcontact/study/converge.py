@@ -95,7 +95,7 @@ def converge(
     numbers = _refining(cells)
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
-        raise SceneError("method", method, "one at least")
+        raise SceneError("method", method, "one at least", message="no method to study: name one at least")
     offsets, tol = checks.whole("offsets", offsets), checks.positive("tol", tol)
     progress = checks.progress(progress)
     if not (store is None or isinstance(store, (str, Path))):
@@ -104,7 +104,12 @@ def converge(
     key = identity(replace(scene, grid=_spec(scene, 1)), tol)
     rows = read_rows(store, COLUMNS, WORDS, "a table of an earlier study of convergence")
     if any(row["identity"] != key for row in rows):
-        raise SceneError("store", str(store), "a table of the same scene and tol, or a new file")
+        raise SceneError(
+            "store",
+            str(store),
+            "a table of the same scene and tol, or a new file",
+            message=f"store = {str(store)!r} holds a study of another scene or tol; name a new file",
+        )
     wanted = [(n, each, i) for n in numbers for each in methods for i in range(offsets)]
     known = {(row["cells"], row["method"], row["offset"]) for row in rows}
     names = [each.name for each in methods]
@@ -134,22 +139,34 @@ def _refining(cells: Iterable[int]) -> list[int]:
         raise SceneError("cells", cells, "a list of whole numbers") from None
     numbers = [checks.whole(f"cells[{i}]", n, least=2) for i, n in enumerate(given)]
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
-        raise SceneError("cells", numbers, "a sequence of grids, each finer than the one before")
+        raise SceneError(
+            "cells",
+            numbers,
+            "a sequence of grids, each finer than the one before",
+            message=f"cells = {numbers}: give at least one grid, and each finer than the one before",
+        )
     return numbers
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
-    """Arrays that belong to the elements of one grid say nothing about another; a history is no single problem."""
+    """Refuse arrays on the elements of one grid, which do not fit another, and histories."""
     if isinstance(scene.motion, Transient | TimeStep):
-        raise SceneError("motion", scene.motion, "Steady, Shift or none: one problem, no history of them")
+        raise SceneError(
+            "motion",
+            scene.motion,
+            "Steady, Shift or none",
+            message="motion: convergence is studied on one problem (Steady, Shift or none), not on a history",
+        )
     if checks.is_array(scene.friction):
-        raise SceneError("friction", "an array", "a number: an array is for one grid only")
+        raise SceneError(
+            "friction", "an array", "a number", message="friction: an array fits one grid only; give a number or a law"
+        )
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
-        raise SceneError("surface.x", None, "given: samples at the elements are for one grid only")
+        raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
-    """So many elements across, margin and edge as the scene has them."""
+    """A grid with a number of elements across, and the margin and edge of the scene."""
     ny = None if scene.line else elements
     return Grid(nx=elements, ny=ny, margin=_margin(scene), edge=_asked(scene).edge)
 
@@ -184,7 +201,7 @@ def offset(cells: int, i: int) -> tuple[float, float]:
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
-    """So many elements across a box, moved to the left and down by parts of an element, with the margin kept."""
+    """A lattice with `cells` elements across a box, and the margin, moved left and down by parts of an element."""
     (left, right, bottom, top), more = box, int(any(place))
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy
@@ -194,7 +211,7 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
 
 
 def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """One solve: what there is to say of it."""
+    """One solve: its row of the table."""
     assert not isinstance(scene.motion, Transient | TimeStep)
     outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}
@@ -217,7 +234,7 @@ def _traced(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
 
 
 def _staircase(scene: Scene) -> dict[str, float]:
-    """What the elements miss of Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
+    """Error of the elements in Hertz's ellipse: area, first and second moments, less the exact ones; dimensionless.
 
     Averaged over all positions of the lattice each is zero, and nearly all the noise of forces is proportional to them.
     Nothing, where every element that the ellipse touches is in contact.

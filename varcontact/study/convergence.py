@@ -105,7 +105,13 @@ class Convergence:
             rows = rows[rows["method"] == method]
         if len(rows) != 1:
             known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
-            raise SceneError("quantity, method", (quantity, method), f"one of those that were measured: {known}")
+            raise SceneError(
+                "quantity, method",
+                (quantity, method),
+                "one of those that were measured",
+                message=f"quantity {quantity!r}, method {method!r}: there is no such limit, or "
+                f"more than one; measured are {known}",
+            )
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row
 

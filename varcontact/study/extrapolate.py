@@ -1,4 +1,4 @@
-"""Extrapolation to elements of no size: observed order and limit, each with its uncertainty, from noisy values."""
+"""Extrapolation to zero element size: observed order and limit, each with its uncertainty, from noisy values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 ORDERS = np.linspace(0.5, 3.0, 101)
-"""The orders that are thought possible; piecewise-constant tractions give 1, and 2 for smooth fields."""
+"""The orders considered; piecewise-constant tractions give 1, and 2 for smooth fields."""
 PRIOR = np.exp(-(((ORDERS - 1.5) / 0.4) ** 2) / 2)
 """Their weights before anything is measured."""
 USUAL_NOISE = 1.5

@@ -67,7 +67,12 @@ def scan(
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force, to scan over creepages")
+        raise SceneError(
+            "motion",
+            motion,
+            "Steady or Shift, with no prescribed force",
+            message="motion: a scan sets the creepages; give Steady or Shift with no prescribed force",
+        )
     triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
     motions = [_with_rigid(motion, triple) for triple in triples]
     choices = normal, tangential, coupling, formulation, method
@@ -82,8 +87,9 @@ def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
     if given.ndim != 2 or given.shape[1] != 3 or given.size == 0:
         words = ", ".join(names)
         meant = f"; a single solution is [[{words}]]" if given.shape == (3,) else ""
-        shape = f"array of shape {given.shape}"
-        raise SceneError("creepages", shape, f"of shape (k, 3), a row of {words} for each solution{meant}")
+        raise checks.wrong_shape(
+            "creepages", given.shape, f"of shape (k, 3), a row of {words} for each solution{meant}"
+        )
     return given
 
 

@@ -66,10 +66,20 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
     scenes = dict.fromkeys(row["scene"] for row in rows)
     for scene in scenes:
         if [row["method"] for row in rows if row["scene"] == scene] != methods:
-            raise SceneError("store", str(store), "a table by the same methods, in the same order, or a new file")
+            raise SceneError(
+                "store",
+                str(store),
+                "a table by the same methods, in the same order, or a new file",
+                message=f"store = {str(store)!r} compares other methods, or in another order; name a new file",
+            )
     for row in rows:
         if identities.get(row["scene"], row["identity"]) != row["identity"]:
-            raise SceneError("store", str(store), f"a table with the same scene {row['scene']!r}, or a new file")
+            raise SceneError(
+                "store",
+                str(store),
+                f"a table with the same scene {row['scene']!r}, or a new file",
+                message=f"store = {str(store)!r} holds another scene by the name {row['scene']!r}; name a new file",
+            )
     return rows
 
 
@@ -82,7 +92,12 @@ def read_rows(
     if store is None or not Path(store).exists():
         return []
     if not Path(store).is_file():
-        raise SceneError("store", str(store), f"{what}, or a new file (it is no file)")
+        raise SceneError(
+            "store",
+            str(store),
+            f"{what}, or a new file",
+            message=f"store = {str(store)!r} is not a file; name {what}, or a new file",
+        )
     try:
         # a scene may be called "NA": only empty figures are missing
         table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
@@ -91,7 +106,12 @@ def read_rows(
             raise ValueError("other columns")
         table = table[list(columns)]
     except (ValueError, OSError, UnicodeDecodeError) as error:
-        raise SceneError("store", str(store), f"{what}, or a new file ({error})") from None
+        raise SceneError(
+            "store",
+            str(store),
+            f"{what}, or a new file",
+            message=f"store = {str(store)!r} is not {what} ({error}); name a new file",
+        ) from None
     table[list(words)] = table[list(words)].fillna("")
     rows: list[dict[str, Any]] = table.to_dict("records")
     return rows

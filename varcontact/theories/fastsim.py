@@ -1,4 +1,7 @@
-"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6)."""
+"""FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6).
+
+Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle Syst. Dyn. 11 (1982) 1-13.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, numbers, positive, positives, whole
+from varcontact.checks import array, choice, numbers, positive, positives, whole, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.theories.inputs import Resultants, triple, triples
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
@@ -314,7 +317,12 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
     bound = array("bound", bound, 2)
     if bound.shape != grid.shape or np.any(bound < 0):
         given = f"array of shape {bound.shape}, least entry {bound.min():g}"
-        raise SceneError("bound", given, f"of shape {grid.shape} with no entry below 0")
+        raise SceneError(
+            "bound",
+            given,
+            f"of shape {grid.shape} with no entry below 0",
+            message=f"bound must have shape {grid.shape} and no entry below 0; this is an {given}",
+        )
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
     inside = np.where(np.abs(x) < edge, bound[:, ::-1], 0.0)
@@ -327,7 +335,7 @@ def _three(flexibility: Any, creepage: np.ndarray) -> np.ndarray:
     """One flexibility, or three, as an array (3,)."""
     L = numbers("flexibility", flexibility)
     if L.shape not in ((), (3,)):
-        raise SceneError("flexibility", f"array of shape {L.shape}", "one number, or three for vx, vy and spin")
+        raise wrong_shape("flexibility", L.shape, "one number, or three for vx, vy and spin")
     positives("flexibility", L if L.ndim == 0 or creepage[2] != 0 else L[:2])
     return np.broadcast_to(L, 3)
 

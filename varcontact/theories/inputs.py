@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import array, number, numbers
+from varcontact.checks import array, number, numbers, wrong_shape
 from varcontact.errors import SceneError
 
 
@@ -31,7 +31,7 @@ def triples(value: Any) -> np.ndarray:
     """Creepages (vx, vy, spin) as an array (..., 3)."""
     result = numbers("creepages", value)
     if result.ndim == 0 or result.shape[-1] != 3:
-        raise SceneError("creepages", f"array of shape {result.shape}", "an array (..., 3) of (vx, vy, spin)")
+        raise wrong_shape("creepages", result.shape, "an array (..., 3) of vx, vy, spin")
     return result
 
 
@@ -39,14 +39,19 @@ def triple(value: Any) -> np.ndarray:
     """One creepage (vx, vy, spin) as an array (3,)."""
     result = array("creepage", value, 1)
     if result.shape != (3,):
-        raise SceneError("creepage", f"array of shape {result.shape}", "the three numbers vx, vy, spin")
+        raise wrong_shape("creepage", result.shape, "the three numbers vx, vy, spin")
     return result
 
 
 def either(creepage: str, given: float | None, force: str, prescribed: float | None) -> tuple[float, float | None]:
-    """A creepage and the force prescribed in its place (None: not prescribed); what is not given is 0."""
+    """A creepage and the force prescribed in its place (None: not prescribed). A creepage that is not given is 0."""
     if prescribed is None:
         return (0.0 if given is None else number(creepage, given)), None
     if given is not None:
-        raise SceneError(f"{creepage}, {force}", (given, prescribed), "at most one of the two")
+        raise SceneError(
+            f"{creepage}, {force}",
+            (given, prescribed),
+            "at most one of the two",
+            message=f"{creepage} and {force} are both given: give one of them",
+        )
     return 0.0, number(force, prescribed)

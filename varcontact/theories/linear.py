@@ -1,4 +1,7 @@
-"""Kalker's linear theory: no slip at all, forces proportional to the creepages (paper, section 2.1.1)."""
+"""Kalker's linear theory: no slip at all, forces proportional to the creepages (paper, section 2.1.1).
+
+Source: J. J. Kalker, On the Rolling Contact of Two Elastic Bodies in the Presence of Dry Friction, thesis, Delft 1967.
+"""
 
 from __future__ import annotations
 

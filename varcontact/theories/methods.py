@@ -34,22 +34,22 @@ Theory = Callable[[Discretisation, ContactState], ContactState]
 def why_not(name: str, scene: Scene) -> str:
     """Why a theory cannot treat a scene, or nothing where it can."""
     if scene.bodies.K != 0:
-        return f"it is for quasi-identical bodies (K = 0), K is {scene.bodies.K:.3g}"
+        return f"it is for quasi-identical bodies (K = 0), and K is {scene.bodies.K:.3g}"
     if scene.line or isinstance(scene.surface, SampledDistance):
         return "it is for elliptic contacts"
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
     if isinstance(scene.friction, Law):
         if name == "vermeulen-johnson":
-            return "it is for one finite coefficient of friction, and no law"
+            return "it is for one finite coefficient of friction, not for a law"
         if name != "linear" and (scene.motion.Fx is not None or scene.motion.Fy is not None):
-            return "under a law of friction the force may fall with creepage: creepages are needed, not forces"
+            return "under a law of friction the force may fall with creepage, so that creepages are needed, not forces"
     elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
         return "it is for one finite coefficient of friction"
     if name != "linear" and scene.touched:
-        return 'its tractions are those at the centres of elements, grid.edge is "touched"'
+        return 'its tractions are those at the centres of elements, and grid.edge is "touched"'
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
-        return f"it is for no spin, spin is {scene.motion.spin:.3g}"
+        return f"it is for rolling without spin, and spin is {scene.motion.spin:.3g}"
     return ""
 
 

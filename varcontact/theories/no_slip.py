@@ -75,7 +75,7 @@ def _extrapolated(ratio: float, nu: float, cells: int) -> CreepageCoefficients:
 
 
 def _on_cells(ratio: float, nu: float, cells: int) -> np.ndarray:
-    """C11, C22, C23, C33 on so many cells, from the forces by unit creepages."""
+    """C11, C22, C23, C33 on a grid of `cells`, from the forces by unit creepages."""
     a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)  # a b = 1
     # with the elements whose centres the ellipse holds the coefficients jump from grid to grid
     grid = Grid(nx=cells, ny=cells, edge="touched").spread((-a, a, -b, b))

@@ -135,7 +135,7 @@ def creepages_meeting(
 
 
 def _newton(miss: Callable[[np.ndarray], np.ndarray], unit: float) -> np.ndarray | None:
-    """Both creepages at once by Powell's hybrid method; None where it gets lost, as it may near saturation."""
+    """Both creepages at once by Powell's hybrid method; None where it fails, as it may near saturation."""
     from scipy.optimize import root
 
     result = root(lambda v: miss(unit * v), np.zeros(2), tol=1e-13, options={"maxfev": 60})

@@ -1,4 +1,8 @@
-"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section 2.1.2): creepage without spin."""
+"""The creep-force line of Vermeulen and Johnson, and Kalker's (paper, section 2.1.2): creepage without spin.
+
+Source: P. J. Vermeulen and K. L. Johnson, Contact of nonspherical elastic bodies transmitting tangential forces,
+J. Appl. Mech. 31 (1964) 338-340.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import number, numbers, numbers_within, positive, positives
+from varcontact.checks import number, numbers, numbers_within, positive, positives, wrong_shape
 from varcontact.errors import Saturated, SceneError
 from varcontact.theories.inputs import either, triples
 
@@ -263,7 +267,7 @@ def vermeulen_johnson_traction(
     a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
     xi, eta, _ = _normalised(a, b, positive("G", G), limit, creepage, coefficients)
     if xi.ndim:
-        raise SceneError("creepage", f"array of shape {np.shape(creepage)}", "one triple (vx, vy, 0)")
+        raise wrong_shape("creepage", np.shape(creepage), "one triple (vx, vy, 0)")
     w = math.hypot(xi, eta)
     part = min(w, 1.0)
     # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part times as large

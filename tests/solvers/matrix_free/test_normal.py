@@ -91,7 +91,7 @@ def test_from_any_start(normal_problem):
 def test_bad_input(normal_problem):
     """A start of another grid is refused; what is no number is no answer; nothing touches without an approach."""
     problem = normal_problem(1)
-    with pytest.raises(SceneError, match=r"start\.traction = .* must be of shape"):
+    with pytest.raises(SceneError, match=r"start\.traction has shape .*; it must be of shape"):
         newton_normal(problem, SETTINGS, RawSolution(np.zeros(3), np.zeros(1), 0, ""))
     distance = problem.distance.copy()
     distance[2] = np.nan

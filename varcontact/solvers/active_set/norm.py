@@ -1,4 +1,7 @@
-"""NORM: Kalker's active-set algorithm for the normal problem (paper, section 5.2)."""
+"""NORM: Kalker's active-set algorithm for the normal problem (paper, section 5.2).
+
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990, chapter 4.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +66,8 @@ def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchan
     """Exchange one element a step: in goes the deepest overlap, out the first pressure that falls to zero.
 
     Pressures stay admissible, and each step goes down in energy: towards the minimum on the present contact
-    area, as far as no pressure turns negative (Lawson and Hanson's order of exchanges).
+    area, as far as no pressure turns negative (the order of exchanges of C. L. Lawson and R. J. Hanson,
+    Solving Least Squares Problems, Prentice-Hall 1974, chapter 23).
     """
     contact = _first_contact(problem, start)
     pressure = np.zeros(contact.size)

@@ -1,4 +1,7 @@
-"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and variants."""
+"""TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and variants.
+
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990, chapter 4.
+"""
 
 from __future__ import annotations
 
@@ -14,15 +17,15 @@ from varcontact.solvers.tally import Tally
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
-"""On given areas Newton's method may wander long before it is near: 100 steps leave one in twenty problems unsolved."""
+"""On given areas Newton's method may need many steps: 100 leave one in twenty problems unsolved."""
 ROUGH, EXACT, ROUNDING = 1e-3, 1e-13, 1e-9
-"""Errors, by the rigid shift, at which it stops; below the last where they fall no more."""
+"""Errors, by the rigid shift, at which Newton's method stops; below the last, when they no longer fall."""
 ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
 STALLED = 5
-"""Newton steps of the safeguarded version in which the residual does not fall, after which it begins elsewhere."""
+"""After this many Newton steps without a smaller residual the safeguarded version tries another start."""
 SPLITTING_ROUNDS = (50, 200, 800)
 
 
@@ -48,7 +51,7 @@ def tang(
     Returns
     -------
     RawSolution
-        The best iterate by its residual. `status` is "Solved", "Cycled" (areas come that were there before),
+        The best iterate by its residual. `status` is "Solved", "Cycled" (areas came back),
         "NewtonFailed" or "MaxIterations": there is no proof of convergence. `iterations` counts Newton steps.
     """
     if problem.no_slip:
@@ -153,7 +156,7 @@ def tang_safeguarded(
 
 
 def _split(problem: TangentialProblem, splitting: Splitting, at: _Point, rounds: int) -> _Point:
-    """Where rounds of splitting lead: near enough, at times, for Newton's method."""
+    """The point after some rounds of splitting, which may be near enough for Newton's method."""
     moved, multipliers = splitting.moved((at.traction - _shift(problem, at) / splitting.weight).ravel(), rounds)
     rigid = at.rigid.copy()
     rigid[problem.free] = multipliers
@@ -226,7 +229,7 @@ def _balance(problem: TangentialProblem, known: np.ndarray) -> np.ndarray:
 
 
 def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
-    """E by the dense matrix, which is there anyway."""
+    """E by the dense matrix, which Newton's method needs anyway."""
     elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
     return elastic + problem.rigid_shift + at.rigid[:, None]
 

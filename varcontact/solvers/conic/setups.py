@@ -1,4 +1,4 @@
-"""Set-ups of solvers, kept from one solve to the next by whoever wants that."""
+"""Set-ups of solvers, kept from one solve to the next."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What both problems share: from a start or from coarse grids, then the fallback; never stuck without saying so."""
+"""What both problems share: Newton's method from a start or from coarse grids, then the fallback."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.checks import wrong_shape
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
@@ -16,7 +16,7 @@ from varcontact.solvers.settings import Settings
 COARSE_TOL = 1e-2
 """Residual on all grids but the finest."""
 ROUNDED = 0.9
-"""Part of the tolerance to reach: others who judge the answer round differently."""
+"""Part of the tolerance to reach, as the certificate rounds differently."""
 DENSE = 2000
 """Elements up to which a problem that Newton's method leaves unsolved is given to dense active sets."""
 
@@ -42,7 +42,7 @@ def driven(
     dense: Callable[[RawSolution], RawSolution],
     residual: Callable[[RawSolution], float],
 ) -> RawSolution:
-    """Newton's method from a start; where there is none, or it leads nowhere, from coarse grids; then active sets.
+    """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets.
 
     Parameters
     ----------
@@ -74,17 +74,17 @@ def driven(
 
 
 def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:
-    """What comes back for data that are not numbers: no answer."""
+    """The answer for data that are not finite: zeros, not solved."""
     return RawSolution(np.zeros(traction), np.zeros(rigid), 0, "NotANumber", False)
 
 
 def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
-    """Refuse a start whose arrays have not the shapes of the problem."""
+    """Refuse a start whose arrays do not have the shapes of the problem."""
     if start is None:
         return
     for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
         if found.shape != wanted:
-            raise SceneError(f"start.{name}", f"array of shape {found.shape}", f"of shape {wanted}, as the problem has")
+            raise wrong_shape(f"start.{name}", found.shape, f"of shape {wanted}, as the problem has")
 
 
 def _finite(raw: RawSolution) -> bool:

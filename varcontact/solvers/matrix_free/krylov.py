@@ -82,7 +82,7 @@ class Room:
 
     @classmethod
     def of(cls, size: int, forces: Forces) -> Room:
-        """For so many unknowns; no memory is taken before it is used."""
+        """For a number of unknowns; memory is taken only when it is used."""
         most = int(np.clip(ROOM / size, FEWEST, MOST))
         directions, products = (np.empty((most, size), np.float32) for _ in range(2))
         return cls(directions, products, np.empty((most, size + len(forces.components)), np.float32))

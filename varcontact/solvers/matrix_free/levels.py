@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.elasticity.operators import RestrictedOperator
 
 LEAST_SIDE = 12
-"""Elements along the smaller side of the coarsest grid: so many, or up to twice as many."""
+"""Least number of elements along the smaller side of the coarsest grid; it has less than twice as many."""
 
 
 @dataclass(frozen=True, eq=False)

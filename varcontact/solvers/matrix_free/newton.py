@@ -1,7 +1,7 @@
 """Newton's method on the natural map of a contact problem, inexact, on one grid.
 
-Each step's linear equations are solved by GCR to a rough residual; a line search, damping, and in the end steps that
-converge by themselves keep it on the way.
+Each step's linear equations are solved by GCR to a rough residual; a line search, damping, and, where these fail,
+steps of Tseng's splitting keep it converging.
 """
 
 from __future__ import annotations
