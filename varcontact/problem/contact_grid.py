@@ -62,6 +62,20 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
     """A grid that lies closer around the contact, where the scene's number of elements across it is not met.
 
     Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        The grid so far, explicit.
+    pressure : ndarray, shape (ny, nx)
+        Positive in the contact.
+    any_surface : bool
+
+    Returns
+    -------
+    Grid or None
+        None where the grid may stay.
     """
     spec, surface = _spec(scene), scene.surface
     columns, rows = across(pressure)
@@ -99,6 +113,21 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
 
     Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a contact that
     tractions move, only the next elements are seen.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        The grid so far, explicit.
+    pressure : ndarray, shape (ny, nx)
+        Positive in the contact.
+    overlap : tuple of float
+        (left, right, bottom, top) of the places outside where the bodies would overlap [length].
+    more : float
+
+    Returns
+    -------
+    Grid
 
     Raises
     ------
