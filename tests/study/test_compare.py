@@ -154,7 +154,7 @@ def test_names(name, parts):
     [
         ("konvex", "did you mean convex?"),
         ("convex|tang", "one of"),
-        ("convex+polish", "without [+]polish"),
+        ("convex+polish", "only a solver of programs, called by its name, is polished"),
         ("tag", "did you mean tang?"),
         ("tang/march", "marching"),
         ("tang+polished", "polish"),
@@ -225,7 +225,7 @@ def test_summary_and_picture(rolling):
     table = vc.compare(rolling(), ["tang-safeguarded", "fastsim", "vermeulen-johnson"])
     text = summary(table)
     assert "vermeulen-johnson: " in text
-    assert "no spin" in text
+    assert "without spin" in text
     assert text.splitlines()[1].split()[:2] == ["method", "outcome"]
     figure = vc.plot_comparison(table)
     legend = [entry.get_text() for entry in figure.legends[0].get_texts()]

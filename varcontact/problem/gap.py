@@ -15,6 +15,8 @@ from varcontact.problem.problem import NormalProblem, TangentialProblem
 
 ROUNDING = 4 * float(np.finfo(float).eps)
 """Relative difference of a traction from its bound that counts as rounding."""
+FAINT = 1e-6
+"""Part of the traction bound below which tractions are measured by the bound, as to what wrong pressures do to them."""
 
 
 def residuals(
@@ -70,7 +72,8 @@ def handed_on(
     A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as large a part of the
     tractions: the less friction, the more exact the pressures have to be. So the tractions are judged under the
     pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
-    that moves the elements that stick, in the mean: that changes the creepage, and no traction.
+    that moves the elements that stick, in the mean: that changes the creepage, and no traction. Tractions of less than
+    `FAINT` of what friction bears are measured by that: where hardly anything rubs, they may be nothing but rounding.
 
     Parameters
     ----------
@@ -101,7 +104,9 @@ def handed_on(
         if sticks.size:
             moved = disc.pressure_to_shift.apply((image - pressure)[None]).reshape(2, -1)[:, sticks].mean(axis=1)
             rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
-    return _of_tractions(disc, image, traction, rigid)
+    largest, bound = float(magnitude(traction.reshape(2, -1)).max()), float(tangential.bound.max(initial=0.0))
+    part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
+    return part * _of_tractions(disc, image, traction, rigid)
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
