@@ -66,9 +66,8 @@ def built(monkeypatch):
 
     def counted(grid, rows, columns, **constants):
         operator = make(grid, rows, columns, **constants)
-        block = f"{'z' if rows == 'z' else 't'}{'z' if columns == 'z' else 't'}"
-        name = f"A_{block}" + (f" - C_{block}" if constants.get("lag") is not None else "")
-        tables.append((f"C_{block}" if constants.get("offset") else name, operator))
+        name = operators.table_name(rows, columns, constants.get("lag"), constants.get("offset", 0.0))
+        tables.append((name, operator))
         return operator
 
     monkeypatch.setattr(operators, "influence_operator", counted)

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 import varcontact as vc
 from varcontact.cli import app
-from varcontact.planning.plan import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
 from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.theories.methods import THEORIES

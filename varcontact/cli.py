@@ -16,7 +16,7 @@ from typer.core import TyperGroup
 
 from varcontact import __version__
 from varcontact.errors import Interrupted, NotConverged, OutputError, SceneError, VarcontactError
-from varcontact.planning.plan import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
 from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.theories.methods import THEORIES

@@ -18,7 +18,7 @@ from tests.extremes.scenes import APPROXIMATE, Case
 from tests.extremes.worker import Worker
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.planning.plan import make_plan
+from varcontact.planning.choice import make_plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene

@@ -2,6 +2,9 @@
 
 A step is written behind the last one, and only then counted: whatever ends the program in between, the file holds
 every finished step. Nothing else of the file changes, and nothing of it is kept in memory.
+
+scipy makes the bytes of a step and reads them; it can only write whole files, so the step is put in its place here. One
+HDF5 group a step would not do: killed between two of its writes, HDF5 can leave a file that cannot be read.
 """
 
 from __future__ import annotations

@@ -152,12 +152,13 @@ def read(path: str | Path) -> Solution | History:
     from varcontact.io.history_file import is_history, load_history
 
     try:
-        if is_history(Path(path)):
-            return load_history(Path(path))
+        stored_steps = is_history(Path(path))
     except OSError as error:
         raise OutputError("path", path, f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:  # a null character in the name
         raise OutputError("path", path, f"cannot be read ({error})") from None
+    if stored_steps:
+        return load_history(Path(path))
     data = _data(path, path)
     try:
         return replace(solution_from(data), note=AS_STORED)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.mirror import mirror_of
+from varcontact.problem.operators import DryRun, Operators
 from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
@@ -143,28 +144,33 @@ def sizes_of(
 
 
 def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix]:
-    """Influence numbers by offset; each only where it is needed."""
+    """Influence numbers by offset: a dry run of the operators, each asked for only where it is needed."""
     steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0 and not plan.left_out
+    lattice = Grid(nx=shape[1], dx=1.0, x0=0.0)
+    if not scene.line:
+        lattice = Grid(nx=shape[1], ny=shape[0], dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+    dry, lag = DryRun(), 1.0 if steady else None
+    operators = Operators(lattice, scene.bodies.combined_nu, scene.bodies.K if unlike else 0.0, make=dry)
+    reasons: dict[str, str] = {}
 
-    def table(block: str, blocks: int, rolled: bool, reason: str) -> Matrix:
-        name = f"A_{block} - C_{block}" if rolled else f"A_{block}"
-        return Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, table_bytes(*shape, blocks), reason)
+    def needed(ask: Callable[[], object], reason: str) -> None:
+        ask()
+        reasons.update({name: reason for name in dry.bytes if name not in reasons})
 
     judged = "to judge Hertz's pressure, and for distances" if plan.closed_form else "distances by pressures"
-    yield table("zz", 1, False, judged)
+    needed(lambda: operators.normal, judged)
     if plan.rubs:
-        yield table("tt", 4, steady, "shifts by tractions")
+        needed(lambda: operators.tangential(lag), "shifts by tractions")
     if isinstance(scene.motion, Transient) and plan.rubs:
-        brought = "C_tt and C_tz" if unlike else "C_tt"
-        bytes_ = table_bytes(*shape, 6 if unlike else 4)
-        reason = "what particles bring along, for each distance of a step"
-        yield Matrix(brought, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, bytes_, reason)
+        needed(lambda: operators.carrying(1.0), "what particles bring along, for each distance of a step")
     if plan.marches and steady:
-        yield table("tt", 4, False, "a step of the march")
+        needed(lambda: operators.tangential(), "a step of the march")
     if unlike and scene.motion is not None:
-        yield table("tz", 2, steady, "K != 0: shifts by pressures")
+        needed(lambda: operators.pressure_to_shift(lag), "K != 0: shifts by pressures")
     if unlike and plan.rubs:
-        yield table("zt", 2, False, "K != 0: distances by tractions")
+        needed(lambda: operators.traction_to_distance, "K != 0: distances by tractions")
+    for name, size in dry.bytes.items():
+        yield Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, size, reasons[name])
 
 
 def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[Matrix]:

@@ -15,16 +15,16 @@ import numpy as np
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
+from varcontact.problem.out_of_reach import check_range, out_of_reach
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
+from varcontact.scene.surfaces import Ellipse, Paraboloids, Surface
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -34,10 +34,6 @@ FREE_DEPTH = 4.0
 
 From one length on all influence numbers are positive, and A_zz is positive definite.
 """
-
-
-RANGE = 280
-"""Powers of ten that forces and their work may have: floating point ends at 308."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,36 +290,6 @@ class Discretisation:
         return self.rigid_shift() if self.carried is None else self.rigid_shift() - self.carried.displacement
 
 
-def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
-    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
-    left, right, bottom, top = grid.box
-    x = y = 0.0
-    if isinstance(surface, SampledDistance):
-        iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
-        least = float(surface.samples[iy, ix])
-        if approach is not None and approach <= least:
-            return bodies_apart(approach, least)
-        if surface.placed:
-            x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
-        else:
-            x, y = left, bottom
-    if not (left <= x <= right and bottom <= y <= top):
-        box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
-        return SceneError(
-            "grid",
-            box,
-            "a potential contact that contains the contact",
-            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
-            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}",
-        )
-    return SceneError(
-        "grid",
-        grid,
-        "fine enough to hold one contact element",
-        message="grid is too coarse to hold one contact element: no element's centre is in contact",
-    )
-
-
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
 
@@ -363,7 +329,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         if overlap <= 0:
             raise out_of_reach(scene.surface, scene.approach, grid)
         pressure = scene.bodies.combined_G * overlap / length
-    _check_range(scene, length, pressure)
+    check_range(scene, length, pressure)
     operators = _operators(scene, grid.scaled(length), length, scene.bodies.K if coupled else 0.0, known)
     return Discretisation(
         bodies=scene.bodies,
@@ -407,21 +373,3 @@ def _operators(scene: Scene, lattice: Grid, length: float, K: float, known: Oper
     if known is not None and known.same(lattice, nu, K, depth):
         return known
     return Operators(lattice, nu, K, depth)
-
-
-def _check_range(scene: Scene, length: float, pressure: float) -> None:
-    """Refuse sizes at which forces, or their work, leave the range of floating point."""
-    with np.errstate(divide="ignore"):
-        L, p, G = np.log10([length, pressure, scene.bodies.combined_G])
-    force = p + (1 if scene.line else 2) * L
-    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
-    if not largest < RANGE:
-        modulus = scene.bodies.combined_G
-        sizes = f"lengths of {length:.3g}, pressures of {pressure:.3g}, combined modulus {modulus:.3g}"
-        raise SceneError(
-            "scene",
-            sizes,
-            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
-            message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
-            f"1e{RANGE}; choose other units",
-        )

@@ -2,14 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
-from varcontact.elasticity.operators import GridOperator, influence_operator
+import numpy as np
+
+from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
 from varcontact.scene.grid import Grid
 
 KEPT_DISTANCES = 4
 """Operators C of steps in time that are kept, one for each distance of a step."""
+
+
+@dataclass(frozen=True, eq=False)
+class DryRun:
+    """What tables would be built: it stands in for `influence_operator`, and computes nothing.
+
+    Attributes
+    ----------
+    bytes : dict
+        Of each table with its transform, by name.
+
+    Examples
+    --------
+    >>> dry = DryRun()
+    >>> operators = Operators(Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0), nu=0.3, K=0.0, make=dry)
+    >>> _ = operators.normal, operators.tangential(lag=1.0)
+    >>> dry.bytes
+    {'A_zz': 680, 'A_tt - C_tt': 2720}
+    """
+
+    bytes: dict[str, int] = field(default_factory=dict)
+
+    def __call__(self, lattice: Grid, rows: str, columns: str, **constants: Any) -> GridOperator:
+        """Note the table, and give an empty one."""
+        name = table_name(rows, columns, constants.get("lag"), constants.get("offset", 0.0))
+        self.bytes[name] = table_bytes(*lattice.shape, len(rows) * len(columns))
+        return GridOperator(lattice.shape, np.empty((len(rows), len(columns), 0, 0)))
+
+
+def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
+    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
+    row = "z" if rows == "z" else "t"
+    blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
+    if offset:
+        return " and ".join(f"C_{block}" for block in blocks)
+    return f"A_{blocks[0]}" + (f" - C_{blocks[0]}" if lag is not None else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +66,8 @@ class Operators:
         Combined constants (59), (60).
     depth : float
         In line contact: the dimensionless depth from which displacements count.
+    make : callable, optional
+        What builds a table in place of `influence_operator`: a `DryRun`.
 
     Examples
     --------
@@ -38,6 +80,7 @@ class Operators:
     nu: float
     K: float
     depth: float = 1.0
+    make: Callable[..., GridOperator] | None = None
     _tables: dict[tuple[str, str, float | None], GridOperator] = field(default_factory=dict, repr=False)
     _carrying: dict[float, GridOperator] = field(default_factory=dict, repr=False)
 
@@ -65,9 +108,7 @@ class Operators:
             if len(self._carrying) >= KEPT_DISTANCES:
                 del self._carrying[next(iter(self._carrying))]
             columns = "xyz" if self.K != 0 else "xy"
-            self._carrying[distance] = influence_operator(
-                self.lattice, "xy", columns, nu=self.nu, K=self.K, depth=self.depth, offset=distance
-            )
+            self._carrying[distance] = self._made("xy", columns, offset=distance)
         return self._carrying[distance]
 
     @cached_property
@@ -86,7 +127,9 @@ class Operators:
     def _table(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:
         key = rows, columns, lag
         if key not in self._tables:
-            self._tables[key] = influence_operator(
-                self.lattice, rows, columns, nu=self.nu, K=self.K, depth=self.depth, lag=lag
-            )
+            self._tables[key] = self._made(rows, columns, lag=lag)
         return self._tables[key]
+
+    def _made(self, rows: str, columns: str, **where: Any) -> GridOperator:
+        make = influence_operator if self.make is None else self.make
+        return make(self.lattice, rows, columns, nu=self.nu, K=self.K, depth=self.depth, **where)

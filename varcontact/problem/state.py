@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from varcontact.problem.discretisation import Discretisation, out_of_reach
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.out_of_reach import out_of_reach
 from varcontact.scene.grid import Grid
 
 

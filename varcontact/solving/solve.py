@@ -11,7 +11,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Saturated, SceneError
 from varcontact.machine.threads import one_blas_thread
-from varcontact.planning.plan import Plan, make_plan
+from varcontact.planning.choice import make_plan
+from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise

@@ -13,9 +13,10 @@ from varcontact.errors import NotConverged, Saturated
 from varcontact.machine.memory import need
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
-from varcontact.problem.discretisation import Discretisation, out_of_reach
+from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import project, residuals
 from varcontact.problem.mirror import mirror_of
+from varcontact.problem.out_of_reach import out_of_reach
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution

@@ -12,7 +12,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
-from varcontact.planning.plan import FORMULATIONS, Plan, make_plan
+from varcontact.planning.choice import FORMULATIONS, make_plan
+from varcontact.planning.plan import Plan
 from varcontact.planning.roads import ROADS
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient

@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.planning.plan import make_plan
+from varcontact.planning.choice import make_plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady

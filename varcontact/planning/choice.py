@@ -1,0 +1,247 @@
+"""The choice behind a plan: which methods a scene is solved by, and why. It is made once, here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from varcontact.checks import choice
+from varcontact.errors import SceneError
+from varcontact.planning.kinds import kinds_of, special_of
+from varcontact.planning.plan import Plan
+from varcontact.planning.roads import Road, check_on_road, road
+from varcontact.scene.likeness import almost_like, left_out
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.solvers.registry import (
+    MATRIX_FREE,
+    TANGENTIAL,
+    available,
+    normal_methods,
+    states_programs,
+    tangential_methods,
+)
+from varcontact.theories.methods import THEORIES, why_not
+
+COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
+FORMULATIONS = ("complementary", "potential", "gap", "marching")
+
+
+def make_plan(
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    formulation: str = "auto",
+    method: str = "auto",
+) -> Plan:
+    """Choose the methods for a scene: a plan without sizes.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal, tangential, coupling, formulation, method : str
+        By name, or "auto".
+
+    Raises
+    ------
+    SceneError
+        For a method that does not exist or cannot treat the scene; the error lists what can.
+    SolverUnavailable
+        For a method whose package is not installed.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
+    ...                  friction=0.3, motion=vc.Steady(vx=1e-3))
+    >>> plan = make_plan(scene)
+    >>> plan.normal, plan.tangential, plan.coupling
+    ('hertz', 'tang-safeguarded', 'none')
+    """
+    if isinstance(scene.motion, TimeStep):
+        raise SceneError(
+            "motion",
+            scene.motion,
+            "a Transient",
+            message="motion: a TimeStep goes on from the step before it; give the history as a Transient",
+        )
+    way = road(method)
+    chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
+    K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
+    if effect:
+        scene = replace(scene, bodies=scene.bodies.alike)
+    steps = formulation == "marching" and isinstance(scene.motion, Steady)
+    if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
+        way = road("convex")  # what is asked for, only programs have
+    chosen["normal"], reasons["normal"] = _normal(scene, normal, way)
+    check_on_road(method, "normal", normal)
+    _check_edge(scene, chosen["normal"], reasons["normal"])
+    chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, way)
+    check_on_road(method, "tangential", tangential)
+    chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
+    chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
+    kinds, special = kinds_of(scene, chosen), special_of(scene)
+    if effect:
+        kinds["bodies"], reasons["coupling"] = almost_like(K, effect)
+    reasons |= {name: reason for name, (_, reason) in kinds.items()} | special
+    dimension, bodies, surface, motion, friction = (kind for kind, _ in kinds.values())
+    return Plan(
+        chosen["normal"],
+        chosen["tangential"],
+        chosen["coupling"],
+        chosen["formulation"],
+        reasons,
+        dimension,
+        bodies,
+        surface,
+        motion,
+        friction,
+        tuple(special),
+        fallback=way.fallback if (tangential, chosen["tangential"]) == ("auto", way.tangential) else "none",
+        method=method,
+        left_out=effect,
+    )
+
+
+def _check_edge(scene: Scene, normal: str, reason: str) -> None:
+    """What part of a touched element bears pressure is known of Hertz's ellipse, not where pressures are computed."""
+    if scene.touched and normal != "hertz":
+        raise SceneError(
+            "grid.edge",
+            "touched",
+            '"centres"',
+            message=f'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by '
+            f'{normal} ({reason}); use "centres"',
+        )
+
+
+def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
+    if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
+        raise SceneError(
+            "normal",
+            wanted,
+            "a method of the normal problem",
+            message=f'normal = "{wanted}": it solves the tangential problem; use "norm" or "clarabel"',
+        )
+    available("normal", wanted, ("auto", *normal_methods()))
+    coupled = scene.bodies.K != 0 and not scene.frictionless
+    hertzian = not any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
+    if wanted == "hertz":
+        if not hertzian:
+            raise SceneError(
+                "normal",
+                wanted,
+                "norm or clarabel",
+                message="Hertz's pressure is for paraboloids, ellipses and cylinders; with "
+                'sampled distances use "norm" or "clarabel"',
+            )
+        if coupled:
+            raise SceneError(
+                "normal",
+                wanted,
+                "norm or clarabel",
+                message="Hertz's pressure ignores tangential tractions; with K = "
+                f'{scene.bodies.K:.3g} and friction use "norm" or "clarabel"',
+            )
+        return wanted, "asked for; closed form"
+    if wanted != "auto":
+        return wanted, "asked for"
+    if hertzian and not coupled:
+        return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
+    reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
+    return way.normal, f"{reason}: " + ("a QP" if states_programs(way.normal) else "active sets, exact and the fastest")
+
+
+def _one_direction(scene: Scene) -> bool:
+    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along the other.
+
+    Coulomb's disks then are intervals, and all programs quadratic.
+    """
+    motion = scene.motion
+    if not scene.line or not isinstance(motion, (Steady, Shift)):
+        return False
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
+    along_y = motion.rigid[1] != 0 or motion.Fy is not None
+    return not (along_x and along_y)
+
+
+def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
+    methods = tangential_methods()
+    if _one_direction(scene):
+        methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
+    if wanted in normal_methods() and wanted not in methods:
+        why = (
+            "it solves QPs, and Coulomb's disks are second-order cones"
+            if states_programs(wanted)
+            else "it is for normal problems"
+        )
+        raise SceneError(
+            "tangential",
+            wanted,
+            f"one of {', '.join(methods)} or a theory",
+            message=f'tangential = "{wanted}": {why}; use one of {", ".join(methods)}, or a theory',
+        )
+    available("tangential", wanted, ("auto", *methods, *THEORIES))
+    if scene.motion is None:
+        return "none", "no motion"
+    if scene.frictionless:
+        return "none", "no friction, no traction"
+    if wanted in THEORIES:
+        reason = why_not(wanted, scene)
+        if reason:
+            raise SceneError(
+                "tangential", wanted, "another method", message=f'tangential = "{wanted}": {reason}; use another method'
+            )
+        return wanted, "asked for: an approximate theory, how wrong is in the certificate"
+    if scene.no_slip and wanted not in MATRIX_FREE:
+        return "no-slip", "friction is infinite: nothing slips, one linear system"
+    if wanted != "auto":
+        return wanted, "asked for"
+    if states_programs(way.tangential):
+        of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
+        return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
+    fails = "; where they fail, the program" if way.fallback != "none" else ""
+    return (
+        way.tangential,
+        f"active sets, {'as printed' if way.tangential == 'tang-exact' else 'exact and the fastest'}{fails}",
+    )
+
+
+def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:
+    choice("formulation", wanted, ("auto", *FORMULATIONS))
+    steady, tangential = isinstance(scene.motion, Steady), chosen["tangential"]
+    allowed: tuple[str, ...]
+    if states_programs(tangential):
+        allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
+        default = "the only convex program of steady rolling" if steady else "the fewest unknowns"
+        refusal = "steady rolling has no energy formulation" if steady else '"marching" is for steady rolling only'
+    elif tangential in ("none", "no-slip") and states_programs(chosen["normal"]):
+        allowed, default = ("complementary", "potential"), "the fewest unknowns"
+        refusal = f'formulation = "{wanted}": only the normal problem is a program here'
+    elif tangential in TANGENTIAL and steady:
+        allowed, default = ("none", "marching"), f"{tangential} states no program"
+        refusal = f'formulation = "{wanted}": {default}'
+    else:
+        allowed, default = ("none",), "no program"
+        refusal = f'formulation = "{wanted}": no program is solved here'
+    if wanted == "auto":
+        return allowed[0], default
+    if wanted not in allowed:
+        choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
+        last = f"{', '.join(choices[:-1])} or {choices[-1]}" if choices[1:] else choices[0]
+        raise SceneError("formulation", wanted, last, message=f"{refusal}; use {last}")
+    return wanted, "asked for"
+
+
+def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
+    choice("coupling", wanted, ("auto", *COUPLING_METHODS))
+    if scene.frictionless:
+        return "none", "no tangential traction"
+    if scene.bodies.K == 0:
+        return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
+    if wanted == "johnson":
+        return wanted, "asked for: one pass, the pressure as without friction"
+    if wanted == "joint":
+        return wanted, "asked for: pressure and tractions together, with only the traction bound fixed in a pass"
+    return "panagiotopoulos", f"unlike bodies (K = {scene.bodies.K:.3g}): normal and tangential problem in turn"
