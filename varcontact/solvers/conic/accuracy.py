@@ -50,7 +50,7 @@ def _clarabel(tol: float) -> dict[str, Any]:
         # With steps of 0.99 of the way to the boundary, as it takes by default, iterates near the end lie so close to
         # it that rounding stops them, with tractions wrong by 1e-6 (at a shift 1e-3); with shorter ones they are good
         # to 1e-8, for twice the iterations.
-        "max_step_fraction": 0.75 if asked < 1e-9 else 0.99,
+        "max_step_fraction": 0.75 if asked < 1e-10 else 0.99,
         "direct_solve_method": "faer",  # dense factors: several times faster than qdldl
     }
 
