@@ -40,7 +40,7 @@ def known_grid(scene: Scene) -> Grid:
 
 def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
     """One grid for the contacts of a history without tractions: the scene's number of elements across all of them."""
-    spec, margin = _spec(scene), _given(scene).margin
+    spec, margin = _spec(scene), given_grid(scene).margin
     if len(grids) == 1 and spec.margin == margin:
         return grids[0]
     boxes = np.array([_inner_box(grid, margin) for grid in grids])
@@ -89,14 +89,15 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
-    spec = _given(scene)
+    spec = given_grid(scene)
     coupled = scene.bodies.K != 0 and not scene.frictionless and not left_out(scene)
     if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
 
 
-def _given(scene: Scene) -> Grid:
+def given_grid(scene: Scene) -> Grid:
+    """The scene's grid as it is given, or what "auto" stands for."""
     if isinstance(scene.grid, Grid):
         return scene.grid
     return AUTO_LINE if scene.line else AUTO
