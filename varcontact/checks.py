@@ -80,7 +80,25 @@ def is_array(value: Any) -> bool:
 
 
 def array(field: str, value: Any, ndim: int) -> np.ndarray:
-    """A read-only copy of a finite array of floats with `ndim` dimensions."""
+    """A read-only copy of a finite array of floats with `ndim` dimensions.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    ndim : int
+
+    Returns
+    -------
+    ndarray
+        Of floats, read-only.
+
+    Raises
+    ------
+    SceneError
+        If it is no array of numbers, has another number of dimensions, is empty, or has NaN or infinity.
+    """
     allowed = f"a {ndim}-dimensional array of finite numbers"
     try:
         given = np.asarray(value)
@@ -133,7 +151,18 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
 
 
 def exactly_one(**arguments: Any) -> None:
-    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is."""
+    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is.
+
+    Parameters
+    ----------
+    **arguments
+        Two arguments by name; None stands for one that is not given.
+
+    Raises
+    ------
+    SceneError
+        If both are given, or neither is.
+    """
     names = list(arguments)
     given = [name for name, value in arguments.items() if value is not None]
     if len(given) == 1:
@@ -152,7 +181,24 @@ def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
 
 
 def choice(field: str, value: Any, options: Iterable[str]) -> str:
-    """One of the named options; the error suggests the nearest."""
+    """One of the named options; the error suggests the nearest.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    options : iterable of str
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    SceneError
+        If the value is not one of the options.
+    """
     names = list(options)
     if isinstance(value, str) and value in names:
         return value

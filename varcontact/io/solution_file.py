@@ -95,7 +95,21 @@ def record_of(sol: Solution) -> dict[str, Any]:
 
 
 def save(sol: Solution, path: str | Path, field: str = "path") -> None:
-    """Write a solution to a netCDF file, whole or not at all."""
+    """Write a solution to a netCDF file, whole or not at all.
+
+    Parameters
+    ----------
+    sol : Solution
+    path : str or Path
+        Ends in .nc.
+    field : str
+        What the path is called in an error.
+
+    Raises
+    ------
+    OutputError
+        If the name has another ending, or the file cannot be written.
+    """
     path = Path(path)
     check_ending(field, path, ".nc")
     check_writable(field, path)
@@ -103,7 +117,20 @@ def save(sol: Solution, path: str | Path, field: str = "path") -> None:
 
 
 def write_whole(field: str, path: Path, content: bytes) -> None:
-    """Write a file under another name, then rename it: whole or not at all."""
+    """Write a file under another name, then rename it: whole or not at all.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    content : bytes
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written; an old file of that name stays as it was.
+    """
     temporary = path.with_name(f".{os.getpid()}.part")
     try:
         temporary.write_bytes(content)

@@ -72,7 +72,22 @@ def _left_by_ulimit() -> float:
 
 
 def need(what: str, size: float, fits: str) -> None:
-    """Raise `TooLarge` if `size` bytes are not there."""
+    """Raise `TooLarge` if `size` bytes are not there.
+
+    Parameters
+    ----------
+    what : str
+        What needs the memory, for the message.
+    size : float
+        Bytes.
+    fits : str
+        What would fit, for the message.
+
+    Raises
+    ------
+    TooLarge
+        If fewer bytes are available.
+    """
     there = available()
     if size > there:
         raise TooLarge(what, size, there, fits)

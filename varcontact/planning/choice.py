@@ -8,7 +8,7 @@ from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
-from varcontact.planning.roads import Road, check_on_road, road
+from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, road
 from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
@@ -74,6 +74,8 @@ def make_plan(
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
         way = road("convex")  # what is asked for, only programs have
+    elif method == "auto" and not steps and many_elements(scene):
+        way = MANY_ELEMENTS
     chosen["normal"], reasons["normal"] = _normal(scene, normal, way)
     check_on_road(method, "normal", normal)
     _check_edge(scene, chosen["normal"], reasons["normal"])
@@ -150,7 +152,16 @@ def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
-    return way.normal, f"{reason}: " + ("a QP" if states_programs(way.normal) else "active sets, exact and the fastest")
+    return way.normal, f"{reason}: {_how(way.normal)}"
+
+
+def _how(name: str) -> str:
+    """What kind of method it is that a road takes."""
+    if states_programs(name):
+        return "a QP"
+    if name in MATRIX_FREE:
+        return "Newton's method without a matrix, for many elements"
+    return "active sets, as printed" if name == "tang-exact" else "active sets, exact and the fastest"
 
 
 def _one_direction(scene: Scene) -> bool:
@@ -202,10 +213,7 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
     fails = "; where they fail, the program" if way.fallback != "none" else ""
-    return (
-        way.tangential,
-        f"active sets, {'as printed' if way.tangential == 'tang-exact' else 'exact and the fastest'}{fails}",
-    )
+    return way.tangential, f"{_how(way.tangential)}{fails}"
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

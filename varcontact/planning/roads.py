@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from varcontact.checks import choice
 from varcontact.errors import SceneError
+from varcontact.problem.contact_grid import given_grid
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
 TOLERANCE = 1e-8
@@ -49,6 +54,30 @@ ROADS: dict[str, Road] = {
     "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, no program", ("norm",), ("tang-exact",)),
 }
 """By name. With the first any solver may be named."""
+
+MANY = 1000
+"""Elements in contact beyond which "auto" takes Newton's method without a matrix: docs/methods.md has the seconds."""
+
+MANY_ELEMENTS = Road("newton", "newton", f"more than {MANY} elements in contact, the fastest there by measurement")
+"""What "auto" stands for with so many elements."""
+
+
+def many_elements(scene: Scene) -> bool:
+    """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
+
+    Only for like bodies, in a shift or steady rolling, with known coefficients of friction: it was measured there.
+    """
+    if scene.under_law or not isinstance(scene.motion, Steady | Shift | None):
+        return False
+    if scene.bodies.K != 0 and not scene.frictionless:
+        return False
+    grid, hertz = given_grid(scene), scene.hertz
+    if not grid.explicit:
+        return grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows) > MANY
+    if hertz is None:
+        return grid.size > MANY
+    dx, dy = grid.sides
+    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx > MANY
 
 
 def road(method: str) -> Road:

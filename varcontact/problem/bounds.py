@@ -31,6 +31,18 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
     Infinite where the symmetric part is not found to be positive definite. Tractions that are not admissible are
     first made so; what that changes is added.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    traction : ndarray, shape (c, n)
+        Dimensionless.
+    rigid : ndarray, shape (c,)
+        Unknown part of the rigid shift, dimensionless.
+
+    Returns
+    -------
+    ndarray, shape (3,)
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:
@@ -130,6 +142,18 @@ def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float
 
     Where the pressure is small beside the distance, ``p e`` is that element's share of the gap; elsewhere the distance
     is taken for a change of the undeformed one, of which the pressure then is the solution.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    pressure : ndarray, shape (n,)
+        Dimensionless.
+    approach : float
+        Dimensionless.
+
+    Returns
+    -------
+    PressureError or None
     """
     definite = positive_definite(problem.operator, dense_limit=0)
     if definite is None:
@@ -160,6 +184,16 @@ def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
     """What a change of the traction bound by `spread` (2-norm) changes of Fx, Fy, Mz at most, (3,), dimensionless.
 
     The creepages are given, and the problem has all elements that may come to bear.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    spread : float
+        Bound on the change of the traction bound, 2-norm, dimensionless.
+
+    Returns
+    -------
+    ndarray, shape (3,)
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:

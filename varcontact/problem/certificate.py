@@ -86,6 +86,24 @@ def certify_problems(
 
     Both problems are judged with the other's final tractions: the residual is that of the whole, without the normal one
     where the pressure is a `closed_form` that is asked for. The `level` is one of `LEVELS`, or "auto".
+
+    Parameters
+    ----------
+    disc : Discretisation
+    pressure : ndarray, shape (ny, nx)
+        Dimensionless, as all that follow.
+    approach : float
+    traction : ndarray, shape (2, ny, nx)
+    rigid : ndarray, shape (2,)
+        Unknown part of the rigid shift.
+    closed_form : bool
+        Whether the pressure is Hertz's, taken as given.
+    level : str
+        One of `LEVELS`, or "auto".
+
+    Returns
+    -------
+    Certificate
     """
     coupled = disc.K != 0
     normal = disc.normal_problem(traction if coupled and np.any(traction) else None)

@@ -40,7 +40,7 @@ def known_grid(scene: Scene) -> Grid:
 
 def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
     """One grid for the contacts of a history without tractions: the scene's number of elements across all of them."""
-    spec, margin = _spec(scene), _given(scene).margin
+    spec, margin = _spec(scene), given_grid(scene).margin
     if len(grids) == 1 and spec.margin == margin:
         return grids[0]
     boxes = np.array([_inner_box(grid, margin) for grid in grids])
@@ -62,6 +62,20 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
     """A grid that lies closer around the contact, where the scene's number of elements across it is not met.
 
     Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        The grid so far, explicit.
+    pressure : ndarray, shape (ny, nx)
+        Positive in the contact.
+    any_surface : bool
+
+    Returns
+    -------
+    Grid or None
+        None where the grid may stay.
     """
     spec, surface = _spec(scene), scene.surface
     columns, rows = across(pressure)
@@ -75,14 +89,15 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
-    spec = _given(scene)
+    spec = given_grid(scene)
     coupled = scene.bodies.K != 0 and not scene.frictionless and not left_out(scene)
     if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
 
 
-def _given(scene: Scene) -> Grid:
+def given_grid(scene: Scene) -> Grid:
+    """The scene's grid as it is given, or what "auto" stands for."""
     if isinstance(scene.grid, Grid):
         return scene.grid
     return AUTO_LINE if scene.line else AUTO
@@ -99,6 +114,21 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
 
     Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a contact that
     tractions move, only the next elements are seen.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        The grid so far, explicit.
+    pressure : ndarray, shape (ny, nx)
+        Positive in the contact.
+    overlap : tuple of float
+        (left, right, bottom, top) of the places outside where the bodies would overlap [length].
+    more : float
+
+    Returns
+    -------
+    Grid
 
     Raises
     ------

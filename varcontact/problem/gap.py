@@ -25,6 +25,21 @@ def residuals(
     """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions.
 
     The third is what the normal one does to the tractions of unlike bodies.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    pressure : ndarray, shape (ny, nx)
+        Dimensionless, as all that follow.
+    approach : float
+    traction : ndarray, shape (2, ny, nx)
+    rigid : ndarray, shape (2,)
+        Unknown part of the rigid shift.
+
+    Returns
+    -------
+    normal, tangential, handed_on : float
+        Relative to the largest pressure or traction.
     """
     coupled = disc.K != 0 and np.any(traction)
     normal, level = disc.normal_problem(traction if coupled else None), np.array([approach])
@@ -59,6 +74,23 @@ def handed_on(
     pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
     that moves the elements that stick, in the mean: that changes the creepage, and no traction. Tractions of less than
     `FAINT` of what friction bears are measured by that: where hardly anything rubs, they may be nothing but rounding.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    normal : NormalProblem
+    pressure : ndarray, shape (ny, nx)
+        Dimensionless, as all that follow.
+    level : ndarray, shape (1,)
+        The approach.
+    traction : ndarray, shape (2, ny, nx)
+    rigid : ndarray, shape (2,)
+        Unknown part of the rigid shift.
+
+    Returns
+    -------
+    float
+        Residual, relative to the largest traction; 0 for like bodies.
     """
     if disc.K == 0 or not np.any(traction):
         return 0.0
@@ -105,6 +137,20 @@ def normal_residual(
     """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
 
     A p is taken from `elastic` where that is known already.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    pressure : ndarray, shape (n,)
+        Dimensionless.
+    rigid : ndarray, shape (1,)
+        The approach, dimensionless.
+    elastic : ndarray, shape (n,), optional
+        A p, where it is known already.
+
+    Returns
+    -------
+    float
     """
     image = normal_image(problem, pressure, rigid, elastic)
     residual = relative(np.abs(pressure - image).max(), worst(np.abs(pressure).max(), image.max()))
@@ -128,6 +174,20 @@ def tangential_residual(
     """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack.
 
     E is taken from `shift` where that is known already.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    traction : ndarray, shape (c, n)
+        Dimensionless.
+    rigid : ndarray, shape (c,)
+        Unknown part of the rigid shift, dimensionless.
+    shift : ndarray, shape (c, n), optional
+        E, where it is known already.
+
+    Returns
+    -------
+    float
     """
     shift = problem.shift(traction, rigid) if shift is None else shift
     image = project(traction - shift / problem.operator.diagonal, problem.bound)
@@ -151,6 +211,20 @@ def gap(
     sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
     infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more. E is taken from `shift`
     where that is known already.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    traction : ndarray, shape (c, n)
+        Dimensionless.
+    rigid : ndarray, shape (c,)
+        Unknown part of the rigid shift, dimensionless.
+    shift : ndarray, shape (c, n), optional
+        E, where it is known already.
+
+    Returns
+    -------
+    absolute, relative : float
     """
     shift = problem.shift(traction, rigid) if shift is None else shift
     if problem.no_slip:
@@ -168,6 +242,16 @@ def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.nda
 
     It is ``(g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the shift, the second part is the square
     of their vector product by ``|p| |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one.
+
+    Parameters
+    ----------
+    bound : ndarray, shape (n,)
+        Traction bound g.
+    traction, shift : ndarray, shape (c, n)
+
+    Returns
+    -------
+    ndarray, shape (n,)
     """
     size, length = magnitude(traction), magnitude(shift)
     with np.errstate(invalid="ignore"):  # infinite bounds
@@ -187,6 +271,20 @@ def normal_gap(
     It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
     of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
     ``sum(p*)``, ``(d - min h) / min A``. A p is taken from `elastic` where that is known already.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    pressure : ndarray, shape (n,)
+        Dimensionless.
+    rigid : ndarray, shape (1,)
+        The approach, dimensionless.
+    elastic : ndarray, shape (n,), optional
+        A p, where it is known already.
+
+    Returns
+    -------
+    absolute, relative : float
     """
     elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
     total, approach = float(pressure.sum()), float(rigid[0])

@@ -15,6 +15,17 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
 
     An element slips where the natural map leaves the bound: ``|p - E/rho| > g``, true where traction is at the
     bound and slip opposes it.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    state : ContactState
+
+    Returns
+    -------
+    shift : ndarray, shape (2, ny, nx)
+        Dimensionless, zero outside the contact.
+    areas : ndarray of int8, shape (ny, nx)
     """
     contact = state.pressure > 0
     areas = contact.astype(np.int8)

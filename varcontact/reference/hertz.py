@@ -181,6 +181,23 @@ def hertz_ellipse(
 ) -> HertzContact:
     """The Hertzian contact whose semi-axes are given: the radii follow, see `hertz`.
 
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along x and y [length].
+    bodies : Bodies
+    force, approach : float
+        Exactly one: the compressive force, or the approach [length].
+
+    Returns
+    -------
+    HertzContact
+
+    Raises
+    ------
+    SceneError
+        If a value is not positive, or not exactly one of force and approach is given.
+
     Examples
     --------
     >>> from varcontact import Bodies

@@ -130,7 +130,24 @@ def _half_width(R: float, approach: float, depth: float) -> float:
 
 
 def friction_limit(contact: LineContact, friction: float) -> float:
-    """The tangential force per unit length that friction can carry between like bodies."""
+    """The tangential force per unit length that friction can carry between like bodies.
+
+    Parameters
+    ----------
+    contact : LineContact
+    friction : float
+        Coefficient of friction, positive.
+
+    Returns
+    -------
+    float
+        [force/length].
+
+    Raises
+    ------
+    SceneError
+        If the bodies are unlike (K not 0), or friction is not positive.
+    """
     if contact.bodies.K != 0:
         raise SceneError(
             "bodies.K",
@@ -142,7 +159,22 @@ def friction_limit(contact: LineContact, friction: float) -> float:
 
 
 def part_of_limit(force: float, limit: float) -> float:
-    """The size of a tangential force by what friction can carry, below 1 or `Saturated`."""
+    """The size of a tangential force by what friction can carry, below 1 or `Saturated`.
+
+    Parameters
+    ----------
+    force, limit : float
+        In the same unit.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    Saturated
+        If the force is not below the limit.
+    """
     if abs(force) >= limit:
         raise Saturated(abs(force), limit)
     return abs(force) / limit

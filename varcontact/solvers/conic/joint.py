@@ -51,7 +51,25 @@ def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling
 def solve_joint(
     name: str, normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray, settings: Settings
 ) -> tuple[RawSolution, RawSolution]:
-    """Pressure and tractions by a conic solver, see `joint_program`."""
+    """Pressure and tractions by a conic solver, see `joint_program`.
+
+    Parameters
+    ----------
+    name : str
+        A conic solver.
+    normal : NormalProblem
+        Of m elements.
+    tangential : TangentialProblem
+        Of n elements, with the traction bound fixed.
+    coupling : ndarray, shape (m, c n)
+        A_zt, distances by tractions.
+    settings : Settings
+
+    Returns
+    -------
+    pressure, traction : RawSolution
+        Dimensionless, not yet judged.
+    """
     raw = backend(name)(joint_program(normal, tangential, coupling), settings.tol, settings.setups)
     m = normal.distance.size
     pressure = RawSolution(raw.traction[:m], raw.rigid[:1], raw.iterations, raw.status, raw.solved)

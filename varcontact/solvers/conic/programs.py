@@ -72,6 +72,15 @@ def normal_program(problem: NormalProblem) -> ConicProgram:
     """The normal problem as a QP: ``min 1/2 p'A p + (h - d)'p, p >= 0``, (215) with its sign changed.
 
     With the force prescribed d is dropped, ``sum(p)`` is an equality, and its multiplier the approach.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+
+    Returns
+    -------
+    ConicProgram
+        Its `recover` gives pressures (n,) and the approach (1,), dimensionless.
     """
     from scipy.sparse import csc_matrix
 
@@ -100,6 +109,15 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
     """The normal problem by its potential energy (214): ``min 1/2 w'A^-1 w, h - d + w >= 0`` over displacements w.
 
     They are written ``w = A p``; the pressures are the multipliers. A prescribed force works against the approach d.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+
+    Returns
+    -------
+    ConicProgram
+        Its `recover` gives pressures (n,) and the approach (1,), dimensionless.
     """
     from scipy.sparse import csc_matrix
 

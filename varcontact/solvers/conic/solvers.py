@@ -42,7 +42,21 @@ def backend(name: str) -> Backend:
 
 
 def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
-    """The normal problem through its QP."""
+    """The normal problem through its QP.
+
+    Parameters
+    ----------
+    name : str
+        "clarabel", "osqp", "scs", or behind an interface as "cvxpy:SCS".
+    problem : NormalProblem
+    settings : Settings
+        Formulation, accuracy and set-ups.
+
+    Returns
+    -------
+    RawSolution
+        Pressures (n,) and the approach (1,), dimensionless, not yet judged.
+    """
     formulation = "potential" if settings.formulation == "potential" else "complementary"
     return backend(name)(NORMAL_PROGRAMS[formulation](problem), settings.tol, settings.setups)
 
@@ -51,6 +65,19 @@ def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) 
     """The tangential problem through a second-order-cone program; with one component, a quadratic program.
 
     One of its own: complementary energy for a symmetric problem (a shift, a step of a march), else the gap.
+
+    Parameters
+    ----------
+    name : str
+        As for `solve_normal`, a solver with second-order cones if c = 2.
+    problem : TangentialProblem
+    settings : Settings
+        Formulation, accuracy and set-ups.
+
+    Returns
+    -------
+    RawSolution
+        Tractions (c, n) and rigid shifts (c,), dimensionless, not yet judged.
     """
     formulation = settings.formulation
     if formulation not in TANGENTIAL_PROGRAMS:

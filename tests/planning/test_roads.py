@@ -1,0 +1,64 @@
+"""What "auto" stands for: active sets, and Newton's method without a matrix where many elements are in contact."""
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.planning.roads import MANY
+
+MANY_CELLS = vc.Grid(nx=40, ny=40)
+TWO_ARCS = np.minimum((np.linspace(-2, 2, 15) - 0.5) ** 2, (np.linspace(-2, 2, 15) + 0.5) ** 2)
+SAMPLES = vc.SampledDistance(
+    TWO_ARCS[:, None] + np.linspace(-2, 2, 15) ** 2 / 2, x=np.linspace(-2, 2, 15), y=np.linspace(-2, 2, 15)
+)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"grid": MANY_CELLS},
+        {"grid": MANY_CELLS, "motion": vc.Shift(ux=0.01)},
+        {"grid": MANY_CELLS, "motion": vc.Steady(Fx=-0.1)},
+        {"grid": vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)},
+        {"surface": vc.Cylinders(R=1.0), "motion": vc.Steady(vx=0.01), "grid": vc.Grid(nx=MANY + 1)},
+    ],
+)
+def test_auto_with_many_elements(rolling, changes):
+    plan = vc.plan(rolling(**changes))
+    assert (plan.normal, plan.tangential, plan.fallback) == ("hertz", "newton", "none")
+    assert plan.matrix_free
+    assert "without a matrix" in plan.reasons["tangential"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "choices"),
+    [
+        ({"grid": vc.Grid(nx=35, ny=35)}, {}),
+        ({"grid": vc.Grid(nx=80, ny=80, dx=0.25, dy=0.25, x0=-10.0, y0=-10.0)}, {}),  # of which few are in contact
+        ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3), "surface": vc.Paraboloids(1.0, 1.0)}, {}),
+        ({"grid": MANY_CELLS, "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
+        ({"grid": MANY_CELLS, "surface": vc.Paraboloids(1.0, 1.0), "motion": vc.Transient(steps=2, vx=0.01)}, {}),
+        ({"grid": MANY_CELLS}, {"method": "active-set"}),
+        ({"grid": MANY_CELLS}, {"formulation": "marching", "tangential": "tang-safeguarded"}),
+    ],
+)
+def test_where_it_is_not_measured_or_not_asked_for(rolling, changes, choices):
+    assert vc.plan(rolling(**changes), **choices).tangential == "tang-safeguarded"
+
+
+def test_samples_with_many_elements(rolling):
+    plan = vc.plan(rolling(surface=SAMPLES, grid=MANY_CELLS))
+    assert (plan.normal, plan.tangential) == ("newton", "newton")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"motion": vc.Steady(Fx=-0.2, spin=0.05)}, {"motion": vc.Shift(ux=0.05, uy=-0.02)}, {"surface": SAMPLES}],
+)
+def test_both_have_the_same_answer(rolling, monkeypatch, changes):
+    monkeypatch.setattr("varcontact.planning.roads.MANY", 100)
+    scene = rolling(grid=vc.Grid(nx=16, ny=16), **changes)
+    many, few = vc.solve(scene), vc.solve(scene, method="active-set")
+    assert many.solved_by["tangential"] == "newton"
+    np.testing.assert_allclose(many.traction, few.traction, rtol=0, atol=1e-7 * few.traction_bound.max())
+    np.testing.assert_allclose(many.force, few.force, rtol=0, atol=1e-8 * 0.3 * few.normal_force)
