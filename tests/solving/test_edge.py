@@ -34,7 +34,7 @@ def test_touched_elements_are_those_with_a_point_inside(rolling):
 def test_the_plan_knows_them(rolling, cells):
     """Elements as they then are; mirror images on both sides of y = 0 where no row lies on it."""
     scene = rolling(grid=vc.Grid(nx=cells, ny=cells, edge="touched"), motion=vc.Steady(spin=0.05))
-    plan = vc.plan(scene)
+    plan = vc.plan(scene, tangential="tang-safeguarded")
     sizes = plan.sizes
     assert "every element that it touches" in plan.reasons["surface"]
     assert sizes.exact
