@@ -180,6 +180,6 @@ def hertz_line(
     if force is None:
         assert depth is not None
         assert approach is not None
-        most = (2 * depth) ** 2 / (2 * R * compliance)  # a contact twice as wide as the depth
-        force = float(brentq(lambda each: sinks(each) - approach, 1e-12 * most, most / 4, xtol=0, rtol=1e-14))
+        most = np.log(depth**2 / (2 * R * compliance))  # a contact as wide as the depth
+        force = float(np.exp(brentq(lambda log: sinks(np.exp(log)) - approach, most - 60, most, xtol=1e-14)))
     return Ellipse(half_width(force), np.inf, R, np.inf, force, sinks(force))
