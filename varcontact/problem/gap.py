@@ -110,24 +110,57 @@ def handed_on(
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Lengths (n,) of vectors (c, n) of one or two components."""
+    """Lengths of vectors.
+
+    Parameters
+    ----------
+    vectors : ndarray, shape (c, n)
+        Of one or two components, in any unit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
     return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
 
 
 def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Projection of tractions (c, n) on the disks, or the intervals, of radius `bound` (n,)."""
+    """Projection of tractions on the disks, or the intervals, that the bound leaves.
+
+    Parameters
+    ----------
+    traction : ndarray, shape (c, n)
+        Dimensionless, as the bound.
+    bound : ndarray, shape (n,)
+        Radii, not negative; ``inf`` for no bound.
+
+    Returns
+    -------
+    ndarray, shape (c, n)
+    """
     size = magnitude(traction)
     beyond = size > bound
     return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
 
 
 def relative(value: float, scale: float) -> float:
-    """A value by a scale; zero where there is no scale."""
+    """A value by a scale; zero where there is no scale.
+
+    Parameters
+    ----------
+    value, scale : float
+        In one unit.
+    """
     return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN
 
 
 def worst(*values: float) -> float:
-    """The largest, and NaN where one is: so that NaN never passes for a small residual."""
+    """The largest, and NaN where one is: so that NaN never passes for a small residual.
+
+    Parameters
+    ----------
+    *values : float
+    """
     return float(np.max(values))
 
 
