@@ -112,7 +112,7 @@ class GridOperator:
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
-        return fft_shape(*self.shape)
+        return _fft_shape(*self.shape)
 
     @cached_property
     def _kernel(self) -> np.ndarray:
@@ -194,7 +194,7 @@ class RestrictedOperator:
         return product.reshape(-1, ny * nx)[:, self.elements]
 
 
-def fft_shape(ny: int, nx: int) -> tuple[int, int]:
+def _fft_shape(ny: int, nx: int) -> tuple[int, int]:
     """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
     from scipy.fft import next_fast_len
 
@@ -216,7 +216,7 @@ def table_bytes(ny: int, nx: int, blocks: int) -> int:
     int
         Bytes.
     """
-    rows, columns = fft_shape(ny, nx)
+    rows, columns = _fft_shape(ny, nx)
     return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
 
 

@@ -49,14 +49,14 @@ def plot(sol: Solution) -> Figure:
         return plot_line(sol)
     panels = 1 if sol.scene.motion is None else 2
     figure, axes = plt.subplots(1, panels + 1, figsize=(5.2 * (panels + 1), 4.6), layout="constrained", squeeze=False)
-    draw_pressure(axes[0, 0], sol)
+    _draw_pressure(axes[0, 0], sol)
     if panels == 2:
         draw_areas(axes[0, 1], sol)
-    draw_section(axes[0, -1], sol)
+    _draw_section(axes[0, -1], sol)
     return figure
 
 
-def draw_pressure(ax: Axes, sol: Solution) -> None:
+def _draw_pressure(ax: Axes, sol: Solution) -> None:
     """Pressure over the contact."""
     from varcontact.plotting.ticks import readable_numbers
 
@@ -100,7 +100,7 @@ def draw_areas(ax: Axes, sol: Solution) -> None:
     _frame(ax, sol)
 
 
-def draw_section(ax: Axes, sol: Solution) -> None:
+def _draw_section(ax: Axes, sol: Solution) -> None:
     """The row of elements with the largest pressure: tractions between the traction bounds, or the pressure."""
     from varcontact.plotting.ticks import readable_ticks
 

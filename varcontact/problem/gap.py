@@ -94,7 +94,7 @@ def handed_on(
     """
     if disc.K == 0 or not np.any(traction):
         return 0.0
-    image = normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
+    image = _normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
     tangential = disc.tangential_problem(pressure, acting=traction)
     if tangential.size and tangential.free:
         tractions, shifts = tangential.of_grid(traction, rigid)
@@ -185,14 +185,14 @@ def normal_residual(
     -------
     float
     """
-    image = normal_image(problem, pressure, rigid, elastic)
+    image = _normal_image(problem, pressure, rigid, elastic)
     residual = relative(np.abs(pressure - image).max(), worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
         residual = worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
     return residual
 
 
-def normal_image(
+def _normal_image(
     problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
 ) -> np.ndarray:
     """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""

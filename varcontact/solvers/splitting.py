@@ -64,7 +64,19 @@ class Splitting:
         totals: np.ndarray,
         sums: np.ndarray,
     ) -> Splitting:
-        """Of a matrix M (n, n), whose rows' root mean square length is the weight."""
+        """A problem with a dense matrix; the root mean square length of its rows is the weight.
+
+        Parameters
+        ----------
+        matrix : ndarray, shape (n, n)
+            M.
+        shift : ndarray, shape (n,)
+            W.
+        project : callable
+            Onto what p may be, (n,) to (n,).
+        totals, sums : ndarray, shapes (k, n) and (k,)
+            What is prescribed of p.
+        """
         from scipy.linalg import lu_factor
 
         n, k = shift.size, sums.size
@@ -85,7 +97,12 @@ class Splitting:
 
     @classmethod
     def of_tangential(cls, problem: TangentialProblem) -> Splitting:
-        """The tractions, x before y; the multipliers of prescribed forces are the rigid shifts."""
+        """The tractions, x before y; the multipliers of prescribed forces are the rigid shifts.
+
+        Parameters
+        ----------
+        problem : TangentialProblem
+        """
         n, c, free = problem.size, problem.components, problem.free
         totals = np.kron(np.eye(c)[free], np.ones(n))
         sums = np.array([F / problem.area for F in problem.force if F is not None])
@@ -107,9 +124,21 @@ class Splitting:
         )
 
     def moved(self, at: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
-        """The point (n,) and the multipliers (k,) after a number of rounds from `at`.
+        """The point and the multipliers after a number of rounds.
 
-        It stands for ``p - E/weight``, E the shift ``W + M p`` with the multipliers; its projection is p.
+        The point stands for ``p - E/weight``, E the shift ``W + M p`` with the multipliers; its projection is p.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n,)
+            The point to begin from.
+        rounds : int
+            At least one.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        ndarray, shape (k,)
         """
         from scipy.linalg import lu_solve
 
@@ -160,7 +189,21 @@ def refine_normal(problem: NormalProblem, settings: Settings, start: RawSolution
 
 
 def refine_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
-    """Tractions by splitting from an answer that is near, see `refine_normal`; M has to be monotone."""
+    """Tractions by splitting from an answer that is near, see `refine_normal`; M has to be monotone.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With a monotone M.
+    settings : Settings
+    start : RawSolution
+        The answer, (c, n) and (c,), dimensionless.
+
+    Returns
+    -------
+    RawSolution
+        The nearest that was found.
+    """
     splitting = Splitting.of_tangential(problem)
     at = start.traction - problem.shift(start.traction, start.rigid) / splitting.weight
 
@@ -177,7 +220,25 @@ def refine_both(
     settings: Settings,
     start: tuple[RawSolution, RawSolution],
 ) -> tuple[RawSolution, RawSolution]:
-    """Pressures and tractions of the joint program by splitting, see `refine_normal` and `Splitting.of_both`."""
+    """Pressures and tractions of the joint program by splitting, see `refine_normal` and `Splitting.of_both`.
+
+    Parameters
+    ----------
+    normal : NormalProblem
+        On n elements.
+    tangential : TangentialProblem
+        A shift.
+    coupling : ndarray
+        Distances by tractions, dimensionless, as `joint_program` takes it.
+    settings : Settings
+    start : tuple of RawSolution
+        The answer: pressures and tractions.
+
+    Returns
+    -------
+    tuple of RawSolution
+        The nearest that were found.
+    """
     splitting, m, k = (
         Splitting.of_both(normal, tangential, coupling),
         normal.distance.size,

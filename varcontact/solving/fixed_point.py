@@ -59,7 +59,7 @@ class Limits:
     near: float = 0.0
 
 
-class Anderson:
+class _Anderson:
     """Anderson's acceleration of a fixed point (D. G. Anderson, J. ACM 12 (1965) 547-560), with a limited memory."""
 
     def __init__(self, memory: int = 6) -> None:
@@ -106,7 +106,7 @@ def fixed_point(state: ContactState, one_pass: Step, unknown: Unknown, residual:
         That of the least residual; its `passes` tells how all went.
     """
     best = state = replace(state, passes=((1.0, residual(state)),))
-    lost, failures, accelerated, anderson = 0, 0, False, Anderson()
+    lost, failures, accelerated, anderson = 0, 0, False, _Anderson()
     while (
         best.passes[-1][1] > limits.tol
         and len(state.passes) < limits.passes

@@ -70,10 +70,10 @@ def normal_road(plan: Plan, polish: bool) -> NormalSolver:
     if not states_programs(plan.normal):
         return solver
     if plan.convex:
-        return closer(refined(solver, counted("splitting", refine_normal), normal_residual))
+        return _closer(refined(solver, counted("splitting", refine_normal), normal_residual))
     if polish:
-        return polished(solver, normal_solver("norm"), normal_residual, normal_solver("norm"))
-    return closer(_without_noise(solver))
+        return _polished(solver, normal_solver("norm"), normal_residual, normal_solver("norm"))
+    return _closer(_without_noise(solver))
 
 
 def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
@@ -90,14 +90,14 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
         solver = refined(solver, counted("splitting", refine_tangential), tangential_residual)
     if marches:
         solver = partial(march, solver)
-    road = solver if plan.matrix_free else closer(solver)
+    road = solver if plan.matrix_free else _closer(solver)
     if not plan.programs:
         road = with_fallback(road, plan.fallback) if plan.fallback != "none" and not marches else road
     elif plan.convex or not polish:
-        road = where_convex(road, _refused)
+        road = _where_convex(road, _refused)
     else:
-        road = polished(solver, TANG, tangential_residual, _from_start)
-        road = unless_all_sticks(where_convex(road, _by_active_sets))
+        road = _polished(solver, TANG, tangential_residual, _from_start)
+        road = unless_all_sticks(_where_convex(road, _by_active_sets))
     return road if plan.matrix_free else _with_a_bound(road)
 
 
@@ -132,7 +132,7 @@ def joint_road(plan: Plan, polish: bool) -> JointSolver:
     return solve
 
 
-def closer(solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
+def _closer(solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
     """A solver that is asked for a hundredth of the tolerance, as nothing improves its answer."""
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
@@ -165,7 +165,7 @@ def refined(
     return solve
 
 
-def polished(
+def _polished(
     solver: Solver[Problem, RawSolution | None],
     polish: Solver[Problem, RawSolution | None],
     residual: Residual[Problem],
@@ -208,7 +208,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
     return solve
 
 
-def where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> TangentialSolver:
+def _where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> TangentialSolver:
     """A solver of the gap program, and another where that is not convex."""
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
