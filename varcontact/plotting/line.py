@@ -16,7 +16,13 @@ if TYPE_CHECKING:
 
 
 def plot_line(sol: Solution) -> Figure:
-    """Tractions between the traction bounds, below them the slip; without a motion the pressure."""
+    """Tractions between the traction bounds, below them the slip; without a motion the pressure.
+
+    Parameters
+    ----------
+    sol : Solution
+        Of a line contact.
+    """
     from matplotlib import pyplot as plt
 
     if sol.scene.motion is None:

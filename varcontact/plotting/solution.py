@@ -71,7 +71,13 @@ def _draw_pressure(ax: Axes, sol: Solution) -> None:
 
 
 def draw_areas(ax: Axes, sol: Solution) -> None:
-    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture."""
+    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture.
+
+    Parameters
+    ----------
+    ax : Axes
+    sol : Solution
+    """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -128,7 +134,12 @@ def _draw_section(ax: Axes, sol: Solution) -> None:
 
 
 def plot_passes(sol: Solution) -> Figure:
-    """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
+    """Change and residual of the whole against the passes, see `Solution.plot_passes`.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     from matplotlib import pyplot as plt
 
     if not sol.passes:
@@ -184,7 +195,7 @@ def _equal_axes(sol: Solution) -> bool:
 
 
 def label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:
-    """A name with its unit, where the scene names units."""
+    """`name` with the unit of a `quantity`, see `Units.of`, where the scene of `sol` names units; in `brackets`."""
     units: Units | None = sol.scene.units
     if units is None:
         return name

@@ -19,14 +19,32 @@ SLOW = 0.2
 
 @dataclass(frozen=True)
 class Unknown:
-    """The field of a state that goes into a pass and comes out of it, and the values that it may have."""
+    """The field of a state that goes into a pass and comes out of it, and the values that it may have.
+
+    Attributes
+    ----------
+    name : str
+        Of the field, as `ContactState` has it.
+    least, greatest : float
+        In the unit of the field.
+    """
 
     name: str
     least: float = -np.inf
     greatest: float = np.inf
 
     def of(self, state: ContactState) -> np.ndarray:
-        """Its values in a state."""
+        """Its values in a state.
+
+        Parameters
+        ----------
+        state : ContactState
+
+        Returns
+        -------
+        ndarray
+            In the shape and unit of the field.
+        """
         return np.asarray(getattr(state, self.name))
 
     def put(self, state: ContactState, values: np.ndarray) -> ContactState:
@@ -133,6 +151,17 @@ def fixed_point(state: ContactState, one_pass: Step, unknown: Unknown, residual:
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Largest difference of two fields by the largest of the first."""
+    """Largest difference of two fields by the largest of the first.
+
+    Parameters
+    ----------
+    one, other : ndarray
+        In one shape and unit.
+
+    Returns
+    -------
+    float
+        [-]
+    """
     size = max(float(np.abs(one).max()), np.finfo(float).tiny)
     return float(np.abs(one - other).max()) / size

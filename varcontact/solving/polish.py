@@ -147,6 +147,15 @@ def refined(
     """A solver of programs whose answer is refined by splitting, to the tolerance or as near as that comes.
 
     The solver is called in any case, for an answer that is near, and once more, for a nearer one, if that did not do.
+
+    Parameters
+    ----------
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    refine : callable
+        The same, from an answer that is near.
+    residual : callable
+        Natural-map residual of tractions and rigid shifts in a problem [-].
     """
 
     def solve(problem: Problem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -187,6 +196,13 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
     """Active sets, and the polished answer of a solver of programs where they miss the tolerance.
 
     Without a convex program, or memory for it, theirs is the answer all the same.
+
+    Parameters
+    ----------
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    program : str
+        The solver of programs.
     """
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -219,7 +235,13 @@ def _where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> Tang
 
 
 def unless_all_sticks(solver: TangentialSolver) -> TangentialSolver:
-    """A solver, unless friction is nowhere exhausted: then the linear solution is the solution."""
+    """A solver, unless friction is nowhere exhausted: then the linear solution is the solution.
+
+    Parameters
+    ----------
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    """
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
         if start is None or not problem.symmetric:
@@ -244,6 +266,12 @@ def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
     """A solver's answer without the small pressures that it leaves where the bodies are apart.
 
     An element is in contact where the natural map ``p - e/rho`` is positive: the pressure outweighs the distance.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    raw : RawSolution
+        Pressures (n,) and the approach (1,), dimensionless.
     """
     distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
     return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))

@@ -86,7 +86,12 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
 
 
 def with_measured_steps(stored: Stored) -> Stored:
-    """A history's file whose steps are measured again when they are read."""
+    """A history's file whose steps are measured again when they are read.
+
+    Parameters
+    ----------
+    stored : Stored
+    """
 
     @cache
     def march() -> March:

@@ -58,7 +58,14 @@ class Steps:
     certify: str = "auto"
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the pressure that goes with its tractions."""
+        """The state with the pressure that goes with its tractions.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            Dimensionless.
+        """
         with self.clock("normal"):
             if self.plan.closed_form:
                 with self.clock.tally("normal").called("hertz"):
@@ -87,7 +94,19 @@ class Steps:
             )
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the tractions that go with its pressure."""
+        """The state with the tractions that go with its pressure.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            Dimensionless.
+
+        Raises
+        ------
+        Saturated
+            If a prescribed force cannot be carried.
+        """
         with self.clock("tangential"):
             if self.plan.theory is not None:
                 with self.clock.tally("tangential").called(self.plan.tangential):
@@ -185,7 +204,20 @@ class Steps:
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
-    """Pressure and traction, from the pressure without traction."""
+    """Pressure and traction, from the pressure without traction.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    steps : Steps
+    start : ContactState
+        With the pressure without traction, dimensionless.
+
+    Raises
+    ------
+    Saturated
+        If a prescribed force cannot be carried.
+    """
     if not steps.plan.rubs:
         return start
     if disc.law is None:

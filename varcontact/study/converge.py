@@ -181,7 +181,17 @@ def _margin(scene: Scene) -> int:
 
 
 def contact_of(scene: Scene) -> Box:
-    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid."""
+    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    tuple of float
+        left, right, bottom, top [length].
+    """
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
     frictionless = solve(replace(scene, motion=None, friction=None, grid="auto"), normal="norm")
