@@ -164,14 +164,14 @@ class Stored(Sequence[Solution]):
             raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
 
     def series(self, name: str) -> np.ndarray:
-        """A number or a few of each step."""
+        """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
             return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if _SERIES[name][0] else ())))
         with _file(self.path) as file:
             return _native(file.variables[name][:])
 
     def append(self, sol: Solution) -> None:
-        """Add the next step."""
+        """Add the next step, solved by `sol`."""
         count = len(self)
         if count == 0:
             write_whole("store", self.path, _first(self, sol))

@@ -235,9 +235,9 @@ class Discretisation:
     ) -> TangentialProblem:
         """The tangential problem on the elements with a traction bound, for a dimensionless `pressure` (ny, nx).
 
-        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
-        `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
-        Elements with friction that are `possible` (ny, nx) enter with a bound of zero where there is no pressure.
+        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions `acting`
+        (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act. Elements with
+        friction that are `possible` (ny, nx) enter with a bound of zero without pressure. For `marching`, A is there.
         """
         motion = self.motion
         assert motion is not None

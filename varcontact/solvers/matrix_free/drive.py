@@ -25,7 +25,18 @@ class Posed(Protocol):
     """A problem in its own units."""
 
     def begun(self, start: RawSolution) -> Point:
-        """Where a start leads."""
+        """Where a start leads.
+
+        Parameters
+        ----------
+        start : RawSolution
+            Dimensionless, in double precision.
+
+        Returns
+        -------
+        Point
+            In units of the kernel, in single precision.
+        """
 
     def approached(self) -> tuple[Point, int]:
         """Where coarser grids lead, and the Newton steps taken there."""
