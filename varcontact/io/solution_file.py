@@ -246,7 +246,13 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
 
 
 def solution_from(data: xr.Dataset) -> Solution:
-    """A solution from its dataset."""
+    """A solution from its dataset.
+
+    Parameters
+    ----------
+    data : Dataset
+        As a file has it.
+    """
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])

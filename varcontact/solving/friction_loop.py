@@ -193,7 +193,18 @@ def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
 
 
 def known_from(law: Law, solution: Solution) -> np.ndarray:
-    """The coefficients of a solution where it slips, the static one where it sticks, (ny, nx)."""
+    """The coefficients of a solution where it slips, the static one where it sticks.
+
+    Parameters
+    ----------
+    law : Law
+    solution : Solution
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [-]
+    """
     known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
     return np.clip(np.where(solution.state == SLIP, known, law.static), law.kinetic, law.static)
 

@@ -151,6 +151,12 @@ def circulant(operator: GridOperator, shape: tuple[int, int]) -> Circulant:
 
 
 def parzen(t: np.ndarray) -> np.ndarray:
-    """Parzen's window on [-1, 1]: its transform is positive."""
+    """Parzen's window on [-1, 1]: its transform is positive.
+
+    Parameters
+    ----------
+    t : ndarray
+        Distance, by the length of the window [-].
+    """
     t = np.abs(t)
     return np.where(t < 0.5, 1 - 6 * t**2 + 6 * t**3, 2 * np.maximum(1 - t, 0.0) ** 3)
