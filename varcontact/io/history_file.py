@@ -171,7 +171,7 @@ class Stored(Sequence[Solution]):
             return _native(file.variables[name][:])
 
     def append(self, sol: Solution) -> None:
-        """Add the next step, solved by `sol`."""
+        """Add the next step, solved by `sol`; an `OutputError` tells why it cannot be written."""
         count = len(self)
         if count == 0:
             write_whole("store", self.path, _first(self, sol))

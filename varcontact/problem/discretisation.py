@@ -156,7 +156,7 @@ class Discretisation:
 
     @property
     def step(self) -> float | None:
-        """Dimensionless distance rolled in a step; None where nothing rolls."""
+        """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses too short ones."""
         motion = self.motion
         if motion is None or motion.rolls == 0:
             return None

@@ -42,6 +42,11 @@ class EllipticIntegrals:
 def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     """Complete elliptic integrals B, C, D, E, K of the axial ratio, (95)-(99).
 
+    Raises
+    ------
+    SceneError
+        If it is not in that range.
+
     Parameters
     ----------
     axial_ratio : float
@@ -118,9 +123,19 @@ class HertzContact:
         return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))
 
     def mean_pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Mean of the pressure over each rectangle between lines x (nx + 1,) and lines y (ny + 1,), shape (ny, nx).
+        """Mean of the pressure over each rectangle between lines.
 
         Zero where less than 1e-14 of the force falls on a rectangle. Together they carry the force to rounding.
+
+        Parameters
+        ----------
+        x, y : ndarray, shapes (nx + 1,) and (ny + 1,)
+            Lines, rising [length].
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            [force/area]
 
         Notes
         -----

@@ -266,6 +266,10 @@ class Solution:
     def save(self, path: str | Path) -> None:
         """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
 
+        Parameters
+        ----------
+        path : str or Path
+
         Raises
         ------
         OutputError

@@ -37,6 +37,20 @@ class Paraboloids:
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
         """From the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is negative.
 
+        Parameters
+        ----------
+        Rx, Ry : pair of float
+            Radii of body 1 and of body 2, in the planes of x and of y [length].
+
+        Returns
+        -------
+        Paraboloids
+
+        Raises
+        ------
+        SceneError
+            If a radius is 0, or the bodies do not touch in a point.
+
         Examples
         --------
         A ball of radius 10 in a groove that is straight along x, hollow with radius 12 across.

@@ -89,7 +89,12 @@ class Splitting:
 
     @classmethod
     def of_normal(cls, problem: NormalProblem) -> Splitting:
-        """The pressures; the multiplier of a prescribed force is minus the approach."""
+        """The pressures; the multiplier of a prescribed force is minus the approach.
+
+        Parameters
+        ----------
+        problem : NormalProblem
+        """
         n, known = problem.distance.size, problem.approach is not None
         totals = np.ones((0 if known else 1, n))
         sums = np.array([] if problem.force is None else [problem.force / problem.area])
@@ -110,7 +115,17 @@ class Splitting:
 
     @classmethod
     def of_both(cls, normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray) -> Splitting:
-        """Pressures, then tractions, of a shift under a fixed traction bound; `coupling` is A_zt, (m, c n)."""
+        """Pressures, then tractions, of a shift under a fixed traction bound.
+
+        Parameters
+        ----------
+        normal : NormalProblem
+            On m elements.
+        tangential : TangentialProblem
+            On n elements.
+        coupling : ndarray, shape (m, c n)
+            A_zt, distances by tractions, dimensionless.
+        """
         one, other, m = cls.of_normal(normal), cls.of_tangential(tangential), normal.distance.size
         totals = np.zeros((one.sums.size + other.sums.size, m + other.shift.size))
         totals[: one.sums.size, :m] = 1.0
@@ -151,7 +166,24 @@ class Splitting:
         return at, multipliers
 
     def refined(self, at: np.ndarray, answer: _Answer, residual: _Residual, tol: float) -> RawSolution:
-        """The best of many rounds from `at`, by the residual of its answer (traction, rigid); to `tol`, if reached."""
+        """The best of many rounds.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n,)
+            The point to begin from, as of `moved`.
+        answer : callable
+            From p (n,) and multipliers (k,) to tractions and rigid shifts.
+        residual : callable
+            Natural-map residual of these [-].
+        tol : float
+            Residual at which it ends [-].
+
+        Returns
+        -------
+        RawSolution
+            The best by the residual.
+        """
         best, least, reached, count = None, np.inf, 0, 0
         while best is None or (least > max(tol, ROUNDING) and count < MOST_ROUNDS and count - reached < PATIENCE):
             at, multipliers = self.moved(at, ROUNDS)

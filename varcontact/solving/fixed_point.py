@@ -48,7 +48,14 @@ class Unknown:
         return np.asarray(getattr(state, self.name))
 
     def put(self, state: ContactState, values: np.ndarray) -> ContactState:
-        """The state with other values of it."""
+        """The state with other values of it, cut off at the least and the greatest.
+
+        Parameters
+        ----------
+        state : ContactState
+        values : ndarray
+            In the shape and unit of the field.
+        """
         return replace(state, **{self.name: np.clip(values, self.least, self.greatest)})
 
 

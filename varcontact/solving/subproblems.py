@@ -60,6 +60,15 @@ class Steps:
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions.
 
+        Raises
+        ------
+        SceneError
+            If no element can come into contact.
+        TooLarge
+            If the memory does not suffice.
+        NotConverged
+            If the solver gives no numbers.
+
         Parameters
         ----------
         disc : Discretisation
@@ -106,6 +115,10 @@ class Steps:
         ------
         Saturated
             If a prescribed force cannot be carried.
+        TooLarge
+            If the memory does not suffice.
+        NotConverged
+            If the solver gives no numbers.
         """
         with self.clock("tangential"):
             if self.plan.theory is not None:
@@ -130,6 +143,12 @@ class Steps:
 
         One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
         two problems in turn.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            With its `bearing`, dimensionless.
         """
         if self.plan.joint_program:
             state = self._joint_program(disc, state)

@@ -131,7 +131,13 @@ class March:
     steps: Steps
 
     def start(self) -> Solution | None:
-        """What the first step goes on from."""
+        """What the first step goes on from.
+
+        Raises
+        ------
+        SceneError
+            If that is on another grid, and not to be interpolated.
+        """
         motion, grid = _motion(self.scene), self.disc.grid
         start = cast(Solution | None, motion.start)
         if start is None or _same(start.grid, grid):
@@ -217,6 +223,11 @@ def _motion(scene: Scene) -> Transient:
 
 def largest_contacts(scene: Scene) -> list[Scene]:
     """The steps with the largest load on each surface, as frictionless scenes.
+
+    Raises
+    ------
+    NoContact
+        If there is none.
 
     Parameters
     ----------
