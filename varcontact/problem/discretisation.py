@@ -212,7 +212,7 @@ class Discretisation:
         return replace(self, grid=self.grid.extended(), distance=distance, operators=self.operators.around)
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
-        """The normal problem, by dimensionless tangential tractions `traction` (2, ny, nx) where the bodies differ."""
+        """The normal problem; where the bodies differ, with their dimensionless `traction` (2, ny, nx)."""
         distance = ((self.distance - self.base) / self.displacement).ravel()
         if traction is not None:
             distance = distance + self.traction_to_distance.apply(traction).ravel()
@@ -237,7 +237,7 @@ class Discretisation:
 
         The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions `acting`
         (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act. Elements with
-        friction that are `possible` (ny, nx) enter with a bound of zero without pressure. For `marching`, A is there.
+        friction that are `possible` (ny, nx) enter with a bound of zero without pressure. For `marching` it keeps A too.
         """
         motion = self.motion
         assert motion is not None

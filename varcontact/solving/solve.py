@@ -188,7 +188,7 @@ def solve_many(
     scene : Scene
     motions : iterable of Steady, Shift or None
     plan : Plan
-        For the first motion, and so for all.
+        For all of them.
     tol : float
         Residual to be reached [-].
     polish : bool

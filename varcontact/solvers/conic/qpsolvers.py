@@ -22,7 +22,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     tol : float
         Accuracy wanted of the tractions, relative [-].
     setups : Setups, optional
-        As of the other solvers; nothing is kept.
+        Where its answer is kept, as a start for the next program.
     name : str
         Of the solver, as qpsolvers has it.
 

@@ -47,7 +47,7 @@ class Posed(Protocol):
         Parameters
         ----------
         at : Point
-            In single precision, in the problem's units of the kernel.
+            In units of the kernel, in single precision.
         tol : float
             Residual to be reached [-].
 
