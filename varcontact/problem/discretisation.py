@@ -237,7 +237,7 @@ class Discretisation:
 
         The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions `acting`
         (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act. Elements with
-        friction that are `possible` (ny, nx) enter with a bound of zero without pressure. For `marching` it keeps A too.
+        friction that are `possible` (ny, nx) enter with a bound of 0 without pressure. For `marching` it keeps A too.
         """
         motion = self.motion
         assert motion is not None
