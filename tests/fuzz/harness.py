@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import import_module
 
 from tests.extremes.worker import Worker
 from tests.fuzz.outcome import FAILED, VERDICTS, Outcome
+
+LONGEST = 1.0
+"""Seconds of processor time within which bad input has to be refused."""
 
 CAMPAIGNS = {"scenes": "solving", "certificates": "certificates", "files": "files", "arguments": "arguments"}
 """The campaigns by name, and the module whose `case` draws and judges one."""
@@ -22,10 +26,17 @@ def attempt(campaign: str, seed: int, number: int) -> Outcome:
 def run(campaign: str, seed: int, first: int, cases: int, seconds: float) -> Iterator[tuple[int, Outcome]]:
     """The cases of a campaign and what came of them, in their order; no end within the time limit is a failure."""
     with Worker(attempt) as worker:
-        worker.ask((campaign, seed, first), max(seconds, 60.0))  # what is imported at first is no part of a case
+        warm = False
         for number in range(first, first + cases):
+            if not warm:  # what is imported at first is no part of a case
+                worker.ask((campaign, seed, number), max(seconds, 60.0))
             outcome, words = worker.ask((campaign, seed, number), seconds)
-            yield number, outcome if words == "" else Outcome(FAILED, words)
+            warm = words == ""
+            if words:
+                outcome = Outcome(FAILED, words)
+            elif outcome.seconds > LONGEST:
+                outcome = replace(outcome, verdict=FAILED, reason=f"after {outcome.seconds:.1f} s: {outcome.reason}")
+            yield number, outcome
 
 
 def report(campaign: str, outcomes: list[Outcome]) -> str:
