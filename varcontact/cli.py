@@ -189,7 +189,7 @@ def compare(
     ] = None,
     tol: Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")] = 1e-6,
     out: Annotated[
-        Path | None, typer.Option(help="Table (.csv); scenes that it has already are not solved again.")
+        Path | None, typer.Option(help="Table (.csv), written after each method; what it has is not solved again.")
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,

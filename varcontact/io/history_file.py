@@ -255,16 +255,29 @@ def _write(history: History, file: BinaryIO) -> None:
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
     """A file of ours, open; nothing of it is in memory but what is asked for."""
-    from scipy.io import netcdf_file
-
-    try:
-        file = netcdf_file(path, "r", mmap=True)
-    except (OSError, ValueError, TypeError, KeyError, IndexError, UnicodeDecodeError) as error:
-        raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+    file = _opened(path)
     try:
         yield _Header(file)
     finally:
         file.close()
+
+
+def _opened(path: Path) -> Any:
+    """The file by scipy, which maps it before it reads how many steps there are: another may be added in between."""
+    from scipy.io import netcdf_file
+
+    while True:
+        size = _size(path)
+        try:
+            return netcdf_file(path, "r", mmap=True)
+        except (OSError, ValueError, TypeError, KeyError, IndexError, UnicodeDecodeError) as error:
+            if _size(path) in (size, 0):
+                raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+
+
+def _size(path: Path) -> int:
+    """Bytes of a file; none where there is no file."""
+    return path.stat().st_size if path.exists() else 0
 
 
 class _Header:

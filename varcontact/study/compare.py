@@ -66,8 +66,7 @@ def compare(
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file: scenes that it has, solved by the same methods, are not solved again; each further scene is
-        added when it is finished.
+        A CSV file, written after each method: what it has of the same scenes and methods is not solved again.
     progress : callable, optional
         Told scene and method.
 
@@ -86,9 +85,11 @@ def compare(
     Raises
     ------
     SceneError
-        For a method that does not exist or a scene that is a history, before any work starts.
+        For a method that does not exist, a scene that is a history or a store of another study, before any work starts.
+    OutputError
+        If the store cannot be written, or another run adds to it.
     Interrupted
-        By Ctrl-C; its `partial` is the table of the scenes that are finished.
+        By Ctrl-C; its `partial` is the table of what is finished. The distances of a scene come with its last method.
 
     Examples
     --------

@@ -73,7 +73,7 @@ def converge(
     Interrupted
         On Ctrl-C: its `partial` is the Convergence of what was finished.
     OutputError
-        If the store cannot be written; it is left as it was.
+        If the store cannot be written, or another run adds to it; it is left as it was.
 
     Notes
     -----
