@@ -1,4 +1,7 @@
-"""Hertz's contact of two cylinders with parallel axes, in plane strain (paper, section 6.1)."""
+"""Hertz's contact of two cylinders with parallel axes, in plane strain (paper, section 6.1).
+
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ class LineContact:
 
         ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth
         z far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that
-        of its own body: with that d it is Johnson's formula (Contact Mechanics, section 5.6).
+        of its own body: with that d it is Johnson's formula (Johnson 1985).
         """
         return self.a**2 / (2 * self.R) * (math.log(2 * positive("depth", depth) / self.a) + 0.5)
 
@@ -88,7 +91,7 @@ def line_contact(
     Notes
     -----
     ``a^2 = 4 (1 - nu) N R / (pi G)`` and ``p0 = 2 N / (pi a) = G a / (2 (1 - nu) R)`` with the combined constants
-    (58), (59); ``G/(1 - nu)`` is the E* of Johnson, Contact Mechanics, section 4.2. In plane strain the approach
+    (58), (59); ``G/(1 - nu)`` is the E* of Johnson (1985). In plane strain the approach
     depends on the bodies as a whole: here through the depth.
 
     Examples

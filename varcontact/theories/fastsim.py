@@ -1,6 +1,6 @@
 """FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6).
 
-Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle Syst. Dyn. 11 (1982) 1-13.
+Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Veh. Syst. Dyn. 11 (1982) 1-13.
 """
 
 from __future__ import annotations
