@@ -250,13 +250,13 @@ MESSAGES = [
     (
         lambda folder: vc.solve(scene(motion=None, grid=vc.Grid(nx=4, ny=4, dx=0.1, dy=0.1, x0=-0.2, y0=-0.2))),
         "grid (left, right, bottom, top) = (-0.2, 0.2, -0.2, 0.2) does not contain the contact, which "
-        "goes on at (-0.3, 0.3, -0.3, 0.3); make it larger, or, where a body ends, add elements with "
+        "extends to (-0.3, 0.3, -0.3, 0.3); make it larger, or, where a body ends, add elements with "
         "a large distance",
     ),
     (
         lambda folder: vc.solve(sampled(h=BOWL + 1e14)),
-        "surface.h counts from a level too far from the contact: distances of 1e+14 are rounded to "
-        "0.02, and the bodies approach by 0.476 only; subtract a constant",
+        "surface.h is measured from a level too far from the contact: distances of 1e+14 are rounded to "
+        "0.02, and the bodies approach by only 0.476; subtract a constant",
     ),
     (
         lambda folder: vc.solve(
@@ -339,7 +339,7 @@ MESSAGES = [
     (lambda folder: reference.line_contact(1.0, vc.Bodies(G=1.0, nu=0.3)), "give exactly one of force, a and approach"),
     (
         lambda folder: reference.line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), approach=0.1),
-        "depth is missing: the approach counts from a depth",
+        "depth is missing: the approach is measured from a depth",
     ),
     (
         lambda folder: reference.carter(reference.line_contact(1.0, UNLIKE, a=0.1), 0.3, creepage=0.01),
@@ -355,7 +355,7 @@ MESSAGES = [
     ),
     (
         lambda folder: fastsim_on_grid(vc.Grid(**LATTICE), 1.0, 1.0, 1.0, np.ones((3, 3)), (0.1, 0, 0)),
-        "bound must have shape (3, 4) and no entry below 0; this is an array of shape (3, 3), least entry 1",
+        "bound must have shape (3, 4) and no entry below 0, not an array of shape (3, 3), least entry 1",
     ),
     (
         lambda folder: vc.solve(sampled(np.zeros((3, 4)))),

@@ -154,7 +154,7 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     sol = vc.solve(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS), tangential="clarabel")
     assert "clarabel" not in sol.calls["tangential"]
     assert sol.solved_by["tangential"] == "tang-safeguarded"
-    why = "the gap is not convex on these elements, so that tang-safeguarded was asked"
+    why = "the gap is not convex on these elements, so tang-safeguarded was used"
     assert sol.plan.reasons["tangential"] == f"requested; {why}"
     assert f"clarabel: requested; {why}; the answer is by tang-safeguarded" in sol.report()
     count = sol.calls["tangential"]["tang-safeguarded"]

@@ -107,7 +107,7 @@ def line_contact(
         raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone", message=message)
     if approach is not None:
         if depth is None:
-            raise SceneError("depth", None, "given: the approach counts from a depth")
+            raise SceneError("depth", None, "given: the approach is measured from a depth")
         a = _half_width(R, positive("approach", approach), positive("depth", depth))
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
     a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness)) if a is None else positive("a", a)

@@ -321,7 +321,7 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
             "bound",
             given,
             f"of shape {grid.shape} with no entry below 0",
-            message=f"bound must have shape {grid.shape} and no entry below 0; this is an {given}",
+            message=f"bound must have shape {grid.shape} and no entry below 0, not an {given}",
         )
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
