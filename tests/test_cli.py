@@ -334,7 +334,7 @@ def test_compare(folder, pictures):
     ("arguments", "words"),
     [
         (["scene.toml", "--methods", "clarable"], ["methods", "did you mean clarabel?"]),
-        (["scene.toml", "--methods", ""], ["methods", "one at least"]),
+        (["scene.toml", "--methods", ""], ["methods", "at least one"]),
         (["scene.toml", "--tol", "-1"], ["tol", "positive"]),
         (["nothing.toml"], ["nothing.toml"]),
         (["scene.toml", "scene.toml"], ["scenes", "a file is given twice"]),
