@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -315,14 +316,15 @@ def _print(text: str) -> None:
 
 
 def _with_progress(work: Any) -> Any:
-    """Run with the name of the stage on standard error, where that is a terminal."""
+    """Run with the name of the stage on standard error, where that is a terminal; solvers print there, too."""
     from rich.console import Console
 
     console = Console(stderr=True)
-    if not console.is_terminal:
-        return work(None)
-    with console.status("reading") as status:
-        return work(status.update)
+    with contextlib.redirect_stdout(sys.stderr):
+        if not console.is_terminal:
+            return work(None)
+        with console.status("reading") as status:
+            return work(status.update)
 
 
 def _check_outputs(out: Path | None, plot: Path | None, ending: str = ".csv", name_of_out: str = "--out") -> None:
