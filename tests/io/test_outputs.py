@@ -107,7 +107,7 @@ def test_a_file_of_somebody_else_is_left_alone(folder, command):
     assert (folder / name).read_text() == "my,own\n1,2\n"
     forced = run(*arguments, "--force", folder=folder)
     if name == "a.csv" or "history.toml" in arguments:
-        refused(forced, "is not a table of" if name == "a.csv" else "is there already, and holds no history")
+        refused(forced, "is not a table of" if name == "a.csv" else "exists already and holds no history")
         assert (folder / name).read_text() == "my,own\n1,2\n"
     else:
         assert forced.returncode == 0, forced.stderr
@@ -135,7 +135,7 @@ def test_pictures_are_known_by_what_they_say(folder, ending):
     assert [run(*command, folder=folder).returncode for _ in range(2)] == [0, 0]
     Figure().savefig(folder / f"a.{ending}")
     before = (folder / f"a.{ending}").read_bytes()
-    refused(run(*command, folder=folder), f"--plot = 'a.{ending}': is there already, and is no picture of varcontact's")
+    refused(run(*command, folder=folder), f"--plot = 'a.{ending}': exists already and is no picture of varcontact's")
     assert (folder / f"a.{ending}").read_bytes() == before
 
 
@@ -151,11 +151,11 @@ def test_a_history_is_not_written_over_by_a_solution(folder):
     before = (folder / "a.nc").read_bytes()
     refused(
         run("solve", "scene.toml", "--out", "a.nc", folder=folder),
-        "--out = 'a.nc': is there already, and is no solution of varcontact's; name another file, or add --force",
+        "--out = 'a.nc': exists already and is no solution of varcontact's; name another file, or add --force",
     )
     assert (folder / "a.nc").read_bytes() == before
     assert run("solve", "scene.toml", "--out", "a.nc", "--force", folder=folder).returncode == 0
-    refused(run("solve", "history.toml", "--out", "a.nc", folder=folder), "is there already, and holds no history")
+    refused(run("solve", "history.toml", "--out", "a.nc", folder=folder), "exists already and holds no history")
 
 
 def test_a_solution_is_saved_over_a_solution_only(solution, tmp_path):

@@ -154,7 +154,7 @@ def test_names(name, parts):
     [
         ("konvex", "did you mean convex?"),
         ("convex|tang", "one of"),
-        ("convex+polish", "only a solver of programs, called by its name, is polished"),
+        ("convex+polish", "only a program solver called by name is polished"),
         ("tag", "did you mean tang?"),
         ("tang/march", "marching"),
         ("tang+polished", "polish"),
@@ -307,7 +307,7 @@ def test_methods_finished_within_a_scene_are_kept(rolling, tmp_path):
 
 
 def test_without_the_answers_the_scene_is_solved_again(rolling, tmp_path):
-    """A table copied without the hidden file beside it, or with that of another scene: its rows alone are not enough."""
+    """The hidden file beside the table is damaged, or was not copied with it: rows alone are not enough."""
     store = tmp_path / "table.csv"
 
     def stop(word):

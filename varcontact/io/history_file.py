@@ -68,6 +68,18 @@ class Stored(Sequence[Solution]):
     def recording(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Iterator[Stored]:
         """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history.
 
+        Parameters
+        ----------
+        path : Path
+            Ending in .nc.
+        scene : Scene
+            With a `Transient` motion.
+        plan : Plan
+        tol : float
+            Residual to be reached in each step [-].
+        polish : bool
+            Whether active sets polish the answers of programs.
+
         Raises
         ------
         OutputError
@@ -85,7 +97,7 @@ class Stored(Sequence[Solution]):
         if not path.exists() or path.stat().st_size == 0:
             return
         if not is_history(path):
-            raise OutputError("store", path, "is there already, and holds no history")
+            raise OutputError("store", path, "exists already and holds no history")
         other = _stored(path)
         if _identity(self) != _identity(other) or not _same_start(self.scene, other.scene):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")
@@ -145,14 +157,20 @@ class Stored(Sequence[Solution]):
             raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
 
     def series(self, name: str) -> np.ndarray:
-        """A number or a few of each step."""
+        """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
             return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if SERIES[name][0] else ())))
         with _file(self.path) as file:
             return _native(file.variables[name][:])
 
     def put(self, k: int, sol: Solution) -> None:
-        """Add step k, the next one.
+        """Add the next step.
+
+        Parameters
+        ----------
+        k : int
+            Its number, from 0.
+        sol : Solution
 
         Raises
         ------
@@ -184,7 +202,21 @@ class Stored(Sequence[Solution]):
 
 
 def save(history: History, path: str | Path, overwrite: bool = False) -> None:
-    """Write a history to a file, whole or not at all, see `History.save`."""
+    """Write a history to a file, whole or not at all.
+
+    Parameters
+    ----------
+    history : History
+    path : str or Path
+        Ending in .nc.
+    overwrite : bool
+        Whether to replace a file that is no history which varcontact wrote.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written, or is there and holds something else.
+    """
     path = Path(path)
     check_ending("path", path, ".nc")
     check_writable("path", path)
@@ -195,7 +227,7 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
 
 
 def is_history(path: Path) -> bool:
-    """Whether a file is classic netCDF, as histories are."""
+    """Whether the file at `path`, which exists, is classic netCDF, as histories are."""
     with path.open("rb") as file:
         return file.read(len(MAGIC)) == MAGIC
 
@@ -209,13 +241,23 @@ def _is_whole(path: Path) -> bool:
 
 
 def load_history(path: Path) -> History:
-    """A history from its file, each step as it is stored."""
+    """A history from its file, each step as it is stored.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    OutputError
+        If it holds no history that can be read.
+    """
     stored = _stored(path)
     return History(stored.scene, stored.grid, stored, stored.settings)
 
 
 def dataset(history: History) -> xr.Dataset:
-    """A history as an xarray dataset, see `History.to_xarray`."""
+    """A `history` as an xarray dataset, see `History.to_xarray`."""
     import xarray as xr
 
     _check_any(history, "history", "to_xarray")

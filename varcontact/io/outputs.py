@@ -28,7 +28,21 @@ PATIENCE = 10.0
 
 
 def check_ending(field: str, path: Path, ending: str) -> None:
-    """Raise `OutputError` where a name promises another format than the one that is written."""
+    """Refuse a name that promises another format than the one that is written.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    ending : str
+        As ".nc".
+
+    Raises
+    ------
+    OutputError
+        If it has another.
+    """
     if path.suffix.lower() != ending:
         raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
 
@@ -98,7 +112,7 @@ def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], 
     except OSError as error:
         raise _unwritable(field, path, error) from None
     how = "add --force" if field.startswith("-") else "give overwrite=True"
-    raise OutputError(field, path, f"is there already, and is no {kind} of varcontact's; name another file, or {how}")
+    raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
 
 
 @contextmanager

@@ -57,13 +57,36 @@ WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 
 def identity(scene: Scene, tol: float) -> str:
-    """A few digits that tell one scene and tolerance from another."""
+    """A few digits that tell one scene and tolerance from another.
+
+    Parameters
+    ----------
+    scene : Scene
+    tol : float
+        Residual to be reached [-].
+    """
     described = json.dumps([scene_to(scene), tol], sort_keys=True)
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 
 def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: str) -> list[dict[str, Any]]:
-    """Rows of a table file that has these columns, some of them words; none where there is no file yet."""
+    """Rows of a table file that has these columns, some of them words; none where there is no file yet.
+
+    Parameters
+    ----------
+    store : Path
+        The table file.
+    columns : sequence of str
+    words : sequence of str
+        The columns that are no numbers.
+    what : str
+        What the file should be, for the message.
+
+    Raises
+    ------
+    SceneError
+        If the file is something else.
+    """
     import pandas as pd
 
     if not store.exists() or store.stat().st_size == 0:
@@ -140,6 +163,10 @@ class Table:
     def write(self, rows: list[dict[str, Any]]) -> None:
         """Write other rows in place of those there are, or leave the file as it was.
 
+        Parameters
+        ----------
+        rows : list of dict
+
         Raises
         ------
         OutputError
@@ -164,12 +191,22 @@ class Table:
 
 
 def as_json(table: pd.DataFrame) -> str:
-    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known."""
+    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known.
+
+    Parameters
+    ----------
+    table : DataFrame
+    """
     return json.dumps(plain_rows(table), indent=2, allow_nan=False)
 
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """The rows of a table as JSON can have them: None where nothing is known."""
+    """The rows of a table as JSON can have them: None where nothing is known.
+
+    Parameters
+    ----------
+    table : DataFrame
+    """
     return [
         {name: known(value) if isinstance(value, float) else value for name, value in row.items()}
         for row in table.to_dict("records")
