@@ -35,19 +35,39 @@ SERIES = {**FIELDS, "friction_work": ((), "1", "work lost by friction: by distan
 
 
 def first_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """The file with the first step: it says where that begins, for those that follow."""
+    """The file with the first step: it says where that begins, for those that follow.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a `Transient` motion.
+    plan : Plan
+    settings : dict
+        Tolerance and polish.
+    sol : Solution
+    """
     content, size = _file_of(scene, plan, settings, sol, 0)
     return _file_of(scene, plan, settings, sol, len(content) - size)[0]
 
 
 def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """What a step adds to the file."""
+    """What a step adds to the file.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a `Transient` motion.
+    plan : Plan
+    settings : dict
+        Tolerance and polish.
+    sol : Solution
+    """
     content, size = _file_of(scene, plan, settings, sol, None)
     return content[-size:]
 
 
 def count_of(steps: int) -> bytes:
-    """The number of records, as it stands at `COUNT_AT`."""
+    """A number of `steps`, as it stands at `COUNT_AT`."""
     return steps.to_bytes(4, "big")
 
 
