@@ -132,7 +132,16 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
-    """Refuse a file to which no solution may be written, see `save`."""
+    """Refuse a file to which no solution may be written, see `save`.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    overwrite : bool
+        Whether to replace a file that is no solution which varcontact wrote.
+    """
     check_ending(field, path, ".nc")
     check_writable(field, path)
     check_replaceable(field, path, "solution", is_solution, overwrite)
