@@ -160,7 +160,7 @@ def _how(name: str) -> str:
     if states_programs(name):
         return "a QP"
     if name in MATRIX_FREE:
-        return "Newton's method without a matrix, for many elements"
+        return "Newton's method without a matrix, the fastest for so many elements"
     return "active sets, as printed" if name == "tang-exact" else "active sets, exact and the fastest"
 
 
@@ -205,7 +205,7 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
                 "tangential", wanted, "another method", message=f'tangential = "{wanted}": {reason}; use another method'
             )
         return wanted, "asked for: an approximate theory, how wrong is in the certificate"
-    if scene.no_slip and wanted not in MATRIX_FREE:
+    if scene.no_slip and (way.tangential if wanted == "auto" else wanted) not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "asked for"

@@ -55,10 +55,15 @@ ROADS: dict[str, Road] = {
 }
 """By name. With the first any solver may be named."""
 
-MANY = 1000
+MANY = 250
 """Elements in contact beyond which "auto" takes Newton's method without a matrix: docs/methods.md has the seconds."""
 
-MANY_ELEMENTS = Road("newton", "newton", f"more than {MANY} elements in contact, the fastest there by measurement")
+MANY_ELEMENTS = Road(
+    "newton",
+    "newton",
+    f"more than {MANY} elements in contact, the fastest there by measurement",
+    fallback="clarabel",
+)
 """What "auto" stands for with so many elements."""
 
 
