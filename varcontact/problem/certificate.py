@@ -39,7 +39,13 @@ class ForceBounds:
 
     @classmethod
     def known(cls, whole: np.ndarray, pressure_part: np.ndarray) -> Callable[[], ForceBounds]:
-        """As a certificate takes them, where there is nothing to compute."""
+        """As a certificate takes them, where there is nothing to compute.
+
+        Parameters
+        ----------
+        whole, pressure_part : ndarray, shape (3,)
+            [force] and, of the moment, [force length].
+        """
         return partial(cls, whole, pressure_part)
 
 
