@@ -212,7 +212,7 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if states_programs(way.tangential):
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
-    fails = "; where they fail, the program" if way.fallback != "none" else ""
+    fails = "; where that fails, the program" if way.fallback != "none" else ""
     return way.tangential, f"{_how(way.tangential)}{fails}"
 
 
