@@ -35,7 +35,7 @@ def test_whole_road_on_a_circle(rolling, paper_table, nu):
     computed = [-vx.force[0], -vy.force[1], -spin.force[1], -spin.moment]
     printed = [row[f"{name}_nu{'0' if nu == 0 else '05'}"] for name in ("C11", "C22", "C23", "C33")]
     np.testing.assert_allclose(computed, printed, rtol=0.02)
-    assert vx.plan.tangential == "no-slip"
+    assert vx.plan.tangential == "newton"  # many elements
     assert vx.certificate.residual < 1e-12
     assert vx.elements["slip"] == 0
     assert vx.force[1] == pytest.approx(0, abs=1e-12)

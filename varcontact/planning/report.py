@@ -61,7 +61,7 @@ def _sizes(sizes: Sizes) -> list[tuple[str, str]]:
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
     if not sizes.exact:
-        rows.append(("", "upper bounds: the contact is not known before it is solved for"))
+        rows.append(("", "upper bounds: the contact is not known until it is solved for"))
     return rows
 
 

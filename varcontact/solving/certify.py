@@ -77,9 +77,9 @@ def _check_rounding(disc: Discretisation, state: ContactState) -> None:
             "surface.h",
             disc.base,
             "counted from a level near the contact",
-            message="surface.h counts from a level too far from the contact: distances of "
+            message="surface.h is measured from a level too far from the contact: distances of "
             f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
-            f"approach by {approach:.3g} only; subtract a constant",
+            f"approach by only {approach:.3g}; subtract a constant",
         )
 
 

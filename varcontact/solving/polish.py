@@ -220,7 +220,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
             return raw
         asked = replace(settings, formulation=formulation)
         best = _by_program(tangential_solver(program), TANG, tangential_residual, problem, asked, None, raw)
-        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was asked")
+        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was used")
 
     return solve
 
@@ -334,7 +334,7 @@ def _from_start(problem: TangentialProblem, settings: Settings, start: RawSoluti
 def _by_active_sets(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
     """Active sets, whose answer the certificate judges."""
     raw = TANG(problem, settings, None)
-    return replace(raw, reason=f"the gap is not convex on these elements, so that {raw.solver} was asked")
+    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
 
 def _refused(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:

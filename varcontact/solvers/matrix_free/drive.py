@@ -105,7 +105,7 @@ def driven(
     other = dense(raw)
     if not (_finite(other) and residual(other) < residual(raw)):
         return raw
-    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was asked")
+    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was used")
 
 
 def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:
