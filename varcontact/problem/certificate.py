@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -83,7 +83,7 @@ class Certificate:
     normal_residual: float
     tangential_residual: float
     level: str
-    bounds: Callable[[], ForceBounds]
+    bounds: Callable[[], ForceBounds] = field(repr=False)
 
     @cached_property
     def _bounds(self) -> ForceBounds:
