@@ -74,7 +74,7 @@ class Plan:
     fallback: str = "none"
     method: str = "auto"
     left_out: float = 0.0
-    costs: tuple[Cost, ...] = ()
+    costs: tuple[Cost, ...] = field(default=(), compare=False)
 
     @property
     def closed_form(self) -> bool:
