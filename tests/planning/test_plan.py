@@ -95,6 +95,7 @@ def test_plan_and_reality_agree(rolling, assembled, name):
     changes, methods = SCENES[name]
     scene, (operators, blocks) = rolling(**changes), assembled
     sol = vc.solve(scene, **methods)
+    assert sol.certificate.force_bound.shape == (3,)  # may be computed only now
     sizes = sol.plan.sizes
     _check_elements(sol)
     of_grid = [(block, operator) for block, operator in operators if operator.shape == sol.grid.shape]
