@@ -148,7 +148,7 @@ def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
 
 
 def is_solution(path: Path) -> bool:
-    """Whether a file says of itself that it holds a solution."""
+    """Whether the file at `path` says of itself that it holds a solution."""
     import h5py
 
     try:

@@ -40,7 +40,7 @@ class Held(Exception):
 
 
 def beside(path: Path, ending: str) -> Path:
-    """The hidden file that goes with a file: ``.run.nc.lock`` with ``run.nc``."""
+    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``."""
     return path.with_name(f".{path.name}.{ending}")
 
 

@@ -50,7 +50,7 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
 
 
 def write_picture(figure: Figure, path: Path) -> None:
-    """Write a figure to a file in the format of its ending, whole or not at all.
+    """Write a `figure` to the file at `path` in the format of its ending, whole or not at all.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def write_picture(figure: Figure, path: Path) -> None:
 
 
 def is_ours(path: Path) -> bool:
-    """Whether a picture says that varcontact drew it."""
+    """Whether the picture at `path` says that varcontact drew it."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         return content.find(MARK.encode()) >= 0
 

@@ -46,7 +46,7 @@ class Answer:
 
     @classmethod
     def of(cls, sol: Solution) -> Answer:
-        """From a solution."""
+        """From a solution `sol`."""
         fields = {name: np.asarray(getattr(sol, name)) for name in FIELDS}
         return cls(json.dumps(vars(sol.grid)), float(sol.grid.area), float(sol.certificate.residual), **fields)
 
@@ -88,7 +88,21 @@ def _away(answer: Answer, best: Answer) -> dict[str, Any]:
 
 
 def keep_answers(store: Path, identity: str, answers: Sequence[Answer | None]) -> None:
-    """Keep the answers of the scene that is being compared in a hidden file beside the table."""
+    """Keep the answers of the scene that is being compared in a hidden file beside the table.
+
+    Parameters
+    ----------
+    store : Path
+        The table.
+    identity : str
+        Of the scene.
+    answers : sequence of Answer or None
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
     arrays: dict[str, Any] = {"identity": identity, "count": len(answers)}
     for i, answer in enumerate(answers):
         if answer is not None:
@@ -98,7 +112,15 @@ def keep_answers(store: Path, identity: str, answers: Sequence[Answer | None]) -
 
 
 def kept_answers(store: Path, identity: str) -> list[Answer | None]:
-    """The answers of an interrupted comparison of one scene; none where there are none of this scene."""
+    """The answers of an interrupted comparison of one scene; none where there are none of this scene.
+
+    Parameters
+    ----------
+    store : Path
+        The table.
+    identity : str
+        Of the scene.
+    """
     try:
         with np.load(_file(store), allow_pickle=False) as file:
             if str(file["identity"]) != identity:
@@ -109,7 +131,7 @@ def kept_answers(store: Path, identity: str) -> list[Answer | None]:
 
 
 def forget_answers(store: Path) -> None:
-    """Remove the file of the answers."""
+    """Remove the answers beside the table at `store`."""
     _file(store).unlink(missing_ok=True)
 
 

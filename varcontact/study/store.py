@@ -186,7 +186,7 @@ class Table:
         self._content = content
 
     def add(self, *rows: dict[str, Any]) -> None:
-        """Write some more rows, see `write`."""
+        """Write some more `rows`, see `write`."""
         self.write([*self.rows, *rows])
 
 
