@@ -201,14 +201,18 @@ def test_a_file_of_something_else_is_left_alone(history, tmp_path):
     for given, keywords in ((other, {}), (whole, {"tol": 1e-9}), (whole, {"tangential": "tang"})):
         with pytest.raises(vc.OutputError, match="history of another scene, or by other methods"):
             vc.solve(given, store=path, **keywords)
-    history[0].save(path)
+    with pytest.raises(vc.OutputError, match=r"exists already and is no solution of varcontact's; .* overwrite=True"):
+        history[0].save(path)
+    same(vc.load(path), history)
+    history[0].save(path, overwrite=True)
     with pytest.raises(vc.OutputError, match="holds no history"):
         vc.solve(whole, store=path)
+    with pytest.raises(vc.OutputError, match="is no history of varcontact's"):
+        history.save(path)
     with pytest.raises(vc.SceneError, match="only a history of steps"):
         vc.solve(dataclasses.replace(whole, motion=vc.Shift()), store=tmp_path / "other.nc")
-    content = bytearray()
-    history.save(path)
-    content += path.read_bytes()
+    history.save(path, overwrite=True)
+    content = path.read_bytes()
     path.write_bytes(content[:300])
     with pytest.raises(vc.OutputError, match=r"^path = [^:]*: cannot be read as netCDF \("):
         vc.load(path)
@@ -290,7 +294,7 @@ def test_scenes_that_cannot_be_are_refused():
         cylinder(vc.Transient(steps=2, Fx=0, approach=[None, 0.1], normal_force=[1.0, None]))
     with pytest.raises(vc.NoContact, match="a load in one step at least"):
         vc.solve(scene(motion=vc.Transient(steps=2, normal_force=0.0)))
-    with pytest.raises(vc.SceneError, match="a TimeStep goes on from the step before it"):
+    with pytest.raises(vc.SceneError, match="a TimeStep continues from the step before it"):
         vc.solve(scene(motion=vc.TimeStep(dq=0.1)))
     with pytest.raises(vc.SceneError, match="Steady or Shift"):
         vc.scan(scene(), [(0, 0, 0)])
