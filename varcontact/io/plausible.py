@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from varcontact.checks import LARGE
 from varcontact.problem.certificate import LEVELS
 from varcontact.problem.slip import EXTERIOR, SLIP, STICK
 from varcontact.results.solution import Solution
@@ -31,6 +32,7 @@ def check_plausible(sol: Solution) -> None:
         Saying what cannot be.
     """
     _check_account(sol)
+    _check_sizes(sol)
     _check_certificate(sol)
     _check_bounds(sol)
     _check_areas(sol)
@@ -53,6 +55,14 @@ def _check_account(sol: Solution) -> None:
         raise ValueError("no time in total")
     if sol.branch and not (sol.branch in BRANCHES and isinstance(sol.scene.friction, Law)):
         raise ValueError(f"a branch {sol.branch[:20]!r} under no law of friction that has one")
+
+
+def _check_sizes(sol: Solution) -> None:
+    """Numbers whose products with others stay within floating point."""
+    largest = max(float(np.abs(field).max()) for field in (sol.pressure, sol.traction, sol.slip, sol.distance))
+    numbers = np.abs([largest, sol.approach, *sol.creepage])
+    if np.any(numbers[np.isfinite(numbers)] > LARGE**2):
+        raise ValueError("numbers beyond those that can be computed with")
 
 
 def _check_certificate(sol: Solution) -> None:

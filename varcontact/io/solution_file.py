@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from varcontact.results.history import History
 
 FORMAT = "varcontact solution 1"
+IMPOSSIBLE = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError, VarcontactError)
+"""What making a solution from a record that is damaged may raise."""
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
 FIELDS = {
@@ -184,7 +186,7 @@ def read(path: str | Path) -> Solution | History:
     data = _data(path, Path(path).read_bytes())
     try:
         return replace(solution_from(data), note=AS_STORED)
-    except (KeyError, TypeError, ValueError, VarcontactError) as error:
+    except IMPOSSIBLE as error:
         raise damaged(path, error) from None
 
 
