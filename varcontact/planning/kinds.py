@@ -13,7 +13,19 @@ from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_j
 
 
 def kinds_of(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
-    """What kind of scene it is, in the order of the plan's entries, and what follows from it."""
+    """What kind of scene it is, in the order of the plan's entries, and what follows from it.
+
+    Parameters
+    ----------
+    scene : Scene
+    chosen : dict
+        What the plan has chosen so far, by entry: its coupling, for one.
+
+    Returns
+    -------
+    dict of (str, str)
+        The kind and the reason, by entry.
+    """
     K = scene.bodies.K
     if scene.line:
         dimension = "line contact", "nothing depends on y: one row of strips, forces per unit length"
@@ -60,7 +72,17 @@ def _friction(scene: Scene, tangential: str) -> tuple[str, str]:
 
 
 def special_of(scene: Scene) -> dict[str, str]:
-    """What is simpler than the general case, and how that is known."""
+    """What is simpler than the general case, and how that is known.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    dict of str
+        The reason, by the name of the special case.
+    """
     if scene.motion is None:
         return {}
     if scene.frictionless:

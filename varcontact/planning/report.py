@@ -10,7 +10,12 @@ if TYPE_CHECKING:
 
 
 def plan_report(plan: Plan) -> str:
-    """The printed form of a plan: what, and why."""
+    """The printed form of a plan: what, and why.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
     rows = [
         (name, f"{getattr(plan, name)}: {plan.reasons[name]}")
         for name in ("dimension", "bodies", "surface", "motion", "friction")

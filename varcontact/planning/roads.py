@@ -66,6 +66,10 @@ def many_elements(scene: Scene) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
     Only for like bodies, in a shift or steady rolling, with known coefficients of friction: it was measured there.
+
+    Parameters
+    ----------
+    scene : Scene
     """
     if scene.under_law or not isinstance(scene.motion, Steady | Shift | None):
         return False
@@ -83,6 +87,11 @@ def many_elements(scene: Scene) -> bool:
 def road(method: str) -> Road:
     """The road of that name.
 
+    Parameters
+    ----------
+    method : str
+        A key of `ROADS`.
+
     Raises
     ------
     SceneError
@@ -97,9 +106,23 @@ def road(method: str) -> Road:
 
 
 def check_on_road(method: str, field: str, name: str) -> None:
-    """Refuse a solver, named for the "normal" or the "tangential" problem, that does not belong to a method.
+    """Refuse a solver that does not belong to a method.
 
     Hertz's closed form is no solver, and goes everywhere.
+
+    Parameters
+    ----------
+    method : str
+        A key of `ROADS`.
+    field : str
+        The problem: "normal" or "tangential".
+    name : str
+        Of the solver.
+
+    Raises
+    ------
+    SceneError
+        If it does not belong there.
     """
     if method == "auto" or name in ("auto", "hertz"):
         return

@@ -89,7 +89,12 @@ class Sizes:
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Sizes:
-        """From what `dataclasses.asdict` and JSON made of it."""
+        """From what `dataclasses.asdict` and JSON made of it.
+
+        Parameters
+        ----------
+        record : dict
+        """
         sides = record["sides"]
         lists = {"grid": tuple(record["grid"]), "sides": None if sides is None else tuple(sides)}
         return cls(**{**record, **lists, "matrices": tuple(Matrix(**one) for one in record["matrices"])})
@@ -97,7 +102,19 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Counted:
-    """Elements of the normal problem, of the contact, and of the tangential problem with its components."""
+    """Numbers of elements.
+
+    Attributes
+    ----------
+    normal, contact, tangential : int
+        Of the normal problem, of the contact, and of the tangential problem.
+    components : int
+        Of the tractions: 1 or 2.
+    mirrored : bool
+        Whether the tangential problem is its own mirror image.
+    exact : bool
+        Whether they are known, and no upper bounds.
+    """
 
     normal: int
     contact: int
@@ -108,7 +125,16 @@ class Counted:
 
 
 def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactState) -> Sizes:
-    """Sizes of what was solved in the end."""
+    """Sizes of what was solved in the end.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+    plan : Plan
+    state : ContactState
+        Of the solution, dimensionless.
+    """
     traction = state.traction if plan.coupling != "none" and np.any(state.traction) else None
     contact = int(np.sum(state.pressure > 0))
     normal = contact if plan.closed_form else disc.normal_problem(traction).reachable().distance.size
@@ -123,14 +149,30 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
 
 
 def folds(plan: Plan) -> bool:
-    """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all."""
+    """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
     return plan.solves and not plan.matrix_free
 
 
 def sizes_of(
     scene: Scene, plan: Plan, shape: tuple[int, int], sides: tuple[float, float] | None, counted: Counted
 ) -> Sizes:
-    """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds."""
+    """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+    shape : tuple of int
+        (ny, nx) of the grid.
+    sides : tuple of float, or None
+        dx and dy of the elements, where known [length].
+    counted : Counted
+    """
     elements = {"normal": counted.normal}
     unknowns = {"normal": 0 if plan.closed_form else counted.normal}
     if plan.rubs:

@@ -56,14 +56,36 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:
-    """What Fx, Fy and Mz count of each traction component, (3, c, n): nothing, where it cannot contribute."""
+    """What Fx, Fy and Mz count of each traction component: nothing, where it cannot contribute.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With n elements and c components.
+
+    Returns
+    -------
+    ndarray, shape (3, c, n)
+        Dimensionless; without the area of an element.
+    """
     x, y = problem.points
     one, zero = np.ones(problem.size), np.zeros(problem.size)
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
 
 
 def unknown(outputs: np.ndarray) -> np.ndarray:
-    """Infinite bounds, for the outputs that exist."""
+    """Infinite bounds, for the outputs that exist.
+
+    Parameters
+    ----------
+    outputs : ndarray, shape (3, c, n)
+        As `outputs_of` gives them.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Infinite, or 0 where nothing contributes.
+    """
     return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
 
 

@@ -43,12 +43,34 @@ class Bufler:
     bodies: Bodies
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Pressure pz at x, zero outside the contact."""
+        """Pressure pz, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         amplitude, phase = self._polar(x)
         return amplitude * np.cos(phase)
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction px at x, zero outside the contact."""
+        """Traction px, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         amplitude, phase = self._polar(x)
         return amplitude * np.sin(phase)
 

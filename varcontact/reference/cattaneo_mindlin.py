@@ -45,7 +45,18 @@ class CattaneoMindlin:
     shift: float
 
     def traction(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Traction along x at points: the bound, less a Hertz-like traction over the stick area."""
+        """Traction along x: the bound, less a Hertz-like traction over the stick area.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Points [length]; their shapes broadcast.
+
+        Returns
+        -------
+        ndarray
+            [force/area]
+        """
         r2 = np.asarray(x) ** 2 + np.asarray(y) ** 2
         p0, a, c = self.friction * self.contact.peak_pressure, self.contact.a, self.stick_radius
         outer = np.sqrt(np.maximum(a**2 - r2, 0.0)) / a

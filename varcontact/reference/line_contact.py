@@ -40,7 +40,18 @@ class LineContact:
     bodies: Bodies
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Semi-elliptical pressure at x, zero outside the contact."""
+        """Semi-elliptical pressure, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         return self.peak_pressure * np.sqrt(np.maximum(1 - (np.asarray(x) / self.a) ** 2, 0.0))
 
     def approach(self, depth: float) -> float:
@@ -49,6 +60,16 @@ class LineContact:
         ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth
         z far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that
         of its own body: with that d it is Johnson's formula (Contact Mechanics, section 5.6).
+
+        Parameters
+        ----------
+        depth : float
+            d [length].
+
+        Raises
+        ------
+        SceneError
+            If it is not positive.
         """
         return self.a**2 / (2 * self.R) * (math.log(2 * positive("depth", depth) / self.a) + 0.5)
 

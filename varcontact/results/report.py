@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 
 def report(sol: Solution) -> str:
-    """The printed report of a solution, see `Solution.report`."""
+    """The printed report of a solution, see `Solution.report`.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     lines = [_headline(sol), ""]
     rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), ("", ""), *_methods(sol)]
     lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
@@ -111,7 +116,12 @@ def _of_what(sol: Solution) -> str:
 
 
 def no_guarantee(sol: Solution) -> str:
-    """Why no bound on the forces is known, or nothing where one is."""
+    """Why no bound on the forces is known, or nothing where one is.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     if sol.certificate.level != "full":
         left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
         return f'{left_out} left out, certify = "{sol.certificate.level}"; "full" computes them all'
@@ -182,7 +192,12 @@ def _without_noise(value: float, scale: float) -> float:
 
 
 def report_history(history: History) -> str:
-    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full."""
+    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full.
+
+    Parameters
+    ----------
+    history : History
+    """
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"

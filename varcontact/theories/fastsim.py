@@ -122,7 +122,28 @@ def fastsim(
 
 
 def division(m: Any, n: Any, bound: Any) -> tuple[int, int, np.ndarray, np.ndarray]:
-    """Checked m and n; a(y)/a of the strips from y = b down; and the bound along a strip, by its peak there."""
+    """Checked m and n; the strips from y = b down; and the bound along a strip.
+
+    Parameters
+    ----------
+    m, n : int
+        Intervals along a strip, and strips.
+    bound : {"parabolic", "elliptic"}
+        Form of the traction bound.
+
+    Returns
+    -------
+    m, n : int
+    edges : ndarray, shape (n,)
+        a(y)/a of the strips [-].
+    bounds : ndarray, shape (m - 1,)
+        The bound by its peak in the strip [-].
+
+    Raises
+    ------
+    SceneError
+        If m or n is no whole number in range, or there is no such bound.
+    """
     m, n = whole("m", m, least=2), whole("n", n)
     choice("bound", bound, PEAK)
     xi = 1 - 2 * np.arange(1, m) / m

@@ -141,7 +141,7 @@ def test_equations(law, changes, check_kkt, ball, holds):
     """The scene's equations hold with the coefficients that the law has at the slip, by a program of their own."""
     sol = vc.solve(ball(law, **changes))
     holds(sol)
-    check_kkt(sol, 1e-7, closed_form=sol.plan.normal == "hertz")
+    check_kkt(sol, 1e-7)
     assert np.all(np.isinf(sol.certificate.force_bound))
     assert 0 < sol.elements["stick"]
     assert 0 < sol.elements["slip"]
