@@ -117,6 +117,12 @@ class GridOperator:
             kept[:] = [operator, *(one for one in kept if one is not operator)][:REMEMBERED]
         return operator
 
+    def forget(self) -> None:
+        """Let go of the restricted operators that are remembered, and of their matrices."""
+        self.__dict__.pop("_kept", None)
+        for part in self.__dict__.pop("_parts", {}).values():
+            part.forget()
+
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
         return _fft_shape(*self.shape)

@@ -14,9 +14,10 @@ from typing import cast
 import numpy as np
 
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
+from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
-from varcontact.problem.contact_grid import common_grid, enlarged
+from varcontact.problem.contact_grid import common_grid, enlarged, wanted_grid
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.state import ContactState, unloaded
@@ -31,6 +32,9 @@ from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
+
+STEP_FIELDS, STEP_REST = 65.0, 1e4
+"""Bytes of a step in memory: by element, and for the rest."""
 
 
 def solve_transient(
@@ -74,6 +78,10 @@ def solve_transient(
     if not isinstance(motion.start, Solution | None):
         raise SceneError("motion.start", motion.start, "a Solution")
     stored = None if store is None else with_measured_steps(Stored.opened(Path(store), scene, plan, tol, polish))
+    if stored is None:
+        spec = wanted_grid(scene)
+        kept = motion.steps * (STEP_FIELDS * spec.nx * spec.rows + STEP_REST)
+        need("the history in memory", kept, "with store = a file, the steps are kept there")
     steps = Steps(plan, tol, polish, Clock(), certify=certify)
     contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
@@ -81,16 +89,19 @@ def solve_transient(
     solutions: MutableSequence[Solution] | Stored = [] if stored is None else stored
     history = History(scene, grid, solutions, {"tol": tol, "polish": polish})
     before = march.start() if len(history) == 0 else history[-1]
-    for k in range(len(history), motion.steps):
-        try:
-            if progress is not None:
-                progress(f"{k} of {motion.steps} steps")
-            before = march.step(k, before)
-            solutions.append(before)
-        except VarcontactError as error:
-            raise error.in_step(k, history) from error.__cause__
-        except KeyboardInterrupt:
-            raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
+    try:
+        for k in range(len(history), motion.steps):
+            try:
+                if progress is not None:
+                    progress(f"{k} of {motion.steps} steps")
+                before = march.step(k, before)
+                solutions.append(before)
+            except VarcontactError as error:
+                raise error.in_step(k, history) from error.__cause__
+            except KeyboardInterrupt:
+                raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
+    finally:
+        march.disc.operators.forget()
     return history
 
 
@@ -269,6 +280,8 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
         return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
     plan = replace(steps.plan, tangential="none", coupling="none")
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
+    for disc in discs:
+        disc.operators.forget()
     grid = common_grid(scene, [disc.grid for disc in discs])
     if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
         return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around

@@ -83,6 +83,7 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     across = np.sum(weight * sine**2 * ((1 - nu) + nu * (g * sine / root) ** 2))
     return VermeulenJohnsonCoefficients(float(math.pi / along), float(math.pi / across))
 
+
 def vermeulen_johnson(
     a: Any,
     b: Any,
