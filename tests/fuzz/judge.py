@@ -52,15 +52,20 @@ def normal_residual(held: Held) -> tuple[float, float]:
 
 def tangential_residual(held: Held) -> tuple[float, float]:
     """Largest ``|p - Proj(p - E/rho)|`` by the largest traction, with what forces lack; and its rounding."""
+    bears = held.bound > 0
+    stray = float(np.hypot(*held.traction[:, ~bears]).max(initial=0.0))
+    if stray > 0:  # tractions that nothing can carry are error as a whole
+        carried = replace(held.sol, traction=held.sol.traction * bears.reshape(held.sol.pressure.shape))
+        residual, noise = tangential_residual(Held(carried, held.previous))
+        return max(residual, stray / float(np.hypot(*held.traction).max())), noise
     sol, traction, motion = held.sol, held.traction, held.sol.motion
     assert motion is not None
     asked = np.array([motion.Fx is not None, motion.Fy is not None])
-    bears = held.bound > 0
     moves = traction.any(axis=1) | asked | (np.abs(held.shift[:, bears]).max(axis=1) > held.shift_noise)
     coupled = not held.sol.grid.line and held.sol.grid.rows > 1
     acts = np.ones(2, bool) if coupled or not moves.any() else moves
     rho = held.own[:2][acts].mean()
-    image = _projected(traction - held.shift / rho, held.bound)
+    image = projected(traction - held.shift / rho, held.bound)
     largest = max(np.hypot(*traction).max(), np.hypot(*image[:, bears]).max())
     if largest == 0:
         return 0.0, 0.0
@@ -73,7 +78,7 @@ def tangential_residual(held: Held) -> tuple[float, float]:
 
 def gap(held: Held) -> tuple[float, float]:
     """Duality gap of tractions within their bound, and its rounding."""
-    traction = _projected(held.traction, held.bound)
+    traction = projected(held.traction, held.bound)
     admissible = replace(held.sol, traction=traction.reshape(held.sol.traction.shape))
     shift = held.shift + (Held(admissible, held.previous).elastic[0] - held.elastic[0])
     parts = held.bound * np.hypot(*shift) + np.sum(traction * shift, axis=0)
@@ -82,7 +87,7 @@ def gap(held: Held) -> tuple[float, float]:
     return float(parts.sum()) * area, area * (1e-13 * work + float(held.bound.sum()) * 2 * held.shift_noise)
 
 
-def _projected(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
+def projected(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
     """On the disks of radius `bound`."""
     size = np.hypot(*traction)
     return traction * np.where(size > bound, bound / np.where(size > 0, size, 1.0), 1.0)

@@ -53,13 +53,15 @@ def scene(rng: Random) -> vc.Scene:
     if isinstance(motion, vc.Transient) and isinstance(surface, vc.Ellipse):
         surface = vc.Paraboloids(base.contact.Rx, base.contact.Ry)
     friction = None if motion is None and rng.random() < 0.5 else _friction(rng, base, grid)
+    explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and not surface.placed)
+    laid_out: Any = "auto" if not explicit and rng.random() < 0.02 else grid
     return vc.Scene(
         bodies=base.bodies,
         surface=surface,
         **_load(rng, base, surface),
         friction=friction,
         motion=motion,
-        grid=grid,
+        grid=laid_out,
         units=base.units,
     )
 

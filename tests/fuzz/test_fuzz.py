@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.conditions import Held
+from tests.fuzz.certificates import bounded, outputs, within_gap
 from tests.fuzz.harness import attempt
 from tests.fuzz.judge import faults
 from tests.fuzz.outcome import FAILED, PASSED
@@ -13,12 +15,16 @@ from tests.fuzz.outcome import FAILED, PASSED
 SEED = 20
 
 
-@pytest.mark.parametrize("first", range(0, 80, 10))
-def test_random_scenes(first):
-    outcomes = {number: attempt("scenes", SEED, number) for number in range(first, first + 10)}
+CASES = {"scenes": 60, "certificates": 40}
+TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
+
+
+@pytest.mark.parametrize(("campaign", "first"), TWENTIES)
+def test_random_cases(campaign, first):
+    outcomes = {number: attempt(campaign, SEED, number) for number in range(first, first + 20)}
     failed = {number: each.reason for number, each in outcomes.items() if each.verdict == FAILED}
     assert not failed
-    assert sum(each.verdict == PASSED for each in outcomes.values()) >= 5
+    assert sum(each.verdict == PASSED for each in outcomes.values()) >= 10
 
 
 LINE = {"surface": vc.Cylinders(R=3.0, reference_depth=30.0), "motion": vc.Steady(vx=2e-3, vy=1e-3)}
@@ -48,3 +54,17 @@ def test_the_judge_notices(kind):
     }
     for name, value in wrong.items():
         assert faults(dataclasses.replace(sol, **{name: value}), 1e-6), name
+
+
+def test_the_judge_of_certificates_notices():
+    """Bounds and gaps that are too small for the tractions beside a solution."""
+    base = {"bodies": vc.Bodies(G=1.0, nu=0.3), "surface": vc.Paraboloids(3.0, 2.0), "normal_force": 4e-3}
+    exact = vc.solve(vc.Scene(**base, friction=0.3, motion=vc.Steady(vx=3e-3), grid=vc.Grid(nx=8, ny=8)))
+    scene, traction = dataclasses.replace(exact.scene, grid=exact.grid), 0.9 * exact.traction
+    certificate, away = vc.certify(scene, traction), outputs(exact.grid, traction)
+    moved = Held(dataclasses.replace(exact, traction=traction), None)
+    assert bounded(certificate, exact, away) == within_gap(Held(exact, None), moved, certificate) == []
+    part = np.abs(away - outputs(exact.grid, exact.traction))[0] / certificate.force_bound[0]
+    small = dataclasses.replace(certificate, force_bound=0.99 * part * certificate.force_bound, gap=0.0)
+    assert bounded(small, exact, away)
+    assert within_gap(Held(exact, None), moved, small)

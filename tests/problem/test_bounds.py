@@ -1,6 +1,7 @@
 """Guaranteed bounds: true with the pressure's own error, with forces that are missed, and down to rounding."""
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def test_bound_holds_for_a_rough_pressure(motion, solver):
     assert np.all(off(rough, exact) <= bound)
     assert np.any(off(rough, exact) > 10 * (bound - part)), "for this pressure alone it is no bound"
     assert np.all(bound < 0.01 * 0.3), "and it says something"
-    assert "guaranteed on this grid, the pressure's own error included: Fx to" in rough.report()
+    assert "guaranteed on this grid, including the error of the pressure: Fx to" in rough.report()
     assert rough.summary()["certificate"]["pressure_part"] == part.tolist()
 
 
@@ -133,7 +134,7 @@ def test_words_in_a_history(rolling):
     steps = vc.Transient(steps=2, vx=0.02)
     assert "guaranteed on this grid in this step, for Hertz's pressure: " in vc.solve(rolling(motion=steps)).report()
     report = vc.solve(waves(10, motion=steps)).report()
-    assert "guaranteed on this grid in this step, the pressure's own error included: " in report
+    assert "guaranteed on this grid in this step, including the error of the pressure: " in report
 
 
 # ----------------------------------------------------------------------------- forces that are missed
@@ -212,10 +213,10 @@ def test_what_is_left_out_is_not_computed_and_said(rolling, monkeypatch):
         assert sol.certificate.residual == full.certificate.residual < 1e-8
         assert np.all(np.isposinf(sol.certificate.force_bound))
     assert gap.certificate.relative_gap == full.certificate.relative_gap
-    assert 'no guaranteed bound: bound left out, certify = "gap"; "full" computes them all' in gap.report()
+    assert 'no guaranteed bound: bound left out by certify = "gap"; "full" computes everything' in gap.report()
     assert np.isnan(none.certificate.gap) and none.summary()["certificate"]["gap"] is None
     assert none.summary()["certificate"]["level"] == "none"
-    assert 'gap and bound left out, certify = "none"' in none.report()
+    assert 'gap and bound left out by certify = "none"' in none.report()
     assert "relative gap" not in none.report()
 
 
@@ -236,6 +237,18 @@ def test_full_up_to_a_stated_size(rolling, monkeypatch):
     assert vc.solve(scene).certificate.level == "gap"
     assert vc.solve(scene, certify="full").certificate.level == "full"
     assert vc.certify(scene, vc.solve(scene).traction).level == "full"
+
+
+def test_bounds_of_newton_are_computed_when_they_are_asked_for(rolling, monkeypatch):
+    """The same bounds, once; what is asked for in full is there at once; a solution can be pickled before and after."""
+    asked, compute = [], certificate.force_bound
+    monkeypatch.setattr(certificate, "force_bound", lambda *given: asked.append(1) or compute(*given))
+    lazy, full = (vc.solve(rolling(), tangential="newton", certify=level).certificate for level in ("auto", "full"))
+    assert len(asked) == 1 and lazy.level == "full"
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(lazy)).force_bound, full.force_bound)
+    np.testing.assert_array_equal(lazy.force_bound, full.force_bound)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(lazy)).pressure_part, lazy.pressure_part)
+    assert len(asked) == 3
 
 
 def test_levels_in_scans_and_histories(rolling):

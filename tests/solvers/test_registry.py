@@ -271,7 +271,7 @@ def test_what_is_not_installed(rolling, monkeypatch, arguments, install):
         (
             {},
             {"tangential": "tang", "formulation": "gap"},
-            'formulation = "gap": tang states no program; use "auto" or "marching"$',
+            'formulation = "gap": tang does not solve a program; use "auto" or "marching"$',
         ),
         ({}, {"tangential": "fastsim", "formulation": "gap"}, 'no program is solved here; use "auto"$'),
         (

@@ -103,7 +103,7 @@ class Stored(Sequence[Solution]):
         if not path.exists() or path.stat().st_size == 0:
             return stored
         if not is_history(path):
-            raise OutputError("store", path, "is there already, and holds no history")
+            raise OutputError("store", path, "exists already and holds no history")
         other = _stored(path)
         if _identity(stored) != _identity(other) or not _same_start(scene, other.scene):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")

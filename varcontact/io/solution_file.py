@@ -15,7 +15,7 @@ from varcontact.errors import OutputError, VarcontactError
 from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate
+from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -96,7 +96,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
     sol : Solution
     """
     return {
-        "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
+        "certificate": sol.certificate.plain(),
         "converged": sol.converged,
         "iterations": sol.iterations,
         "status": sol.status,
@@ -290,16 +290,15 @@ def assembled(
     ValueError
         If that cannot be.
     """
-    vectors = ("force_bound", "pressure_part")
-    certificate: dict[str, Any] = dict(record["certificate"])
-    certificate |= {name: np.array(certificate[name]) for name in vectors if name in certificate}
+    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
+    bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in creepage)
     shapes = {name: (2, *grid.shape) if name in ("traction", "slip") else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
         raise ValueError("fields that are not finite numbers")
-    if any(certificate[name].shape != (3,) for name in vectors if name in certificate):
+    if any(bound.shape != (3,) for bound in bounds):
         raise ValueError("a bound on the forces that is not three numbers")
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
@@ -311,7 +310,7 @@ def assembled(
         **fields,
         approach=approach,
         creepage=(vx, vy, spin),
-        certificate=Certificate(**certificate),
+        certificate=Certificate(**certificate, bounds=ForceBounds.known(*bounds)),
         converged=record["converged"],
         iterations=record["iterations"],
         status=record["status"],

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.machine import memory
-from varcontact.machine.memory import SMALLER, need
+from varcontact.machine.memory import need
+from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
 from varcontact.problem.contact_grid import enlarged, known_grid, wanted_grid
@@ -82,9 +83,28 @@ def check_fits(scene: Scene, plan: Plan) -> None:
     shape = spec.rows + (0 if spec.line else more), spec.nx + more
     if sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1])).peak <= memory.available():
         return
-    sizes = expected_sizes(scene, plan)
-    if sizes.exact:
-        need(f"the {sizes.hungriest} problem", sizes.peak, SMALLER)
+    check_sizes(plan, expected_sizes(scene, plan))
+
+
+def check_sizes(plan: Plan, sizes: Sizes) -> None:
+    """Refuse sizes that are known, and need more memory than there is.
+
+    Parameters
+    ----------
+    plan : Plan
+    sizes : Sizes
+
+    Raises
+    ------
+    TooLarge
+        Naming the stage that needs most, and what fits.
+    """
+    if not sizes.exact:
+        return
+    stage = sizes.hungriest
+    method, problem = (plan.normal, "normal") if stage == "normal" else (plan.tangential, "tangential")
+    what = f"the {stage} problem" if stage in sizes.elements else f"the {stage}"
+    need(what, sizes.peak, instead(method, sizes.elements.get(problem, 0), 1 if stage == "normal" else 2))
 
 
 def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:

@@ -42,23 +42,30 @@ class Road:
 
 
 ROADS: dict[str, Road] = {
-    "auto": Road("norm", "tang-safeguarded", "the fastest by measurement, solvers as named", fallback="clarabel"),
+    "auto": Road(
+        "norm", "tang-safeguarded", "the fastest measured method, or the solvers that are named", fallback="clarabel"
+    ),
     "convex": Road("clarabel", "clarabel", "QP and SOCP by conic solvers, never polished by active sets"),
     "active-set": Road(
         "norm",
         "tang-safeguarded",
-        "NORM and the safeguarded TANG, no program",
+        "NORM and the safeguarded TANG, without programs",
         tuple(name for name in NORMAL if name not in MATRIX_FREE),
         tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
     ),
-    "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, no program", ("norm",), ("tang-exact",)),
+    "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, without programs", ("norm",), ("tang-exact",)),
 }
 """By name. With the first any solver may be named."""
 
-MANY = 1000
+MANY = 250
 """Elements in contact beyond which "auto" takes Newton's method without a matrix: docs/methods.md has the seconds."""
 
-MANY_ELEMENTS = Road("newton", "newton", f"more than {MANY} elements in contact, the fastest there by measurement")
+MANY_ELEMENTS = Road(
+    "newton",
+    "newton",
+    f"more than {MANY} elements in contact, where it is the fastest by measurement",
+    fallback="clarabel",
+)
 """What "auto" stands for with so many elements."""
 
 
@@ -135,6 +142,6 @@ def check_on_road(method: str, field: str, name: str) -> None:
         field,
         name,
         words,
-        message=f'{field} = "{name}" does not go with method = "{method}", which takes {words}; '
+        message=f'{field} = "{name}" does not belong to method = "{method}", which takes {words}; '
         'with method = "auto" any solver may be named',
     )

@@ -205,18 +205,18 @@ def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix
         ask()
         reasons.update({name: reason for name in dry.bytes if name not in reasons})
 
-    judged = "to judge Hertz's pressure, and for distances" if plan.closed_form else "distances by pressures"
+    judged = "distances, and the residual of Hertz's pressure" if plan.closed_form else "distances due to pressures"
     needed(lambda: operators.normal, judged)
     if plan.rubs:
-        needed(lambda: operators.tangential(lag), "shifts by tractions")
+        needed(lambda: operators.tangential(lag), "shifts due to tractions")
     if isinstance(scene.motion, Transient) and plan.rubs:
-        needed(lambda: operators.carrying(1.0), "what particles bring along, for each distance of a step")
+        needed(lambda: operators.carrying(1.0), "displacements that particles bring along, a table per step length")
     if plan.marches and steady:
         needed(lambda: operators.tangential(), "a step of the march")
     if unlike and scene.motion is not None:
-        needed(lambda: operators.pressure_to_shift(lag), "K != 0: shifts by pressures")
+        needed(lambda: operators.pressure_to_shift(lag), "K != 0: shifts due to pressures")
     if unlike and plan.rubs:
-        needed(lambda: operators.traction_to_distance, "K != 0: distances by tractions")
+        needed(lambda: operators.traction_to_distance, "K != 0: distances due to tractions")
     for name, size in dry.bytes.items():
         yield Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, size, reasons[name])
 
@@ -232,7 +232,7 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
     if plan.normal not in ("hertz", *MATRIX_FREE) and not plan.convex:
-        yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
+        yield block("A_zz", "factor", n, n, "NORM, on the current contact", at_most=True)
     if not plan.rubs or m == 0:
         return
     joint = plan.joint_program

@@ -135,7 +135,7 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
 
 
 def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray) -> float:
-    """A bound on the 2-norm of the rounding in ``known + M field`` by FFT (Higham 2002, theorem 24.2)."""
+    """A bound on the 2-norm of the rounding in ``known + M field`` by FFT (Higham 2002)."""
     stages = TRANSFORM * np.log2(operator.grid_operator.table[0, 0].size)
     return float(EPS * (stages * norm(operator.grid_operator) * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
 

@@ -201,7 +201,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
             _rounded(grid.box, grid.line),
             "a potential contact that contains the contact",
             message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
-            f"{_rounded(grid.box, grid.line)} does not contain the contact, which goes on at "
+            f"{_rounded(grid.box, grid.line)} does not contain the contact, which extends to "
             f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
             "with a large distance",
         )

@@ -1,4 +1,8 @@
-"""Carter's steady rolling of two like cylinders (paper, section 6.1.1)."""
+"""Carter's steady rolling of two like cylinders (paper, section 6.1.1).
+
+Sources: F. W. Carter, On the action of a locomotive driving wheel, Proc. R. Soc. Lond. A 112 (1926) 151-157;
+K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+"""
 
 from __future__ import annotations
 
@@ -110,10 +114,9 @@ def carter(
 
     Notes
     -----
-    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (F. W. Carter,
-    Proc. R. Soc. Lond. A 112 (1926) 151-157; Johnson, Contact Mechanics, section 8.3).
-    The relative slip is ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From the
-    creepage ``f a / R`` on everything slides, and the force is ``f N``.
+    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (Carter 1926; Johnson 1985). The relative slip is
+    ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From a creepage of ``f a / R``
+    on, the whole contact slides, and the force is ``f N``.
 
     Examples
     --------

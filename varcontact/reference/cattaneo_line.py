@@ -1,6 +1,6 @@
 """Cattaneo's and Mindlin's shift of two like cylinders (paper, section 6.2.1).
 
-Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, section 7.2.
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def cattaneo_line(contact: LineContact, friction: float, force: float) -> Cattan
 
     Notes
     -----
-    Johnson, Contact Mechanics, section 7.2. In the slip areas the local shift is
+    Johnson 1985. In the slip areas the local shift is
     ``-sign(F) f / (2 R) (|x| sqrt(x^2 - c^2) - c^2 arcosh(|x|/c))``. The rigid shift of the bodies is not given: in
     plane strain it depends on the bodies as a whole.
 

@@ -1,6 +1,6 @@
 """Hertz's contact of two paraboloids in closed form (paper, section 2.1).
 
-Source: H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
+Source: H. Hertz, Über die Berührung fester elastischer Körper, J. reine angew. Math. 92 (1882) 156-171.
 """
 
 from __future__ import annotations

@@ -212,7 +212,6 @@ class Solution:
 
         What is not known (an infinite bound), or no number, is None.
         """
-        certificate = self.certificate
         return {
             "normal_force": known(self.normal_force),
             "force": [known(F) for F in self.force],
@@ -222,17 +221,7 @@ class Solution:
             "power": known(self.power),
             "friction_work": known(self.friction_work),
             "elements": self.elements,
-            "certificate": {
-                "gap": known(certificate.gap),
-                "relative_gap": known(certificate.relative_gap),
-                "level": certificate.level,
-                "force_bound": [known(bound) for bound in certificate.force_bound],
-                "pressure_part": [known(part) for part in certificate.pressure_part],
-                "residual": known(certificate.residual),
-                "normal_relative_gap": known(certificate.normal_relative_gap),
-                "normal_residual": known(certificate.normal_residual),
-                "tangential_residual": known(certificate.tangential_residual),
-            },
+            "certificate": {name: _plain(value) for name, value in self.certificate.plain().items()},
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
             "road": self.plan.method,
@@ -349,3 +338,10 @@ def known(value: float) -> float | None:
     value : float
     """
     return float(value) if np.isfinite(value) else None
+
+
+def _plain(value: float | str | list[float]) -> Any:
+    """A word, a number or several, for JSON."""
+    if isinstance(value, str):
+        return value
+    return [known(each) for each in value] if isinstance(value, list) else known(value)

@@ -206,7 +206,7 @@ def _depth_for(what: str, instead: str) -> SceneError:
     return SceneError(
         "surface.reference_depth",
         None,
-        message=f"{what} needs surface.reference_depth: in line contact displacements count from a depth. "
+        message=f"{what} needs surface.reference_depth: in line contact displacements are measured from a depth. "
         f"Give the depth, or prescribe {instead}",
     )
 

@@ -231,8 +231,8 @@ def kind_of(law: Law) -> str:
 
 
 BRANCHES = {
-    "stick": "stick all over",
-    "slip": "slip all over",
+    "stick": "stick everywhere",
+    "slip": "slip everywhere",
     "solution": "a solution",
     "history": "the step before",
 }

@@ -93,7 +93,7 @@ def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
     """
     kind = "almost like", f"K = {K:.3g} is so small that pressure and tractions are taken to be independent"
     reason = f"left out: it changes the tangential force at given creepages by less than {effect:.1e} of f Fz"
-    return kind, f'{reason}; coupling="panagiotopoulos" takes it in'
+    return kind, f'{reason}; coupling="panagiotopoulos" includes it'
 
 
 def _moves(scene: Scene) -> bool:

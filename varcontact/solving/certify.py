@@ -56,7 +56,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
         fields = state.pressure, state.approach, state.traction, state.rigid
-        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify)
+        lazily = plan.matrix_free and steps.certify == "auto"
+        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
@@ -76,9 +77,9 @@ def _check_rounding(disc: Discretisation, state: ContactState) -> None:
             "surface.h",
             disc.base,
             "counted from a level near the contact",
-            message="surface.h counts from a level too far from the contact: distances of "
+            message="surface.h is measured from a level too far from the contact: distances of "
             f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
-            f"approach by {approach:.3g} only; subtract a constant",
+            f"approach by only {approach:.3g}; subtract a constant",
         )
 
 

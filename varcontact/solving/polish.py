@@ -21,6 +21,7 @@ from varcontact.problem.problem import NormalProblem, RawSolution, TangentialPro
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
+from varcontact.solvers.matrix_free.drive import DENSE
 from varcontact.solvers.registry import (
     NormalSolver,
     Problem,
@@ -193,9 +194,9 @@ def _polished(
 
 
 def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
-    """Active sets, and the polished answer of a solver of programs where they miss the tolerance.
+    """Another solver, and the polished answer of a solver of programs where that misses the tolerance.
 
-    Without a convex program, or memory for it, theirs is the answer all the same.
+    Without a convex program, or with too many elements for it, its own is the answer all the same.
 
     Parameters
     ----------
@@ -207,7 +208,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
         raw = solver(problem, settings, start)
-        if tangential_residual(problem, raw.traction, raw.rigid) <= settings.tol:
+        if problem.size > DENSE or tangential_residual(problem, raw.traction, raw.rigid) <= settings.tol:
             return raw
         formulation = "complementary" if problem.symmetric else "gap"
         try:
@@ -219,7 +220,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
             return raw
         asked = replace(settings, formulation=formulation)
         best = _by_program(tangential_solver(program), TANG, tangential_residual, problem, asked, None, raw)
-        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was asked")
+        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was used")
 
     return solve
 
@@ -333,7 +334,7 @@ def _from_start(problem: TangentialProblem, settings: Settings, start: RawSoluti
 def _by_active_sets(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
     """Active sets, whose answer the certificate judges."""
     raw = TANG(problem, settings, None)
-    return replace(raw, reason=f"the gap is not convex on these elements, so that {raw.solver} was asked")
+    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
 
 def _refused(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:

@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate
+from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.problem.contact_grid import common_grid, enlarged, wanted_grid
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
@@ -343,7 +343,7 @@ def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Soluti
     if size > 0:
         raise Saturated(size, 0.0)
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
-    exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0, np.zeros(3))
+    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
 

@@ -109,7 +109,7 @@ def compare(
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         empty = "methods" if named else "scenes"
-        raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name one at least")
+        raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name at least one")
     identities = {name: identity(scene, tol) for name, scene in named.items()}
     done = stored(store, [method.name for method in chosen], identities)
 
@@ -196,7 +196,7 @@ class Method:
                     "methods",
                     name,
                     "without +polish",
-                    message=f'"{name}": only a solver of programs, called by its name, is polished; write "{rest}"',
+                    message=f'"{name}": only a program solver called by name is polished; write "{rest}"',
                 )
             return cls(str(name).strip(), "auto", "auto", formulation or "auto", False, rest)
         normal, bar, tangential = rest.partition("|")
@@ -240,7 +240,7 @@ class Method:
                 "methods",
                 self.name,
                 "without +polish",
-                message=f'"{self.name}": only solvers of programs are polished; leave out "+polish"',
+                message=f'"{self.name}": only program solvers are polished; leave out "+polish"',
             )
         return plan
 

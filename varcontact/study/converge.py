@@ -101,7 +101,7 @@ def converge(
     numbers = _refining(cells)
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
-        raise SceneError("method", method, "one at least", message="no method to study: name one at least")
+        raise SceneError("method", method, "one at least", message="no method to study: name at least one")
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
     progress = checks.progress(progress)
     if not (store is None or isinstance(store, (str, Path))):
@@ -151,7 +151,7 @@ def _refining(cells: Iterable[int]) -> list[int]:
             "cells",
             numbers,
             "a sequence of grids, each finer than the one before",
-            message=f"cells = {numbers}: give at least one grid, and each finer than the one before",
+            message=f"cells = {numbers}: give at least one grid, each finer than the one before",
         )
     return numbers
 

@@ -139,7 +139,7 @@ class Convergence:
                 (quantity, method),
                 "one of those that were measured",
                 message=f"quantity {quantity!r}, method {method!r}: there is no such limit, or "
-                f"more than one; measured are {known}",
+                f"more than one; take one of {known}",
             )
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row

@@ -91,7 +91,7 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
                 "store",
                 str(store),
                 "a table by the same methods, in the same order, or a new file",
-                message=f"store = {str(store)!r} compares other methods, or in another order; name a new file",
+                message=f"store = {str(store)!r} compares other methods, or the same in another order; name a new file",
             )
     for row in rows:
         if identities.get(row["scene"], row["identity"]) != row["identity"]:
@@ -99,7 +99,7 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
                 "store",
                 str(store),
                 f"a table with the same scene {row['scene']!r}, or a new file",
-                message=f"store = {str(store)!r} holds another scene by the name {row['scene']!r}; name a new file",
+                message=f"store = {str(store)!r} holds another scene named {row['scene']!r}; name a new file",
             )
     return rows
 

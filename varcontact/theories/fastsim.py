@@ -1,6 +1,6 @@
 """FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6).
 
-Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle Syst. Dyn. 11 (1982) 1-13.
+Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Veh. Syst. Dyn. 11 (1982) 1-13.
 """
 
 from __future__ import annotations
@@ -342,7 +342,7 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
             "bound",
             given,
             f"of shape {grid.shape} with no entry below 0",
-            message=f"bound must have shape {grid.shape} and no entry below 0; this is an {given}",
+            message=f"bound must have shape {grid.shape} and no entry below 0, not an {given}",
         )
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)

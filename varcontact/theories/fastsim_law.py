@@ -1,4 +1,7 @@
-"""FASTSIM under laws of friction (Kalker and Piotrowski 1989; paper, section 7, item 8)."""
+"""FASTSIM under laws of friction (paper, section 7, item 8).
+
+Source: J. J. Kalker and J. Piotrowski, Some new results in rolling contact, Veh. Syst. Dyn. 18 (1989) 223-242.
+"""
 
 from __future__ import annotations
 

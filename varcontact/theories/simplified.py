@@ -1,6 +1,6 @@
 """Simplified theory: displacement = flexibility times traction, in closed form (paper, sections 3.2.2-3.2.5).
 
-Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress Report 1 (1973) 1-10.
+Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress Report 1 (1973).
 """
 
 from __future__ import annotations
