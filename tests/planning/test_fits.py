@@ -32,7 +32,7 @@ def scene(n):
 vc.solve(scene(6), {methods})  # imports
 before = psutil.Process().memory_info().rss
 sol = vc.solve(scene({cells}), {methods})
-peak = 1024 * int(re.search("VmHWM: *\\t* *([0-9]+) kB", open("/proc/self/status").read())[1])
+peak = 1024 * int(re.search(r"VmHWM:\\s*([0-9]+) kB", open("/proc/self/status").read())[1])
 print((peak - before) / sol.plan.sizes.peak, vc.plan(sol.scene, {methods}).sizes.peak / sol.plan.sizes.peak)
 """
 CASES = {

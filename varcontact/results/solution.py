@@ -252,21 +252,24 @@ class Solution:
 
         return dataset(self)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
 
         Parameters
         ----------
         path : str or Path
+            Ends in ``.nc``. A solution that is there is replaced.
+        overwrite : bool
+            Whether any other file that is there is replaced as well.
 
         Raises
         ------
         OutputError
-            If the file cannot be written, or its name does not end in ``.nc``.
+            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
         """
         from varcontact.io.solution_file import save
 
-        save(self, path)
+        save(self, path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
         """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.

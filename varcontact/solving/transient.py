@@ -6,7 +6,7 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
+from varcontact.io.history_file import Stored
 from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
@@ -71,23 +72,29 @@ def solve_transient(
     Interrupted
         With the steps that were finished.
     """
-    from varcontact.io.history_file import Stored
+    if not isinstance(_motion(scene).start, Solution | None):
+        raise SceneError("motion.start", _motion(scene).start, "a Solution")
+    steps = Steps(plan, tol, polish, Clock(), certify=certify)
+    if store is None:
+        return _solved(scene, steps, progress, None)
+    with Stored.recording(Path(store), scene, plan, tol, polish) as stored:
+        return _solved(scene, steps, progress, stored)
+
+
+def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, recording: Stored | None) -> History:
+    """The steps that are not solved yet, in memory or in the file that they are recorded in."""
     from varcontact.solving.remeasured import with_measured_steps
 
-    motion = _motion(scene)
-    if not isinstance(motion.start, Solution | None):
-        raise SceneError("motion.start", motion.start, "a Solution")
-    stored = None if store is None else with_measured_steps(Stored.opened(Path(store), scene, plan, tol, polish))
+    motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
     if stored is None:
         spec = wanted_grid(scene)
         kept = motion.steps * (STEP_FIELDS * spec.nx * spec.rows + STEP_REST)
         need("the history in memory", kept, "with store = a file, the steps are kept there")
-    steps = Steps(plan, tol, polish, Clock(), certify=certify)
     contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
     march = marching_on(scene, contacts[0], grid, steps)
-    solutions: MutableSequence[Solution] | Stored = [] if stored is None else stored
-    history = History(scene, grid, solutions, {"tol": tol, "polish": polish})
+    in_memory: list[Solution] = []
+    history = History(scene, grid, in_memory if stored is None else stored, {"tol": steps.tol, "polish": steps.polish})
     before = march.start() if len(history) == 0 else history[-1]
     try:
         for k in range(len(history), motion.steps):
@@ -95,7 +102,10 @@ def solve_transient(
                 if progress is not None:
                     progress(f"{k} of {motion.steps} steps")
                 before = march.step(k, before)
-                solutions.append(before)
+                if stored is None:
+                    in_memory.append(before)
+                else:
+                    stored.put(k, before)
             except VarcontactError as error:
                 raise error.in_step(k, history) from error.__cause__
             except KeyboardInterrupt:
