@@ -21,6 +21,13 @@ class Deep:
     def __str__(self) -> str:
         return "[" * self.depth + "]" * self.depth
 
+    def made(self) -> list[Any]:
+        """As a value of Python."""
+        value: list[Any] = []
+        for _ in range(self.depth):
+            value = [value]
+        return value
+
 
 NUMBERS: list[Any] = [
     *(0, 1, -1, 2, 7, 0.5, -0.5, 1.5, 1e-3, 1e3, 1e9, 1e20, 1e99, 1e101, 1e200, 1e308, -1e308, 1e-99, 1e-200, 5e-324),
