@@ -21,12 +21,18 @@ from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.registry import NormalSolver, TangentialSolver
+from varcontact.solvers.registry import MATRIX_FREE, NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.timing import Clock
+
+
+FIRST, SEEN = 1e-3, 0.01
+"""Residuals asked of matrix-free methods within passes: in the first one, and by the residual of the pass before."""
+NEARLY, EXACTEST = 0.5, 1e-12
+"""Part of the tolerance at which their passes end; the least residual that is asked of them."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +80,7 @@ class Steps:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = self._normal_road(problem, self._settings("normal"), start)
+            raw = self._normal_road(problem, self._settings("normal", self._enough_pressure(disc, state)), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -95,7 +101,7 @@ class Steps:
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
             _check_force(problem, disc.force)
-            raw = self._tractions(problem, state)
+            raw = self._tractions(problem, state, self._enough_traction(disc, state))
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
             traction, rigid = problem.on_grid(raw.traction, raw.rigid)
@@ -116,7 +122,7 @@ class Steps:
             state = self._joint_program(disc, state)
             if not self.polish or self.plan.convex:
                 return state
-        enough = 0.01 * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
+        enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
 
     def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -133,7 +139,7 @@ class Steps:
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint"))
+            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint", self.tol))
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -147,7 +153,7 @@ class Steps:
             **_answered(replace(state, solved_by={**state.solved_by, "normal": pressed.solver}), "tangential", rubbed),
         )
 
-    def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
+    def _tractions(self, problem: TangentialProblem, state: ContactState, tol: float) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
             return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves")
         start = None
@@ -156,17 +162,17 @@ class Steps:
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
         mirror = None if self.plan.matrix_free else mirror_of(problem)
         if mirror is None:
-            return self._solved(problem, start)
+            return self._solved(problem, start, tol)
         halved = None if start is None else mirror.fold_solution(start)
-        return mirror.unfold(self._solved(mirror.fold(problem), halved))
+        return mirror.unfold(self._solved(mirror.fold(problem), halved, tol))
 
-    def _solved(self, problem: TangentialProblem, start: RawSolution | None) -> RawSolution:
+    def _solved(self, problem: TangentialProblem, start: RawSolution | None, tol: float) -> RawSolution:
         need(
             "the tangential problem",
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             "a grid with fewer elements would fit",
         )
-        return self._tangential_road(problem, self._settings("tangential"), start)
+        return self._tangential_road(problem, self._settings("tangential", tol), start)
 
     @cached_property
     def _normal_road(self) -> NormalSolver:
@@ -180,8 +186,30 @@ class Steps:
     def _joint_road(self) -> JointSolver:
         return joint_road(self.plan, self.polish)
 
-    def _settings(self, problem: str) -> Settings:
-        return Settings(self.tol, self.plan.formulation, self.setups, self.clock.tally(problem))
+    @property
+    def whole_tol(self) -> float:
+        """The residual of the whole at which passes end: matrix-free methods are exact to what is asked, not beyond."""
+        return self.tol * (NEARLY if self.plan.matrix_free else 0.1)
+
+    def _enough_pressure(self, disc: Discretisation, state: ContactState) -> float:
+        """The residual to ask of pressures, of which tractions see the part K by friction more."""
+        if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
+            return self.tol
+        rubbed = float(np.abs(state.traction).max()) / float(state.pressure.max())
+        return max(self._seen(state) * min(1.0, rubbed / abs(disc.K)), EXACTEST)
+
+    def _enough_traction(self, disc: Discretisation, state: ContactState) -> float:
+        """The residual to ask of tractions."""
+        continuous = disc.law is None or disc.law.continuous  # else who slips for once, slips for good
+        passes = self.plan.loops or disc.law is not None
+        return self._seen(state) if passes and continuous and self.plan.matrix_free else self.tol
+
+    def _seen(self, state: ContactState) -> float:
+        """No more than the next pass sees, after the last one's residual."""
+        return max(SEEN * state.passes[-1][1], 0.1 * self.tol) if state.passes else FIRST
+
+    def _settings(self, problem: str, tol: float) -> Settings:
+        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem))
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
@@ -189,7 +217,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
     if not steps.plan.rubs:
         return start
     if disc.law is None:
-        return _coupled(disc, steps, start, steps.tol / 10)
+        return _coupled(disc, steps, start, steps.whole_tol)
     if steps.plan.theory is not None:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
 
@@ -197,7 +225,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
         return _coupled(disc, steps, state, tol)
 
     judge = _tangential if not steps.plan.loops else _whole
-    return under_law(disc, solve, judge, start, steps.start, tol=steps.tol / 10)
+    return under_law(disc, solve, judge, start, steps.start, tol=steps.whole_tol)
 
 
 def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
