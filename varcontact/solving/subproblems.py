@@ -28,7 +28,6 @@ from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.timing import Clock
 
-
 FIRST, SEEN = 1e-3, 0.01
 """Residuals asked of matrix-free methods within passes: in the first one, and by the residual of the pass before."""
 NEARLY, EXACTEST = 0.5, 1e-12
