@@ -11,6 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import varcontact as vc
+from tests.conditions import violations
 from varcontact.elasticity.operators import influence_operator
 from varcontact.problem import operators
 
@@ -103,117 +104,10 @@ def no_slip_on_touched(ratio: float, nu: float, cells: int, offset: float) -> np
 
 @pytest.fixture(scope="session")
 def check_kkt():
-    """A function: the optimality conditions of a solution, element by element, see `kkt`."""
-    return kkt
+    """A function: assert that a solution meets Kalker's conditions to a tolerance, see `tests.conditions`."""
 
+    def check(sol: vc.Solution, tol: float, previous: vc.Solution | None = None) -> None:
+        found = violations(sol, tol, previous)
+        assert not found, "; ".join(found)
 
-def kkt(sol: vc.Solution, tol: float, *, closed_form: bool = False, previous: vc.Solution | None = None) -> None:
-    """Assert Kalker's conditions (15)-(17), (45)-(49) of a solution, from nothing but its fields.
-
-    Dense matrices made here, pair by pair, from the influence functions as THEORY prints them: neither the FFT nor
-    the tables of offsets of the package. Displacements are judged in terms of the tractions that would cause them
-    in their own element (divided by rho, the diagonal), tractions by the largest one possible: `tol` then means the
-    same everywhere, and is what a natural-map residual of `tol` implies.
-
-    Parameters
-    ----------
-    tol : float
-        Relative, of the tractions.
-    closed_form : bool
-        Whether the pressure is Hertz's, which meets the equations of a grid to the grid's error only.
-    previous : Solution, optional
-        Of a step of a history: the step before.
-    """
-    scene, grid, motion = sol.scene, sol.grid, sol.scene.motion
-    x, y = (values.ravel() for values in np.meshgrid(grid.x, grid.y))
-    pressure, traction = sol.pressure.ravel(), sol.traction.reshape(2, -1)
-    fields = np.concatenate([traction.ravel(), pressure])
-    n, contact = pressure.size, pressure > 0
-    instant = influence(x, y, grid.sides, scene.bodies)
-    displacement = (instant @ fields).reshape(3, n)
-
-    # normal: (15)-(17)
-    rho, peak = instant[2 * n, 2 * n], pressure.max()
-    distance = undeformed(scene, x, y) + displacement[2] - sol.approach
-    assert pressure.min() >= 0
-    np.testing.assert_allclose(sol.distance.ravel(), distance, atol=1e-11 * np.abs(displacement[2]).max())
-    if not closed_form:
-        assert distance.min() >= -tol * rho * peak, "bodies overlap"
-        assert np.minimum(pressure, distance / rho).max() <= tol * peak, "pressure at a distance"
-    if scene.normal_force is not None:
-        assert sol.normal_force == pytest.approx(scene.normal_force, rel=tol)
-    else:
-        assert sol.approach == pytest.approx(scene.approach, rel=1e-12)
-    if motion is None:
-        assert not traction.any()
-        return
-
-    # tangential: (45)-(49)
-    first, second, third = sol.creepage
-    if isinstance(motion, vc.Steady):
-        step = motion.dq if motion.dq is not None else grid.sides[0]
-        before = (influence(x + step, y, grid.sides, scene.bodies, at=(x, y)) @ fields).reshape(3, n)
-        ahead = x + motion.spin_offset * step
-    elif isinstance(motion, vc.TimeStep):
-        step, moved, before = motion.dq or 1.0, motion.direction * motion.dq, 0.0
-        ahead = x + motion.spin_offset * moved
-        if previous is not None:
-            carried = np.concatenate([previous.traction.ravel(), previous.pressure.ravel()])
-            before = (influence(x + moved, y, grid.sides, scene.bodies, at=(x, y)) @ carried).reshape(3, n)
-    else:
-        step, before, ahead = 1.0, 0.0, x
-    rigid = np.array([first - third * y, second + third * ahead]) * step
-    shift = rigid + (displacement - before)[:2]
-    np.testing.assert_allclose(
-        sol.slip.reshape(2, -1)[:, contact] * step,
-        shift[:, contact],
-        atol=1e-11 * (np.abs(displacement).max() + np.abs(rigid).max()),
-    )
-    size, slip, bound = np.hypot(*traction), np.hypot(*shift), sol.traction_bound.ravel()
-    assert not traction[:, ~contact].any()
-    if np.isinf(bound[contact]).all():
-        assert slip[contact].max() <= tol * instant[0, 0] * size.max(), "slip in spite of infinite friction"
-    else:
-        rho, largest = (instant[0, 0] + instant[n, n]) / 2, bound.max()
-        assert np.all(size <= bound + tol * largest), "traction beyond its bound"
-        loose = bound - size > tol * largest
-        assert np.max(slip[loose], initial=0.0) <= tol * rho * largest, "slip below the traction bound"
-        opposed = np.hypot(*(traction * slip + bound * shift))[contact]
-        allowed = tol * largest * (slip + rho * bound)[contact]
-        assert np.all(opposed <= 2 * allowed), "slip not against the traction"
-        state = sol.state.ravel()
-        assert np.all((state != 0) == contact)
-        assert np.max(slip[state == 1], initial=0.0) <= 2 * tol * rho * largest, "slip in the stick area"
-        assert np.all((bound - size)[state == 2] <= 2 * tol * largest), "less than the bound in the slip area"
-    for force, asked in zip(sol.force, (motion.Fx, motion.Fy), strict=True):
-        if asked is not None:
-            assert abs(force - asked) <= tol * max(np.sum(bound) * grid.area, abs(asked))
-    for found, given, asked in zip(sol.creepage, motion.rigid, (motion.Fx, motion.Fy, None), strict=True):
-        assert asked is not None or found == given
-
-
-def undeformed(scene: vc.Scene, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Undeformed distance at points."""
-    if isinstance(scene.surface, vc.SampledDistance):
-        return scene.surface.h.ravel()
-    return x**2 / (2 * scene.hertz.Rx) + y**2 / (2 * scene.hertz.Ry)
-
-
-def influence(x, y, sides, bodies, at=None) -> np.ndarray:
-    """Displacements (x, y, z, one after the other) at points by unit tractions on rectangles about the points `at`."""
-    x0, y0 = at if at is not None else (x, y)
-    nu, K, G = bodies.combined_nu, bodies.K, bodies.combined_G
-    xx, xy, xz, yy, yz, zz = (np.zeros((x.size, x0.size)) for _ in range(6))
-    for sx, sy in ((1, 1), (-1, 1), (1, -1), (-1, -1)):
-        X, Y = x[:, None] - x0 + sx * sides[0] / 2, y[:, None] - y0 + sy * sides[1] / 2
-        r, sign = np.hypot(X, Y), sx * sy
-        with np.errstate(divide="ignore", invalid="ignore"):
-            by_y = np.where(X != 0, X * (np.arcsinh(Y / np.abs(X)) + np.log(np.abs(X))), 0.0)  # x ln(y + r)
-            by_x = np.where(Y != 0, Y * (np.arcsinh(X / np.abs(Y)) + np.log(np.abs(Y))), 0.0)  # y ln(x + r)
-            xz -= sign * K * (Y * np.log(r) + np.where(X != 0, X * np.arctan(Y / X), 0.0))
-            yz -= sign * K * (X * np.log(r) + np.where(Y != 0, Y * np.arctan(X / Y), 0.0))
-        xx += sign * (by_x + (1 - nu) * by_y)
-        yy += sign * (by_y + (1 - nu) * by_x)
-        xy -= sign * nu * r
-        zz += sign * (1 - nu) * (by_y + by_x)
-    return np.block([[xx, xy, xz], [xy, yy, yz], [-xz, -yz, zz]]) / (np.pi * G)
+    return check

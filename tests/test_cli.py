@@ -94,7 +94,7 @@ def test_method_as_an_option_and_in_the_file(folder):
     (folder / "convex.toml").write_text(SCENE + '[solve]\nmethod = "convex"\n')
     done = run("solve", "convex.toml", folder=folder)
     assert done.returncode == 0, done.stderr
-    assert "  method            convex: asked for: QP and SOCP by conic solvers" in done.stdout
+    assert "  method            convex: requested: QP and SOCP by conic solvers" in done.stdout
     assert "  solver calls      normal: hertz once" in done.stdout
     assert "                    tangential: clarabel once (" in done.stdout
     result = json.loads(run("solve", "convex.toml", "--method", "kalker", "--json", folder=folder).stdout)
@@ -334,7 +334,7 @@ def test_compare(folder, pictures):
     ("arguments", "words"),
     [
         (["scene.toml", "--methods", "clarable"], ["methods", "did you mean clarabel?"]),
-        (["scene.toml", "--methods", ""], ["methods", "one at least"]),
+        (["scene.toml", "--methods", ""], ["methods", "at least one"]),
         (["scene.toml", "--tol", "-1"], ["tol", "positive"]),
         (["nothing.toml"], ["nothing.toml"]),
         (["scene.toml", "scene.toml"], ["scenes", "a file is given twice"]),

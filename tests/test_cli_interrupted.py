@@ -67,7 +67,7 @@ def test_one_problem(folder):
     output, said = interrupted(
         folder, "solve", "two.toml", "--formulation", "marching", "--out", "a.nc", at="tangential"
     )
-    assert (output, said) == ("", "interrupted; nothing is kept, and the same command begins again")
+    assert (output, said) == ("", "interrupted; nothing is kept, and the same command starts again from the beginning")
     assert not (folder / "a.nc").exists()
 
 
@@ -77,21 +77,21 @@ def test_history_with_a_file(folder):
     kept = len(vc.load(folder / "a.nc"))
     assert kept >= 3
     assert f"4000 steps: {kept} FINISHED" in output
-    how = "finished steps are kept in a.nc, and the same command goes on from there"
+    how = "finished steps are kept in a.nc, and the same command resumes from there"
     assert said == f"interrupted after {kept} of 4000 steps; {how}"
 
 
 def test_history_without_a_file(folder):
     output, said = interrupted(folder, "solve", "history.toml", "--json", at="3 of 4000 steps")
     assert '"finished"' in output
-    how = "nothing is kept: with --out FILE.nc finished steps are, and the same command goes on from there"
+    how = "nothing is kept; with --out FILE.nc, finished steps are kept and the same command resumes from there"
     assert said.endswith(f"of 4000 steps; {how}")
 
 
 def test_comparison_with_a_table(folder):
     call = ("compare", "one.toml", "two.toml", "--methods", METHOD, "--out", "t.csv")
     output, said = interrupted(folder, *call, at=f"two: {METHOD}")
-    how = "finished scenes are kept in t.csv, and the same command goes on from there"
+    how = "finished scenes are kept in t.csv, and the same command resumes from there"
     assert said == f"interrupted after 1 of 2 scenes; {how}"
     assert output.splitlines()[0] == "one" and "two" not in output
     assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]
@@ -99,7 +99,7 @@ def test_comparison_with_a_table(folder):
 
 def test_comparison_without_a_table(folder):
     output, said = interrupted(folder, "compare", "one.toml", "two.toml", "--methods", METHOD, at=f"two: {METHOD}")
-    how = "nothing is kept: with --out FILE.csv finished scenes are, and the same command goes on from there"
+    how = "nothing is kept; with --out FILE.csv, finished scenes are kept and the same command resumes from there"
     assert output.splitlines()[0] == "one"
     assert said == f"interrupted after 1 of 2 scenes; {how}"
 
@@ -111,4 +111,4 @@ def test_before_anything_is_finished(tmp_path, capsys):
     assert status.value.code == 130
     said = capsys.readouterr().err
     assert said.startswith("varcontact: interrupted after 0 of 2 scenes; nothing is kept in ")
-    assert said.endswith("t.csv yet, and the same command begins again\n")
+    assert said.endswith("t.csv yet, and the same command starts again from the beginning\n")

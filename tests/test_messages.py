@@ -168,7 +168,7 @@ MESSAGES = [
     ),
     (
         lambda folder: vc.plan(scene(grid=vc.Grid(nx=8, ny=8, edge="touched")), normal="norm"),
-        'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by norm (asked for); use "centres"',
+        'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by norm (requested); use "centres"',
     ),
     (
         lambda folder: vc.plan(scene(), tangential="osqp"),
@@ -203,7 +203,7 @@ MESSAGES = [
     ),
     (
         lambda folder: vc.plan(scene(), tangential="tang", formulation="gap"),
-        'formulation = "gap": tang states no program; use "auto" or "marching"',
+        'formulation = "gap": tang does not solve a program; use "auto" or "marching"',
     ),
     (
         lambda folder: vc.plan(scene(), tangential="fastsim", formulation="gap"),
@@ -211,17 +211,17 @@ MESSAGES = [
     ),
     (
         lambda folder: vc.plan(scene(), "clarabel", method="kalker"),
-        'normal = "clarabel" does not go with method = "kalker", which takes norm; with method = '
+        'normal = "clarabel" does not belong to method = "kalker", which takes norm; with method = '
         '"auto" any solver may be named',
     ),
     (
         lambda folder: vc.plan(scene(), tangential="tang", method="convex"),
-        'tangential = "tang" does not go with method = "convex", which takes a solver of programs, '
+        'tangential = "tang" does not belong to method = "convex", which takes a solver of programs, '
         'such as clarabel or scs; with method = "auto" any solver may be named',
     ),
     (
         lambda folder: vc.plan(scene(motion=vc.TimeStep(dq=0.1))),
-        "motion: a TimeStep goes on from the step before it; give the history as a Transient",
+        "motion: a TimeStep continues from the step before it; give the history as a Transient",
     ),
     (
         lambda folder: vc.plan(scene(surface=vc.Cylinders(1.0), motion=vc.Shift(ux=0.1))),
@@ -250,13 +250,13 @@ MESSAGES = [
     (
         lambda folder: vc.solve(scene(motion=None, grid=vc.Grid(nx=4, ny=4, dx=0.1, dy=0.1, x0=-0.2, y0=-0.2))),
         "grid (left, right, bottom, top) = (-0.2, 0.2, -0.2, 0.2) does not contain the contact, which "
-        "goes on at (-0.3, 0.3, -0.3, 0.3); make it larger, or, where a body ends, add elements with "
+        "extends to (-0.3, 0.3, -0.3, 0.3); make it larger, or, where a body ends, add elements with "
         "a large distance",
     ),
     (
         lambda folder: vc.solve(sampled(h=BOWL + 1e14)),
-        "surface.h counts from a level too far from the contact: distances of 1e+14 are rounded to "
-        "0.02, and the bodies approach by 0.476 only; subtract a constant",
+        "surface.h is measured from a level too far from the contact: distances of 1e+14 are rounded to "
+        "0.02, and the bodies approach by only 0.476; subtract a constant",
     ),
     (
         lambda folder: vc.solve(
@@ -283,17 +283,17 @@ MESSAGES = [
     (lambda folder: vc.compare(scene(), ["clarabel+foo"]), 'unknown suffix "+foo"; only "+polish" is known'),
     (
         lambda folder: vc.compare(scene(), ["convex+polish"]),
-        '"convex+polish": only a solver of programs, called by its name, is polished; write "convex"',
+        '"convex+polish": only a program solver called by name is polished; write "convex"',
     ),
-    (lambda folder: vc.compare(scene(), []), "no methods to compare: name one at least"),
-    (lambda folder: vc.compare({}, ["tang"]), "no scenes to compare: name one at least"),
+    (lambda folder: vc.compare(scene(), []), "no methods to compare: name at least one"),
+    (lambda folder: vc.compare({}, ["tang"]), "no scenes to compare: name at least one"),
     (lambda folder: vc.compare({1: scene()}, ["tang"]), "scenes: the name 1 must be a string"),
     (
         lambda folder: vc.compare(scene(motion=vc.Transient(steps=1, dq=0.1)), ["tang"]),
         "scene 'scene' is a history: methods are compared on one problem (motion Steady, Shift or none)",
     ),
-    (lambda folder: vc.converge(scene(), []), "cells = []: give at least one grid, and each finer than the one before"),
-    (lambda folder: vc.converge(scene(), [8, 16], method=[]), "no method to study: name one at least"),
+    (lambda folder: vc.converge(scene(), []), "cells = []: give at least one grid, each finer than the one before"),
+    (lambda folder: vc.converge(scene(), [8, 16], method=[]), "no method to study: name at least one"),
     (
         lambda folder: vc.converge(scene(motion=vc.Transient(steps=1, dq=0.1)), [8, 16]),
         "motion: convergence is studied on one problem (Steady, Shift or none), not on a history",
@@ -339,7 +339,7 @@ MESSAGES = [
     (lambda folder: reference.line_contact(1.0, vc.Bodies(G=1.0, nu=0.3)), "give exactly one of force, a and approach"),
     (
         lambda folder: reference.line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), approach=0.1),
-        "depth is missing: the approach counts from a depth",
+        "depth is missing: the approach is measured from a depth",
     ),
     (
         lambda folder: reference.carter(reference.line_contact(1.0, UNLIKE, a=0.1), 0.3, creepage=0.01),
@@ -355,7 +355,7 @@ MESSAGES = [
     ),
     (
         lambda folder: fastsim_on_grid(vc.Grid(**LATTICE), 1.0, 1.0, 1.0, np.ones((3, 3)), (0.1, 0, 0)),
-        "bound must have shape (3, 4) and no entry below 0; this is an array of shape (3, 3), least entry 1",
+        "bound must have shape (3, 4) and no entry below 0, not an array of shape (3, 3), least entry 1",
     ),
     (
         lambda folder: vc.solve(sampled(np.zeros((3, 4)))),
@@ -399,11 +399,11 @@ def test_a_stored_study_of_something_else(tmp_path):
         ),
         (
             lambda: vc.compare({"one": scene()}, ["tang-exact"], store=table),
-            f"store = {str(table)!r} compares other methods, or in another order; name a new file",
+            f"store = {str(table)!r} compares other methods, or the same in another order; name a new file",
         ),
         (
             lambda: vc.compare({"one": scene(friction=0.2)}, ["tang"], store=table),
-            f"store = {str(table)!r} holds another scene by the name 'one'; name a new file",
+            f"store = {str(table)!r} holds another scene named 'one'; name a new file",
         ),
     ]:
         with pytest.raises(vc.SceneError) as refused:

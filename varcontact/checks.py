@@ -16,7 +16,21 @@ SMALL, LARGE = 1e-100, 1e100
 
 
 def number(field: str, value: Any, allowed: str = "a finite number") -> float:
-    """A finite real number."""
+    """A finite real number.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, NaN or infinite.
+    """
     result = real(field, value, allowed)
     if not math.isfinite(result):
         raise SceneError(field, value, allowed)
@@ -24,7 +38,21 @@ def number(field: str, value: Any, allowed: str = "a finite number") -> float:
 
 
 def real(field: str, value: Any, allowed: str = "a number") -> float:
-    """A real number, which may be infinite but not NaN."""
+    """A real number, which may be infinite but not NaN.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, or NaN.
+    """
     if isinstance(value, (bool, str, bytes)) or value is None:
         raise SceneError(field, value, allowed)
     try:
@@ -37,7 +65,21 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
 
 
 def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
-    """A finite number above zero, of a size that can be computed with."""
+    """A finite number above zero, of a size that can be computed with.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, or not `computable`.
+    """
     result = number(field, value, allowed)
     if result <= 0:
         raise SceneError(field, value, allowed)
@@ -45,14 +87,39 @@ def positive(field: str, value: Any, allowed: str = "a positive, finite number")
 
 
 def computable(field: str, value: float) -> float:
-    """A number whose products with others do not leave floating point."""
+    """A number whose products with others do not leave floating point.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : float
+
+    Raises
+    ------
+    SceneError
+        If it is below `SMALL` or above `LARGE`.
+    """
     if not SMALL <= value <= LARGE:
         raise SceneError(field, value, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with")
     return value
 
 
 def whole(field: str, value: Any, least: int = 1) -> int:
-    """A whole number of at least `least`."""
+    """A whole number of at least `least`.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    least : int
+
+    Raises
+    ------
+    SceneError
+        If it is not a whole number, or too small.
+    """
     allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
     if result != int(result) or result < least:
@@ -61,21 +128,48 @@ def whole(field: str, value: Any, least: int = 1) -> int:
 
 
 def flag(field: str, value: Any) -> bool:
-    """True or False; 0, 1 and words are refused."""
+    """True or False; 0, 1 and words are refused.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is neither.
+    """
     if not isinstance(value, (bool, np.bool_)):
         raise SceneError(field, value, "true or false")
     return bool(value)
 
 
 def progress(value: Any) -> Callable[[str], None] | None:
-    """The function that is called with the name of each stage, or None."""
+    """The function that is called with the name of each stage, or None.
+
+    Parameters
+    ----------
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is neither.
+    """
     if not (value is None or callable(value)):
         raise SceneError("progress", value, "None, or a function of one string")
     return value
 
 
 def is_array(value: Any) -> bool:
-    """Whether a value is meant as several numbers."""
+    """Whether a value is meant as several numbers.
+
+    Parameters
+    ----------
+    value : object
+    """
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
@@ -118,7 +212,26 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
 
 
 def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarray:
-    """Finite real numbers of any shape (also a single one), as an array of floats."""
+    """Finite real numbers of any shape (also a single one), as an array of floats.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Returns
+    -------
+    ndarray
+        Of floats, in the shape given.
+
+    Raises
+    ------
+    SceneError
+        If it is no array of numbers, or has NaN or infinity.
+    """
     try:
         given = np.asarray(value)
     except ValueError:
@@ -133,7 +246,26 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
 
 
 def numbers_within(field: str, value: Any, least: float, greatest: float) -> np.ndarray:
-    """Finite numbers of any shape in [least, greatest]."""
+    """Finite numbers of any shape in [least, greatest].
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    least, greatest : float
+        In the unit of the values.
+
+    Returns
+    -------
+    ndarray
+        Of floats, in the shape given.
+
+    Raises
+    ------
+    SceneError
+        If one is not finite or lies outside.
+    """
     allowed = f"in [{least:g}, {greatest:g}]"
     result = numbers(field, value, allowed)
     outside = (result < least) | (result > greatest)
@@ -143,7 +275,26 @@ def numbers_within(field: str, value: Any, least: float, greatest: float) -> np.
 
 
 def positives(field: str, value: Any, allowed: str = "positive, finite numbers") -> np.ndarray:
-    """Finite numbers above zero, of any shape."""
+    """Finite numbers above zero, of any shape.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Returns
+    -------
+    ndarray
+        Of floats, in the shape given.
+
+    Raises
+    ------
+    SceneError
+        If one is not finite, or not above zero.
+    """
     result = numbers(field, value, allowed)
     if (result <= 0).any():
         raise SceneError(field, float(result[result <= 0][0]), allowed)
@@ -175,7 +326,22 @@ def exactly_one(**arguments: Any) -> None:
 
 
 def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
-    """The error for an array of a shape that is not `allowed`, in words that complete "must be"."""
+    """The error for an array of another shape than is allowed.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    shape : tuple of int
+        That of the array given.
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Returns
+    -------
+    SceneError
+        To be raised.
+    """
     message = f"{field} has shape {shape}; it must be {allowed}"
     return SceneError(field, f"array of shape {shape}", allowed, message=message)
 
@@ -190,10 +356,6 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
     value : object
     options : iterable of str
 
-    Returns
-    -------
-    str
-
     Raises
     ------
     SceneError
@@ -206,7 +368,20 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
 
 
 def nearest(value: Any, names: Iterable[str]) -> str:
-    """`` (did you mean ...?)``, or nothing where no name is near."""
+    """`` (did you mean ...?)``, or nothing where no name is near.
+
+    Parameters
+    ----------
+    value : object
+        The name that was given.
+    names : iterable of str
+        Those that exist.
+
+    Returns
+    -------
+    str
+        To be added to a message.
+    """
     known = list(names)
     other_case = [name for name in known if name.lower() == str(value).lower()]
     close = other_case or difflib.get_close_matches(str(value), known, n=1, cutoff=0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -35,7 +36,7 @@ class _Commands(TyperGroup):
         except VarcontactError as error:
             _fail(error, BAD_INPUT)
         except KeyboardInterrupt:
-            _fail("interrupted; nothing is kept, and the same command begins again", INTERRUPTED)
+            _fail("interrupted; nothing is kept, and the same command starts again from the beginning", INTERRUPTED)
 
 
 app = typer.Typer(
@@ -80,7 +81,7 @@ def _listed(kind: str, names: Iterable[str]) -> str:
 
 METHODS = "\b\n" + "\n".join(
     (
-        _listed("Method, the road as one choice", ROADS),
+        _listed("Overall method", ROADS),
         _listed("Normal problem", ("auto", *normal_methods())),
         _listed("Tangential problem", ("auto", *tangential_methods())),
         _listed("Approximate theories of the tangential problem", THEORIES),
@@ -94,19 +95,22 @@ METHODS = "\b\n" + "\n".join(
 @app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
 def solve(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    method: Annotated[str | None, typer.Option(help="The road as one choice, one of those below.")] = None,
+    method: Annotated[str | None, typer.Option(help="The overall method, one of those below.")] = None,
     normal: Annotated[str | None, typer.Option(help="Method of the normal problem, one of those below.")] = None,
     tangential: Annotated[
         str | None, typer.Option(help="Method of the tangential problem, or a theory, one of those below.")
     ] = None,
-    coupling: Annotated[str | None, typer.Option(help="How the two meet for unlike bodies, see below.")] = None,
-    formulation: Annotated[str | None, typer.Option(help="What programs are solved, see below.")] = None,
-    polish: Annotated[
-        bool | None, typer.Option("--polish/--no-polish", help="Take a solver's answer to rounding.  [default: polish]")
+    coupling: Annotated[
+        str | None, typer.Option(help="Coupling of the two problems for unlike bodies, see below.")
     ] = None,
-    tol: Annotated[float | None, typer.Option(help="Natural-map residual to reach.  [default: 1e-8]")] = None,
+    formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, see below.")] = None,
+    polish: Annotated[
+        bool | None,
+        typer.Option("--polish/--no-polish", help="Refine a solver's answer to rounding.  [default: polish]"),
+    ] = None,
+    tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
     start: Annotated[
-        str | None, typer.Option(help="Under a law of friction, the solution sought: from stick or from slip.")
+        str | None, typer.Option(help="Under a law of friction, where the search for a solution begins: stick or slip.")
     ] = None,
     certify: Annotated[
         str | None,
@@ -114,7 +118,9 @@ def solve(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Write the solution to this netCDF file (.nc); of a history step by step, going on from it."),
+        typer.Option(
+            help="Write the solution to this netCDF file (.nc). A history is written step by step and resumed."
+        ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
@@ -146,19 +152,19 @@ def solve(
 
 
 @app.command(
-    short_help="Tell what a scene requires, without solving it.",
+    short_help="Say what a scene requires, without solving it.",
     epilog=f"{METHODS}\n\nExample: varcontact plan scene.toml --normal clarabel",
 )
 def plan(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    method: Annotated[str | None, typer.Option(help="The road as one choice, as for solve.")] = None,
+    method: Annotated[str | None, typer.Option(help="The overall method, as for solve.")] = None,
     normal: Annotated[str | None, typer.Option(help="Normal problem, as for solve.")] = None,
     tangential: Annotated[str | None, typer.Option(help="Tangential problem, as for solve.")] = None,
-    coupling: Annotated[str | None, typer.Option(help="For unlike bodies, as for solve.")] = None,
-    formulation: Annotated[str | None, typer.Option(help="The programs, as for solve.")] = None,
+    coupling: Annotated[str | None, typer.Option(help="Coupling for unlike bodies, as for solve.")] = None,
+    formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, as for solve.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
-    """Tell what a scene requires, and why, without solving it: methods, elements, matrices, memory."""
+    """Say what a scene requires, and why, without solving it: methods, elements, matrices, memory."""
     from varcontact.io.scene_file import read_scene
     from varcontact.planning.plan import plan as plan_scene
 
@@ -171,26 +177,24 @@ def plan(
 
 
 @app.command(
-    short_help="Solve scenes by many methods side by side.",
+    short_help="Compare methods on the same scenes.",
     epilog=f"{METHODS}\n\nExample: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png",
 )
 def compare(
     scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
-    bank: Annotated[bool, typer.Option("--bank", help="The standard bank of scenes as well.")] = False,
+    bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
     methods: Annotated[
         str | None,
         typer.Option(
-            help="Names with commas between: convex, active-set, kalker, [normal|]tangential[/formulation][+polish]."
+            help="Names separated by commas: convex, active-set, kalker, [normal|]tangential[/formulation][+polish]."
         ),
     ] = None,
-    tol: Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")] = 1e-6,
-    out: Annotated[
-        Path | None, typer.Option(help="Table (.csv); scenes that it has already are not solved again.")
-    ] = None,
+    tol: Annotated[float, typer.Option(help="Natural-map residual up to which an answer counts as solved.")] = 1e-6,
+    out: Annotated[Path | None, typer.Option(help="Table (.csv); scenes already in it are not solved again.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
-    """Solve scenes by many methods side by side, each judged by the same certificate."""
+    """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.io.scene_file import read_scene
     from varcontact.plotting.solution import plot_comparison
     from varcontact.study.bank import standard_bank
@@ -217,7 +221,7 @@ def compare(
             "scenes",
             [],
             "one file at least, or --bank",
-            message="no scenes to compare: name a scene file, or give --bank",
+            message="no scenes to compare: name a scene file or give --bank",
         )
     chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
     show = table_as_json if as_json else summary
@@ -235,24 +239,25 @@ def compare(
 
 
 @app.command(
-    short_help="Solve a scene on finer and finer grids.",
+    short_help="Study the convergence of a scene under grid refinement.",
     epilog=f"{METHODS}\n\nExample: varcontact converge scene.toml --cells 8,12,16,24,32 --plot order.png",
 )
 def converge(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    cells: Annotated[str, typer.Option(help="Elements across the contact, grid by grid, with commas between.")],
-    method: Annotated[str, typer.Option(help="Names with commas between, as for compare.")] = "tang-safeguarded",
+    cells: Annotated[str, typer.Option(help="Elements across the contact for each grid, separated by commas.")],
+    method: Annotated[str, typer.Option(help="Names separated by commas, as for compare.")] = "tang-safeguarded",
     offsets: Annotated[
-        int, typer.Option(help="Solves of each grid, with the lattice moved by parts of an element.")
+        int, typer.Option(help="Solves of each grid, with the lattice shifted by fractions of an element.")
     ] = 4,
-    tol: Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")] = 1e-6,
+    tol: Annotated[float, typer.Option(help="Natural-map residual up to which an answer counts as solved.")] = 1e-6,
     store: Annotated[
-        Path | None, typer.Option(help="Table of solves (.csv), written after each; what it has is not solved again.")
+        Path | None,
+        typer.Option(help="Table of solves (.csv), written after each; solves already in it are not repeated."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of the errors (.png, .pdf, .svg).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the tables.")] = False,
 ) -> None:
-    """Solve a scene on finer and finer grids: order of convergence, and extrapolated values with their errors."""
+    """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     from varcontact.io.scene_file import read_scene
     from varcontact.study.converge import converge as converge_on
 
@@ -311,14 +316,15 @@ def _print(text: str) -> None:
 
 
 def _with_progress(work: Any) -> Any:
-    """Run with the name of the stage on standard error, where that is a terminal."""
+    """Run with the name of the stage on standard error, where that is a terminal; solvers print there, too."""
     from rich.console import Console
 
     console = Console(stderr=True)
-    if not console.is_terminal:
-        return work(None)
-    with console.status("reading") as status:
-        return work(status.update)
+    with contextlib.redirect_stdout(sys.stderr):
+        if not console.is_terminal:
+            return work(None)
+        with console.status("reading") as status:
+            return work(status.update)
 
 
 def _check_outputs(out: Path | None, plot: Path | None, ending: str = ".csv", name_of_out: str = "--out") -> None:
@@ -358,11 +364,11 @@ def _write_picture(figure: Any, path: Path) -> None:
 def _stop(stopped: Interrupted, store: Path | None, option: str, what: str) -> NoReturn:
     """After Ctrl-C: what is kept, and how to go on."""
     if store is None:
-        kept = f"nothing is kept: with {option} finished {what} are, and the same command goes on from there"
+        kept = f"nothing is kept; with {option}, finished {what} are kept and the same command resumes from there"
     elif store.exists():
-        kept = f"finished {what} are kept in {store}, and the same command goes on from there"
+        kept = f"finished {what} are kept in {store}, and the same command resumes from there"
     else:
-        kept = f"nothing is kept in {store} yet, and the same command begins again"
+        kept = f"nothing is kept in {store} yet, and the same command starts again from the beginning"
     _fail(f"{stopped}; {kept}", INTERRUPTED)
 
 

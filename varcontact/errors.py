@@ -20,7 +20,20 @@ class VarcontactError(Exception):
     history: Any = None
 
     def in_step(self, step: int, history: Any) -> Self:
-        """Name the step of the history in the message; `history` is None where no step was solved."""
+        """Name the step of a history in the message.
+
+        Parameters
+        ----------
+        step : int
+            From 0.
+        history : History or None
+            What was solved before; None where no step was.
+
+        Returns
+        -------
+        VarcontactError
+            Itself, to be raised again.
+        """
         self.step, self.history = step, history
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
@@ -84,7 +97,17 @@ class OutputError(VarcontactError, OSError):
 
 
 class Saturated(VarcontactError):
-    """A prescribed tangential force beyond what friction can carry."""
+    """A prescribed tangential force beyond what friction can carry.
+
+    Parameters
+    ----------
+    force : float
+        Prescribed; in line contact per unit length [force].
+    limit : float
+        What friction can carry [force].
+    law : str
+        More on the friction, for the message.
+    """
 
     def __init__(self, force: float, limit: float, law: str = "") -> None:
         self.force, self.limit = force, limit
@@ -96,6 +119,11 @@ class Saturated(VarcontactError):
 
 class NotConverged(VarcontactError):
     """A solver did not reach the tolerance; the best iterate is kept.
+
+    Parameters
+    ----------
+    message : str
+        What did not converge.
 
     Attributes
     ----------
@@ -111,7 +139,15 @@ class NotConverged(VarcontactError):
 
 
 class SolverUnavailable(VarcontactError):
-    """A solver's package is not installed."""
+    """A solver's package is not installed.
+
+    Parameters
+    ----------
+    solver : str
+        Its name.
+    install : str
+        What to do.
+    """
 
     def __init__(self, solver: str, install: str) -> None:
         self.solver, self.install = solver, install
@@ -119,7 +155,17 @@ class SolverUnavailable(VarcontactError):
 
 
 class TooLarge(VarcontactError):
-    """A method would need more memory than the machine has."""
+    """A method would need more memory than the machine has.
+
+    Parameters
+    ----------
+    what : str
+        What takes the memory, for the message.
+    needed, available : float
+        Memory [bytes].
+    fits : str
+        What would fit, or what to do.
+    """
 
     def __init__(self, what: str, needed: float, available: float, fits: str) -> None:
         self.needed, self.available, self.fits = needed, available, fits
@@ -130,6 +176,11 @@ class TooLarge(VarcontactError):
 
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C in a study of many solves, or in a history of steps; what was finished is kept.
+
+    Parameters
+    ----------
+    finished : str
+        What was finished, for the message.
 
     Attributes
     ----------

@@ -221,7 +221,7 @@ def test_a_plan_is_json_and_comes_back(rolling, tmp_path):
         ({}, {"formulation": "complementary"}, ["formulation", "gap"]),
         ({"surface": SAMPLES}, {"normal": "hertz"}, ["Hertz", "norm", "clarabel"]),
         ({"grid": vc.Grid(nx=4, ny=4, dx=0.1, dy=0.1, x0=5.0, y0=5.0)}, {}, ["grid", "contain"]),
-        ({"grid": vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=-0.4, y0=-0.4)}, {}, ["grid", "goes on"]),
+        ({"grid": vc.Grid(nx=8, ny=8, dx=0.1, dy=0.1, x0=-0.4, y0=-0.4)}, {}, ["grid", "extends to"]),
         ({"grid": vc.Grid(nx=4, ny=4, dx=9.0, dy=9.0, x0=-18.0, y0=-18.0)}, {}, ["grid", "too coarse"]),
         ({"surface": SAMPLES, "normal_force": None, "approach": 1e-9, "grid": EXPLICIT}, {}, ["grid", "element"]),
     ],

@@ -61,7 +61,7 @@ def test_bound_holds_for_a_rough_pressure(motion, solver):
     assert np.all(off(rough, exact) <= bound)
     assert np.any(off(rough, exact) > 10 * (bound - part)), "for this pressure alone it is no bound"
     assert np.all(bound < 0.01 * 0.3), "and it says something"
-    assert "guaranteed on this grid, the pressure's own error included: Fx to" in rough.report()
+    assert "guaranteed on this grid, including the error of the pressure: Fx to" in rough.report()
     assert rough.summary()["certificate"]["pressure_part"] == part.tolist()
 
 
@@ -133,7 +133,7 @@ def test_words_in_a_history(rolling):
     steps = vc.Transient(steps=2, vx=0.02)
     assert "guaranteed on this grid in this step, for Hertz's pressure: " in vc.solve(rolling(motion=steps)).report()
     report = vc.solve(waves(10, motion=steps)).report()
-    assert "guaranteed on this grid in this step, the pressure's own error included: " in report
+    assert "guaranteed on this grid in this step, including the error of the pressure: " in report
 
 
 # ----------------------------------------------------------------------------- forces that are missed
@@ -212,10 +212,10 @@ def test_what_is_left_out_is_not_computed_and_said(rolling, monkeypatch):
         assert sol.certificate.residual == full.certificate.residual < 1e-8
         assert np.all(np.isposinf(sol.certificate.force_bound))
     assert gap.certificate.relative_gap == full.certificate.relative_gap
-    assert 'no guaranteed bound: bound left out, certify = "gap"; "full" computes them all' in gap.report()
+    assert 'no guaranteed bound: bound left out by certify = "gap"; "full" computes everything' in gap.report()
     assert np.isnan(none.certificate.gap) and none.summary()["certificate"]["gap"] is None
     assert none.summary()["certificate"]["level"] == "none"
-    assert 'gap and bound left out, certify = "none"' in none.report()
+    assert 'gap and bound left out by certify = "none"' in none.report()
     assert "relative gap" not in none.report()
 
 

@@ -290,7 +290,7 @@ def test_scenes_that_cannot_be_are_refused():
         cylinder(vc.Transient(steps=2, Fx=0, approach=[None, 0.1], normal_force=[1.0, None]))
     with pytest.raises(vc.NoContact, match="a load in one step at least"):
         vc.solve(scene(motion=vc.Transient(steps=2, normal_force=0.0)))
-    with pytest.raises(vc.SceneError, match="a TimeStep goes on from the step before it"):
+    with pytest.raises(vc.SceneError, match="a TimeStep continues from the step before it"):
         vc.solve(scene(motion=vc.TimeStep(dq=0.1)))
     with pytest.raises(vc.SceneError, match="Steady or Shift"):
         vc.scan(scene(), [(0, 0, 0)])

@@ -146,8 +146,8 @@ SAMPLED = vc.SampledDistance(
     [
         ({"surface": SAMPLED}, {}, "not Hertzian"),
         ({"bodies": vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))}, {}, "K != 0"),
-        ({}, {"normal": "norm"}, "norm (asked for)"),
-        ({}, {"normal": "clarabel"}, "clarabel (asked for)"),
+        ({}, {"normal": "norm"}, "norm (requested)"),
+        ({}, {"normal": "clarabel"}, "clarabel (requested)"),
     ],
 )
 def test_refused_where_the_pressure_is_computed(rolling, changes, methods, why):

@@ -154,9 +154,9 @@ def test_a_gap_that_is_not_convex_says_who_solved_it(rolling):
     sol = vc.solve(rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS), tangential="clarabel")
     assert "clarabel" not in sol.calls["tangential"]
     assert sol.solved_by["tangential"] == "tang-safeguarded"
-    why = "the gap is not convex on these elements, so that tang-safeguarded was asked"
-    assert sol.plan.reasons["tangential"] == f"asked for; {why}"
-    assert f"clarabel: asked for; {why}; the answer is that of tang-safeguarded" in sol.report()
+    why = "the gap is not convex on these elements, so tang-safeguarded was used"
+    assert sol.plan.reasons["tangential"] == f"requested; {why}"
+    assert f"clarabel: requested; {why}; the answer is by tang-safeguarded" in sol.report()
     count = sol.calls["tangential"]["tang-safeguarded"]
     assert (
         f"tangential: no-slip once (1 iterations), tang-safeguarded once ({count.iterations} iterations)"
@@ -266,7 +266,7 @@ def test_calls_of_stored_histories(rolling, tmp_path):
         ),
         ({"method": "active-set", "normal": "osqp"}, "normal", "which takes norm or norm-single"),
         ({"method": "kalker", "tangential": "tang"}, "tangential", 'method = "kalker", which takes tang-exact;'),
-        ({"method": "kalker", "formulation": "gap"}, "formulation", "tang-exact states no program"),
+        ({"method": "kalker", "formulation": "gap"}, "formulation", "tang-exact does not solve a program"),
         ({"method": "convex", "polish": True}, "polish", 'left out: method = "convex" calls no active sets'),
         ({"method": "convex", "polish": 1}, "polish", "true or false"),
     ],
@@ -283,7 +283,7 @@ def test_plan_and_scan_take_a_method(rolling):
     scene = rolling(grid=CELLS)
     planned, sol = vc.plan(scene, method="convex"), vc.solve(scene, method="convex")
     assert planned == sol.plan
-    assert planned.reasons["method"] == "asked for: QP and SOCP by conic solvers, never polished by active sets"
+    assert planned.reasons["method"] == "requested: QP and SOCP by conic solvers, never polished by active sets"
     assert f"  method              convex: {planned.reasons['method']}" in str(planned)
     assert f"  method            convex: {planned.reasons['method']}" in sol.report()
     curve = vc.scan(scene, [(0.02, 0.0, 0.0), (0.04, -0.02, 0.05)], method="convex")

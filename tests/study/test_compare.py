@@ -167,7 +167,7 @@ def test_names(name, parts):
     [
         ("konvex", "did you mean convex?"),
         ("convex|tang", "one of"),
-        ("convex+polish", "only a solver of programs, called by its name, is polished"),
+        ("convex+polish", "only a program solver called by name is polished"),
         ("tag", "did you mean tang?"),
         ("tang/march", "marching"),
         ("tang+polished", "polish"),

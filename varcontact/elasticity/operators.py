@@ -77,9 +77,14 @@ class GridOperator:
         return np.ascontiguousarray(fft.irfft(image, width, axis=-1)[..., :nx])
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        """The same operator between some components of traction (columns) and displacement (rows) only.
+        """The same operator between some components of traction and displacement only.
 
         Remembered, as it remembers its matrix.
+
+        Parameters
+        ----------
+        rows, columns : tuple of int
+            Components of displacement and of traction, by their places in the table.
         """
         if (len(rows), len(columns)) == self.table.shape[:2]:
             return self
@@ -92,6 +97,11 @@ class GridOperator:
         """The same operator between tractions and displacements of some elements only.
 
         The last few are remembered: passes and scans over the same contact assemble and factor its matrix once.
+
+        Parameters
+        ----------
+        elements : int ndarray, shape (n,)
+            Places of the elements on the grid, row by row.
         """
         kept: list[RestrictedOperator] = self.__dict__.setdefault("_kept", [])
         found = next((one for one in kept if np.array_equal(one.elements, elements)), None)
@@ -102,7 +112,7 @@ class GridOperator:
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
-        return fft_shape(*self.shape)
+        return _fft_shape(*self.shape)
 
     @cached_property
     def _kernel(self) -> np.ndarray:
@@ -121,7 +131,14 @@ class GridOperator:
 
 @dataclass(frozen=True, eq=False)
 class RestrictedOperator:
-    """A `GridOperator` between some elements only."""
+    """A `GridOperator` between some elements only.
+
+    Attributes
+    ----------
+    grid_operator : GridOperator
+    elements : int ndarray, shape (n,)
+        Places of the elements on the grid, row by row.
+    """
 
     grid_operator: GridOperator
     elements: np.ndarray
@@ -158,7 +175,18 @@ class RestrictedOperator:
         return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product by FFT, (columns, n) to (rows, n)."""
+        """Product by FFT.
+
+        Parameters
+        ----------
+        tractions : ndarray, shape (columns, n)
+            In the unit of what the influence numbers are multiplied by; within solvers dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (rows, n)
+            Displacements.
+        """
         ny, nx = self.grid_operator.shape
         field = np.zeros((tractions.shape[0], ny * nx))
         field[:, self.elements] = tractions
@@ -166,7 +194,7 @@ class RestrictedOperator:
         return product.reshape(-1, ny * nx)[:, self.elements]
 
 
-def fft_shape(ny: int, nx: int) -> tuple[int, int]:
+def _fft_shape(ny: int, nx: int) -> tuple[int, int]:
     """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
     from scipy.fft import next_fast_len
 
@@ -174,8 +202,21 @@ def fft_shape(ny: int, nx: int) -> tuple[int, int]:
 
 
 def table_bytes(ny: int, nx: int, blocks: int) -> int:
-    """Bytes of a table of influence numbers with this number of blocks, and of its transform."""
-    rows, columns = fft_shape(ny, nx)
+    """Memory for a table of influence numbers and its transform.
+
+    Parameters
+    ----------
+    ny, nx : int
+        Of the grid.
+    blocks : int
+        Pairs of components.
+
+    Returns
+    -------
+    int
+        Bytes.
+    """
+    rows, columns = _fft_shape(ny, nx)
     return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
 
 

@@ -160,7 +160,12 @@ def _letters(kind: str) -> str:
 
 
 def exchanged(kind: str) -> str:
-    """The same derivative with x and y exchanged."""
+    """The same derivative with x and y exchanged.
+
+    Parameters
+    ----------
+    kind : str
+    """
     potential, underscore, letters = kind.partition("_")
     return f"{potential}{underscore}{''.join(sorted(letters.translate(str.maketrans('xy', 'yx'))))}"
 

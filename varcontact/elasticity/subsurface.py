@@ -33,7 +33,17 @@ _TILE = 40
 
 @dataclass(frozen=True, eq=False)
 class ElasticField:
-    """Displacement (3, ...), its gradient (3, 3, ...), du_i/dx_j at [i, j], and stress (3, 3, ...) at points."""
+    """Displacement, its gradient and stress at points.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (3, ...)
+        [length]
+    gradient : ndarray, shape (3, 3, ...)
+        du_i/dx_j at [i, j] [-].
+    stress : ndarray, shape (3, 3, ...)
+        [force/area]
+    """
 
     displacement: np.ndarray
     gradient: np.ndarray

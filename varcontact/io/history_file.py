@@ -80,6 +80,18 @@ class Stored(Sequence[Solution]):
     def opened(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Stored:
         """A file to add to: a new one, or one that holds the first steps of the same history.
 
+        Parameters
+        ----------
+        path : Path
+            Ending in .nc.
+        scene : Scene
+            With a `Transient` motion.
+        plan : Plan
+        tol : float
+            Residual to be reached in each step [-].
+        polish : bool
+            Whether active sets polish the answers of programs.
+
         Raises
         ------
         OutputError
@@ -91,7 +103,7 @@ class Stored(Sequence[Solution]):
         if not path.exists() or path.stat().st_size == 0:
             return stored
         if not is_history(path):
-            raise OutputError("store", path, "is there already, and holds no history")
+            raise OutputError("store", path, "exists already and holds no history")
         other = _stored(path)
         if _identity(stored) != _identity(other) or not _same_start(scene, other.scene):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")
@@ -152,14 +164,14 @@ class Stored(Sequence[Solution]):
             raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
 
     def series(self, name: str) -> np.ndarray:
-        """A number or a few of each step."""
+        """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
             return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if _SERIES[name][0] else ())))
         with _file(self.path) as file:
             return _native(file.variables[name][:])
 
     def append(self, sol: Solution) -> None:
-        """Add the next step."""
+        """Add the next step, solved by `sol`; an `OutputError` tells why it cannot be written."""
         count = len(self)
         if count == 0:
             write_whole("store", self.path, _first(self, sol))
@@ -180,7 +192,19 @@ class Stored(Sequence[Solution]):
 
 
 def save(history: History, path: str | Path) -> None:
-    """Write a history to a file, whole or not at all."""
+    """Write a history to a file, whole or not at all.
+
+    Parameters
+    ----------
+    history : History
+    path : str or Path
+        Ending in .nc.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
     path = Path(path)
     check_ending("path", path, ".nc")
     check_writable("path", path)
@@ -188,19 +212,29 @@ def save(history: History, path: str | Path) -> None:
 
 
 def is_history(path: Path) -> bool:
-    """Whether a file is classic netCDF, as histories are."""
+    """Whether the file at `path`, which exists, is classic netCDF, as histories are."""
     with path.open("rb") as file:
         return file.read(len(MAGIC)) == MAGIC
 
 
 def load_history(path: Path) -> History:
-    """A history from its file, each step as it is stored."""
+    """A history from its file, each step as it is stored.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    OutputError
+        If it holds no history that can be read.
+    """
     stored = _stored(path)
     return History(stored.scene, stored.grid, stored, stored.settings)
 
 
 def dataset(history: History) -> xr.Dataset:
-    """A history as an xarray dataset, see `History.to_xarray`."""
+    """A `history` as an xarray dataset, see `History.to_xarray`."""
     import xarray as xr
 
     source: Any = (

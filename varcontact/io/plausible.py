@@ -19,6 +19,10 @@ def check_plausible(sol: Solution) -> None:
 
     Solvers may miss a bound by what their residual says, and by no more.
 
+    Parameters
+    ----------
+    sol : Solution
+
     Raises
     ------
     ValueError

@@ -92,7 +92,19 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
 
 
 def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
-    """A scene from nested dictionaries as a TOML file gives them; files named in it are sought in `folder`."""
+    """A scene from nested dictionaries as a TOML file gives them; files named in it are sought in `folder`.
+
+    Parameters
+    ----------
+    table : mapping
+        By entry of `Scene`, in the scene's units.
+    folder : Path
+
+    Raises
+    ------
+    SceneError
+        If an entry is unknown, missing or not allowed.
+    """
     entries = dict(table)
     names = [f.name for f in dataclasses.fields(Scene)]
     _known("", entries, names)
@@ -121,6 +133,10 @@ def scene_to(scene: Scene) -> dict[str, Any]:
     """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back.
 
     The start of a history, which is a whole solution, is left out.
+
+    Parameters
+    ----------
+    scene : Scene
     """
     table: dict[str, Any] = {}
     for field in dataclasses.fields(scene):

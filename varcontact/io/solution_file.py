@@ -50,6 +50,10 @@ def dataset(sol: Solution) -> xr.Dataset:
 
     The attribute ``units`` of each variable is in the scene's units, or in words like "force/length^2" where the
     scene names none; forces of a line contact are per unit length.
+
+    Parameters
+    ----------
+    sol : Solution
     """
     import xarray as xr
 
@@ -75,12 +79,22 @@ def dataset(sol: Solution) -> xr.Dataset:
 
 
 def units_of(scene: Scene) -> Units:
-    """A scene's units, or words in their place."""
+    """A scene's units, or words in their place.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
     return scene.units or Units(length="length", force="force")
 
 
 def record_of(sol: Solution) -> dict[str, Any]:
-    """How a solution was found: its plan, iterations, times and certificate, as plain data."""
+    """How a solution was found: its plan, iterations, times and certificate, as plain data.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     return {
         "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
         "converged": sol.converged,
@@ -144,6 +158,10 @@ def write_whole(field: str, path: Path, content: bytes) -> None:
 def read(path: str | Path) -> Solution | History:
     """A solution or a history from its file, as it is stored: fields that no solution can have are refused.
 
+    Parameters
+    ----------
+    path : str or Path
+
     Raises
     ------
     OutputError
@@ -167,7 +185,19 @@ def read(path: str | Path) -> Solution | History:
 
 
 def damaged(path: str | Path, error: Exception) -> OutputError:
-    """The error for a file whose contents cannot be a solution."""
+    """The error for a file whose contents cannot be a solution.
+
+    Parameters
+    ----------
+    path : str or Path
+    error : Exception
+        What was found in reading it.
+
+    Returns
+    -------
+    OutputError
+        To be raised.
+    """
     return OutputError("path", path, f"is damaged ({first_line(error)})")
 
 
@@ -186,19 +216,43 @@ def _data(path: str | Path, content: Any) -> xr.Dataset:
 
 
 def solution_to_bytes(sol: Solution) -> bytes:
-    """A solution's file, in memory."""
+    """A solution's file, in memory.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
     dataset(sol).to_netcdf(buffer, engine="h5netcdf")
     return buffer.getvalue()
 
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
-    """A solution from its file in memory, which was found in the file at `path`."""
+    """A solution from its file in memory, which was found in the file at `path`.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    content : bytes
+        Of a netCDF-4 file.
+
+    Raises
+    ------
+    OutputError
+        If it holds no solution.
+    """
     return solution_from(_data(path, io.BytesIO(content)))
 
 
 def solution_from(data: xr.Dataset) -> Solution:
-    """A solution from its dataset."""
+    """A solution from its dataset.
+
+    Parameters
+    ----------
+    data : Dataset
+        As a file has it.
+    """
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
@@ -215,6 +269,21 @@ def assembled(
     record: dict[str, Any],
 ) -> Solution:
     """A solution from what a file holds.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        Explicit, physical.
+    plan : Plan
+    fields : dict of ndarray
+        By name, (ny, nx), traction and slip (2, ny, nx), in the scene's units.
+    approach : float
+        [length]
+    creepage : ndarray, shape (3,)
+        vx, vy [-] and spin [1/length]; in a shift ux, uy [length] and rotation.
+    record : dict
+        As `record_of` gives it.
 
     Raises
     ------
@@ -263,13 +332,39 @@ FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tabl
 
 
 def check_ending(field: str, path: Path, ending: str) -> None:
-    """Raise `OutputError` where a name promises another format than the one that is written."""
+    """Refuse a name that promises another format than the one that is written.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    path : Path
+    ending : str
+        As ".nc".
+
+    Raises
+    ------
+    OutputError
+        If it has another.
+    """
     if path.suffix.lower() != ending:
         raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
 
 
 def check_writable(field: str, path: Path) -> None:
-    """Raise `OutputError` where a file could not be written, before any work is done for it."""
+    """Refuse a file that could not be written, before any work is done for it.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    path : Path
+
+    Raises
+    ------
+    OutputError
+        If there is no such folder, it may not be written, or is a folder itself.
+    """
     folder = path.parent
     try:
         if not folder.is_dir():
@@ -291,5 +386,10 @@ def check_writable(field: str, path: Path) -> None:
 
 
 def first_line(error: Exception) -> str:
-    """The first line of what an error says."""
+    """The first line of what an error says.
+
+    Parameters
+    ----------
+    error : Exception
+    """
     return str(error).split("\n")[0]

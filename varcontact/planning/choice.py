@@ -64,10 +64,10 @@ def make_plan(
             "motion",
             scene.motion,
             "a Transient",
-            message="motion: a TimeStep goes on from the step before it; give the history as a Transient",
+            message="motion: a TimeStep continues from the step before it; give the history as a Transient",
         )
     way = road(method)
-    chosen, reasons = {"method": method}, {"method": "asked for: " * (method != "auto") + way.why}
+    chosen, reasons = {"method": method}, {"method": "requested: " * (method != "auto") + way.why}
     K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0
     if effect:
         scene = replace(scene, bodies=scene.bodies.alike)
@@ -148,9 +148,9 @@ def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
                 message="Hertz's pressure ignores tangential tractions; with K = "
                 f'{scene.bodies.K:.3g} and friction use "norm" or "clarabel"',
             )
-        return wanted, "asked for; closed form"
+        return wanted, "requested; closed form"
     if wanted != "auto":
-        return wanted, "asked for"
+        return wanted, "requested"
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
@@ -199,24 +199,24 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if scene.motion is None:
         return "none", "no motion"
     if scene.frictionless:
-        return "none", "no friction, no traction"
+        return "none", "without friction there is no traction"
     if wanted in THEORIES:
         reason = why_not(wanted, scene)
         if reason:
             raise SceneError(
                 "tangential", wanted, "another method", message=f'tangential = "{wanted}": {reason}; use another method'
             )
-        return wanted, "asked for: an approximate theory, how wrong is in the certificate"
+        return wanted, "requested: an approximate theory; the certificate measures its error"
     if scene.no_slip and wanted not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
-        return wanted, "asked for"
+        return wanted, "requested"
     if states_programs(way.tangential):
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
     if way.tangential in MATRIX_FREE:
         return way.tangential, f"{_how(way.tangential)}: all of a symmetric contact, cheaper than half by active sets"
-    fails = "; where they fail, the program" if way.fallback != "none" else ""
+    fails = "; if they fail, the program is solved" if way.fallback != "none" else ""
     return way.tangential, f"{_how(way.tangential)}{fails}"
 
 
@@ -232,7 +232,7 @@ def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str
         allowed, default = ("complementary", "potential"), "the fewest unknowns"
         refusal = f'formulation = "{wanted}": only the normal problem is a program here'
     elif tangential in TANGENTIAL and steady:
-        allowed, default = ("none", "marching"), f"{tangential} states no program"
+        allowed, default = ("none", "marching"), f"{tangential} does not solve a program"
         refusal = f'formulation = "{wanted}": {default}'
     else:
         allowed, default = ("none",), "no program"
@@ -243,7 +243,7 @@ def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str
         choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
         last = f"{', '.join(choices[:-1])} or {choices[-1]}" if choices[1:] else choices[0]
         raise SceneError("formulation", wanted, last, message=f"{refusal}; use {last}")
-    return wanted, "asked for"
+    return wanted, "requested"
 
 
 def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
@@ -253,7 +253,7 @@ def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
     if scene.bodies.K == 0:
         return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
     if wanted == "johnson":
-        return wanted, "asked for: one pass, the pressure as without friction"
+        return wanted, "requested: one pass, with the pressure of frictionless contact"
     if wanted == "joint":
-        return wanted, "asked for: pressure and tractions together, with only the traction bound fixed in a pass"
+        return wanted, "requested: pressure and tractions together, with only the traction bound fixed in a pass"
     return "panagiotopoulos", f"unlike bodies (K = {scene.bodies.K:.3g}): normal and tangential problem in turn"

@@ -24,6 +24,17 @@ def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
     A Hertzian contact of a plan with Hertz's pressure is known in closed form; otherwise upper bounds are given:
     the elements that can come into contact at all, or where tractions move the contact, all of the grid.
 
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+        Without sizes.
+
+    Returns
+    -------
+    Sizes
+        Numbers of elements and unknowns, bytes.
+
     Raises
     ------
     SceneError

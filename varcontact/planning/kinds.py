@@ -13,14 +13,26 @@ from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_j
 
 
 def kinds_of(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]:
-    """What kind of scene it is, in the order of the plan's entries, and what follows from it."""
+    """What kind of scene it is, in the order of the plan's entries, and what follows from it.
+
+    Parameters
+    ----------
+    scene : Scene
+    chosen : dict
+        What the plan has chosen so far, by entry: its coupling, for one.
+
+    Returns
+    -------
+    dict of (str, str)
+        The kind and the reason, by entry.
+    """
     K = scene.bodies.K
     if scene.line:
         dimension = "line contact", "nothing depends on y: one row of strips, forces per unit length"
     else:
         dimension = "three-dimensional", "the contact is bounded along x and y"
     if K == 0:
-        bodies = "quasi-identical", "K = 0, tractions do not change the pressure: no blocks between them"
+        bodies = "quasi-identical", "K = 0: tractions do not change the pressure"
     elif scene.frictionless:
         bodies = "unlike", f"K = {K:.3g}, but there are no tractions to change the pressure"
     else:
@@ -29,15 +41,15 @@ def kinds_of(scene: Scene, chosen: dict[str, str]) -> dict[str, tuple[str, str]]
         surface = "sampled", "the contact is found by solving the normal problem"
     else:
         averaged = ", averaged over every element that it touches" if scene.touched else ""
-        surface = "Hertzian", f"contact and pressure without tractions in closed form{averaged}"
+        surface = "Hertzian", f"contact and frictionless pressure in closed form{averaged}"
     if scene.motion is None:
         motion = "none", "normal contact only"
     elif isinstance(scene.motion, Transient):
-        motion = "transient", f"{scene.motion.steps} steps, each from what the one before left, symmetric"
+        motion = "transient", f"{scene.motion.steps} steps, each from the state that the previous one left; symmetric"
     elif isinstance(scene.motion, Shift):
         motion = "shift", "one step from the unloaded state, symmetric"
     elif chosen["formulation"] == "marching":
-        motion = "marching", "steady rolling by steps until nothing changes"
+        motion = "marching", "steady rolling, in steps until nothing changes"
     else:
         motion = "steady", "nothing depends on time: one problem, no steps"
     friction = _friction(scene, chosen["tangential"])
@@ -52,15 +64,25 @@ def _friction(scene: Scene, tangential: str) -> tuple[str, str]:
     if not kinds:
         return "given", "the traction bound follows from the pressure"
     if tangential in THEORIES:
-        reason = "the coefficient depends on the slip, found particle by particle"
+        reason = "the coefficient depends on the slip and is found particle by particle"
     else:
-        reason = "the coefficient depends on the slip: an outer loop, in each pass the problem with known coefficients"
+        reason = "the coefficient depends on the slip: an outer loop solves for known coefficients in each pass"
     one = len(kinds) == 1 and all(isinstance(friction, Law) for friction in scene.frictions)
     return (kinds.pop() if one else "several"), reason
 
 
 def special_of(scene: Scene) -> dict[str, str]:
-    """What is simpler than the general case, and how that is known."""
+    """What is simpler than the general case, and how that is known.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    dict of str
+        The reason, by the name of the special case.
+    """
     if scene.motion is None:
         return {}
     if scene.frictionless:
@@ -68,9 +90,7 @@ def special_of(scene: Scene) -> dict[str, str]:
     if scene.no_slip:
         return {"no slip": "friction is infinite: no bound and no cones, one linear system"}
     if _slips_all_over(scene):
-        return {
-            "full slip": f"expected by {'Carter' if scene.line else 'Vermeulen and Johnson'}: nothing is left to stick"
-        }
+        return {"full slip": f"predicted by {'Carter' if scene.line else 'Vermeulen and Johnson'}: no element sticks"}
     return {}
 
 

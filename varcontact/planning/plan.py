@@ -143,7 +143,12 @@ class Plan:
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Plan:
-        """From what `summary` and JSON made of it."""
+        """From what `summary` and JSON made of it.
+
+        Parameters
+        ----------
+        record : dict
+        """
         sizes = dict(record["sizes"]) if record.get("sizes") else None
         if sizes is not None:
             sizes.pop("peak", None)  # follows from the stages

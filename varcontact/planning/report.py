@@ -10,7 +10,12 @@ if TYPE_CHECKING:
 
 
 def plan_report(plan: Plan) -> str:
-    """The printed form of a plan: what, and why."""
+    """The printed form of a plan: what, and why.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
     rows = [
         (name, f"{getattr(plan, name)}: {plan.reasons[name]}")
         for name in ("dimension", "bodies", "surface", "motion", "friction")
@@ -48,7 +53,7 @@ def _sizes(sizes: Sizes) -> list[tuple[str, str]]:
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
     if not sizes.exact:
-        rows.append(("", "upper bounds: the contact is not known before it is solved for"))
+        rows.append(("", "upper bounds: the contact is not known until it is solved for"))
     return rows
 
 

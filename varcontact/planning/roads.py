@@ -42,23 +42,27 @@ class Road:
 
 
 ROADS: dict[str, Road] = {
-    "auto": Road("norm", "tang-safeguarded", "the fastest by measurement, solvers as named", fallback="clarabel"),
+    "auto": Road(
+        "norm", "tang-safeguarded", "the fastest measured method, or the solvers that are named", fallback="clarabel"
+    ),
     "convex": Road("clarabel", "clarabel", "QP and SOCP by conic solvers, never polished by active sets"),
     "active-set": Road(
         "norm",
         "tang-safeguarded",
-        "NORM and the safeguarded TANG, no program",
+        "NORM and the safeguarded TANG, without programs",
         tuple(name for name in NORMAL if name not in MATRIX_FREE),
         tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
     ),
-    "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, no program", ("norm",), ("tang-exact",)),
+    "kalker": Road("norm", "tang-exact", "NORM and TANG as printed, without programs", ("norm",), ("tang-exact",)),
 }
 """By name. With the first any solver may be named."""
 
 MANY = 1000
 """Elements in contact beyond which "auto" takes Newton's method without a matrix: docs/methods.md has the seconds."""
 
-MANY_ELEMENTS = Road("newton", "newton", f"more than {MANY} elements in contact, the fastest there by measurement")
+MANY_ELEMENTS = Road(
+    "newton", "newton", f"more than {MANY} elements in contact, where it is the fastest by measurement"
+)
 """What "auto" stands for with so many elements."""
 
 
@@ -66,6 +70,10 @@ def many_elements(scene: Scene) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
     It holds for one problem, and for many in a row: of unlike bodies, under a law of friction, in a history.
+
+    Parameters
+    ----------
+    scene : Scene
     """
     grid = given_grid(scene)
     if not grid.explicit:
@@ -79,6 +87,11 @@ def many_elements(scene: Scene) -> bool:
 
 def road(method: str) -> Road:
     """The road of that name.
+
+    Parameters
+    ----------
+    method : str
+        A key of `ROADS`.
 
     Raises
     ------
@@ -94,9 +107,23 @@ def road(method: str) -> Road:
 
 
 def check_on_road(method: str, field: str, name: str) -> None:
-    """Refuse a solver, named for the "normal" or the "tangential" problem, that does not belong to a method.
+    """Refuse a solver that does not belong to a method.
 
     Hertz's closed form is no solver, and goes everywhere.
+
+    Parameters
+    ----------
+    method : str
+        A key of `ROADS`.
+    field : str
+        The problem: "normal" or "tangential".
+    name : str
+        Of the solver.
+
+    Raises
+    ------
+    SceneError
+        If it does not belong there.
     """
     if method == "auto" or name in ("auto", "hertz"):
         return
@@ -109,6 +136,6 @@ def check_on_road(method: str, field: str, name: str) -> None:
         field,
         name,
         words,
-        message=f'{field} = "{name}" does not go with method = "{method}", which takes {words}; '
+        message=f'{field} = "{name}" does not belong to method = "{method}", which takes {words}; '
         'with method = "auto" any solver may be named',
     )

@@ -89,7 +89,12 @@ class Sizes:
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Sizes:
-        """From what `dataclasses.asdict` and JSON made of it."""
+        """From what `dataclasses.asdict` and JSON made of it.
+
+        Parameters
+        ----------
+        record : dict
+        """
         sides = record["sides"]
         lists = {"grid": tuple(record["grid"]), "sides": None if sides is None else tuple(sides)}
         return cls(**{**record, **lists, "matrices": tuple(Matrix(**one) for one in record["matrices"])})
@@ -97,7 +102,19 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Counted:
-    """Elements of the normal problem, of the contact, and of the tangential problem with its components."""
+    """Numbers of elements.
+
+    Attributes
+    ----------
+    normal, contact, tangential : int
+        Of the normal problem, of the contact, and of the tangential problem.
+    components : int
+        Of the tractions: 1 or 2.
+    mirrored : bool
+        Whether the tangential problem is its own mirror image.
+    exact : bool
+        Whether they are known, and no upper bounds.
+    """
 
     normal: int
     contact: int
@@ -108,7 +125,16 @@ class Counted:
 
 
 def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactState) -> Sizes:
-    """Sizes of what was solved in the end."""
+    """Sizes of what was solved in the end.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+    plan : Plan
+    state : ContactState
+        Of the solution, dimensionless.
+    """
     traction = state.traction if plan.coupling != "none" and np.any(state.traction) else None
     contact = int(np.sum(state.pressure > 0))
     normal = contact if plan.closed_form else disc.normal_problem(traction).reachable().distance.size
@@ -123,14 +149,30 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
 
 
 def folds(plan: Plan) -> bool:
-    """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all."""
+    """Whether only half of a tangential problem is solved that is its own mirror image: products by FFT take all.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
     return plan.solves and not plan.matrix_free
 
 
 def sizes_of(
     scene: Scene, plan: Plan, shape: tuple[int, int], sides: tuple[float, float] | None, counted: Counted
 ) -> Sizes:
-    """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds."""
+    """The sizes of a plan on a grid of a given shape, for known numbers of elements or upper bounds.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+    shape : tuple of int
+        (ny, nx) of the grid.
+    sides : tuple of float, or None
+        dx and dy of the elements, where known [length].
+    counted : Counted
+    """
     elements = {"normal": counted.normal}
     unknowns = {"normal": 0 if plan.closed_form else counted.normal}
     if plan.rubs:
@@ -157,18 +199,18 @@ def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix
         ask()
         reasons.update({name: reason for name in dry.bytes if name not in reasons})
 
-    judged = "to judge Hertz's pressure, and for distances" if plan.closed_form else "distances by pressures"
+    judged = "distances, and the residual of Hertz's pressure" if plan.closed_form else "distances due to pressures"
     needed(lambda: operators.normal, judged)
     if plan.rubs:
-        needed(lambda: operators.tangential(lag), "shifts by tractions")
+        needed(lambda: operators.tangential(lag), "shifts due to tractions")
     if isinstance(scene.motion, Transient) and plan.rubs:
-        needed(lambda: operators.carrying(1.0), "what particles bring along, for each distance of a step")
+        needed(lambda: operators.carrying(1.0), "displacements that particles bring along, a table per step length")
     if plan.marches and steady:
         needed(lambda: operators.tangential(), "a step of the march")
     if unlike and scene.motion is not None:
-        needed(lambda: operators.pressure_to_shift(lag), "K != 0: shifts by pressures")
+        needed(lambda: operators.pressure_to_shift(lag), "K != 0: shifts due to pressures")
     if unlike and plan.rubs:
-        needed(lambda: operators.traction_to_distance, "K != 0: distances by tractions")
+        needed(lambda: operators.traction_to_distance, "K != 0: distances due to tractions")
     for name, size in dry.bytes.items():
         yield Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, size, reasons[name])
 
@@ -184,7 +226,7 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
     if states_programs(plan.normal):
         yield block("A_zz", "dense", n, n, "the normal program")
     if plan.normal not in ("hertz", *MATRIX_FREE) and not plan.convex:
-        yield block("A_zz", "factor", n, n, "NORM, on the contact it has", at_most=True)
+        yield block("A_zz", "factor", n, n, "NORM, on the current contact", at_most=True)
     if not plan.rubs or m == 0:
         return
     joint = plan.joint_program

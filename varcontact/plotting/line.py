@@ -16,29 +16,35 @@ if TYPE_CHECKING:
 
 
 def plot_line(sol: Solution) -> Figure:
-    """Tractions between the traction bounds, below them the slip; without a motion the pressure."""
+    """Tractions between the traction bounds, below them the slip; without a motion the pressure.
+
+    Parameters
+    ----------
+    sol : Solution
+        Of a line contact.
+    """
     from matplotlib import pyplot as plt
 
     if sol.scene.motion is None:
         figure, ax = plt.subplots(figsize=(6.4, 4.6), layout="constrained")
-        draw_line_pressure(ax, sol)
+        _draw_line_pressure(ax, sol)
         return figure
     figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.2), layout="constrained", sharex=True, height_ratios=(3, 2))
-    draw_line_traction(axes[0], sol)
-    draw_line_slip(axes[1], sol)
+    _draw_line_traction(axes[0], sol)
+    _draw_line_slip(axes[1], sol)
     axes[0].set_xlabel("")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=5, loc="outside lower center", frameon=False)
     return figure
 
 
-def draw_line_pressure(ax: Axes, sol: Solution) -> None:
+def _draw_line_pressure(ax: Axes, sol: Solution) -> None:
     """Pressure along x."""
     ax.plot(sol.grid.x, sol.pressure[0], "o-", color=TRACTION_COLOUR, markersize=3)
     ax.set_title("Pressure")
     _frame(ax, sol, label("pressure", "pressure", sol))
 
 
-def draw_line_traction(ax: Axes, sol: Solution) -> None:
+def _draw_line_traction(ax: Axes, sol: Solution) -> None:
     """Tractions along x between plus and minus the traction bound, over stick and slip areas."""
     _draw_areas(ax, sol)
     x, bound = sol.grid.x, sol.traction_bound[0]
@@ -50,7 +56,7 @@ def draw_line_traction(ax: Axes, sol: Solution) -> None:
     _frame(ax, sol, label("traction", "pressure", sol))
 
 
-def draw_line_slip(ax: Axes, sol: Solution) -> None:
+def _draw_line_slip(ax: Axes, sol: Solution) -> None:
     """Slip along x in the contact, over stick and slip areas."""
     _draw_areas(ax, sol)
     _draw_components(ax, sol, np.where(sol.state[0] > 0, sol.slip[:, 0], np.nan))

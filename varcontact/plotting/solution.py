@@ -49,14 +49,14 @@ def plot(sol: Solution) -> Figure:
         return plot_line(sol)
     panels = 1 if sol.scene.motion is None else 2
     figure, axes = plt.subplots(1, panels + 1, figsize=(5.2 * (panels + 1), 4.6), layout="constrained", squeeze=False)
-    draw_pressure(axes[0, 0], sol)
+    _draw_pressure(axes[0, 0], sol)
     if panels == 2:
         draw_areas(axes[0, 1], sol)
-    draw_section(axes[0, -1], sol)
+    _draw_section(axes[0, -1], sol)
     return figure
 
 
-def draw_pressure(ax: Axes, sol: Solution) -> None:
+def _draw_pressure(ax: Axes, sol: Solution) -> None:
     """Pressure over the contact."""
     from varcontact.plotting.ticks import readable_numbers
 
@@ -71,7 +71,13 @@ def draw_pressure(ax: Axes, sol: Solution) -> None:
 
 
 def draw_areas(ax: Axes, sol: Solution) -> None:
-    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture."""
+    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture.
+
+    Parameters
+    ----------
+    ax : Axes
+    sol : Solution
+    """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -100,7 +106,7 @@ def draw_areas(ax: Axes, sol: Solution) -> None:
     _frame(ax, sol)
 
 
-def draw_section(ax: Axes, sol: Solution) -> None:
+def _draw_section(ax: Axes, sol: Solution) -> None:
     """The row of elements with the largest pressure: tractions between the traction bounds, or the pressure."""
     from varcontact.plotting.ticks import readable_ticks
 
@@ -128,7 +134,12 @@ def draw_section(ax: Axes, sol: Solution) -> None:
 
 
 def plot_passes(sol: Solution) -> Figure:
-    """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
+    """Change and residual of the whole against the passes, see `Solution.plot_passes`.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     from matplotlib import pyplot as plt
 
     if not sol.passes:
@@ -184,7 +195,7 @@ def _equal_axes(sol: Solution) -> bool:
 
 
 def label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:
-    """A name with its unit, where the scene names units."""
+    """`name` with the unit of a `quantity`, see `Units.of`, where the scene of `sol` names units; in `brackets`."""
     units: Units | None = sol.scene.units
     if units is None:
         return name

@@ -30,7 +30,12 @@ def readable_numbers() -> ScalarFormatter:
 
 
 def readable_ticks(ax: Axes) -> None:
-    """Round and few ticks along x, and short numbers along both axes."""
+    """Round and few ticks along x, and short numbers along both axes.
+
+    Parameters
+    ----------
+    ax : Axes
+    """
     ax.xaxis.set_major_locator(RoomyLocator(steps=[1, 2, 5, 10], min_n_ticks=1))
     ax.xaxis.set_major_formatter(readable_numbers())
     ax.yaxis.set_major_formatter(readable_numbers())

@@ -56,14 +56,36 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:
-    """What Fx, Fy and Mz count of each traction component, (3, c, n): nothing, where it cannot contribute."""
+    """What Fx, Fy and Mz count of each traction component: nothing, where it cannot contribute.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With n elements and c components.
+
+    Returns
+    -------
+    ndarray, shape (3, c, n)
+        Dimensionless; without the area of an element.
+    """
     x, y = problem.points
     one, zero = np.ones(problem.size), np.zeros(problem.size)
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
 
 
 def unknown(outputs: np.ndarray) -> np.ndarray:
-    """Infinite bounds, for the outputs that exist."""
+    """Infinite bounds, for the outputs that exist.
+
+    Parameters
+    ----------
+    outputs : ndarray, shape (3, c, n)
+        As `outputs_of` gives them.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Infinite, or 0 where nothing contributes.
+    """
     return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
 
 
@@ -113,7 +135,7 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
 
 
 def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray) -> float:
-    """A bound on the 2-norm of the rounding in ``known + M field`` by FFT (Higham 2002, theorem 24.2)."""
+    """A bound on the 2-norm of the rounding in ``known + M field`` by FFT (Higham 2002)."""
     stages = TRANSFORM * np.log2(operator.grid_operator.table[0, 0].size)
     return float(EPS * (stages * norm(operator.grid_operator) * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
 

@@ -23,7 +23,17 @@ MOVED = 0.1
 
 
 def wanted_grid(scene: Scene) -> Grid:
-    """The grid that a scene asks for, in its own form; refused where not even fields on it fit into memory."""
+    """The grid that a scene asks for, in its own form.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    TooLarge
+        If not even fields on it fit into memory.
+    """
     spec = _spec(scene)
     margin = 0 if spec.explicit else 2 * spec.margin
     size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
@@ -32,14 +42,42 @@ def wanted_grid(scene: Scene) -> Grid:
 
 
 def known_grid(scene: Scene) -> Grid:
-    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies."""
+    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Grid
+        Explicit, where Hertz tells its place; otherwise as the scene has it [length].
+
+    Raises
+    ------
+    TooLarge
+        If not even fields on it fit into memory.
+    """
     spec = wanted_grid(scene)
     hertz = None if spec.explicit else scene.hertz
     return spec if hertz is None else spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
 
 
 def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
-    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them."""
+    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a history.
+    grids : list of Grid
+        Those of the single contacts, explicit [length].
+
+    Returns
+    -------
+    Grid
+        Explicit [length].
+    """
     spec, margin = _spec(scene), given_grid(scene).margin
     if len(grids) == 1 and spec.margin == margin:
         return grids[0]
@@ -97,14 +135,25 @@ def _spec(scene: Scene) -> Grid:
 
 
 def given_grid(scene: Scene) -> Grid:
-    """The scene's grid as it is given, or what "auto" stands for."""
+    """The scene's grid as it is given, or what "auto" stands for.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
     if isinstance(scene.grid, Grid):
         return scene.grid
     return AUTO_LINE if scene.line else AUTO
 
 
 def across(pressure: np.ndarray) -> tuple[int, int]:
-    """Columns and rows with contact in them."""
+    """Columns and rows with contact in them.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        In any unit; positive in the contact.
+    """
     contact = pressure > 0
     return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
 
@@ -152,7 +201,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
             _rounded(grid.box, grid.line),
             "a potential contact that contains the contact",
             message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
-            f"{_rounded(grid.box, grid.line)} does not contain the contact, which goes on at "
+            f"{_rounded(grid.box, grid.line)} does not contain the contact, which extends to "
             f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
             "with a large distance",
         )
@@ -181,13 +230,32 @@ def _rounded(box: Box, line: bool) -> tuple[float, ...]:
 
 
 def clipped(box: Box, surface: SampledDistance) -> Box:
-    """What of a box lies within the samples of a surface."""
+    """What of a box lies within the samples of a surface.
+
+    Parameters
+    ----------
+    box : tuple of float
+        left, right, bottom, top [length].
+    surface : SampledDistance
+
+    Returns
+    -------
+    tuple of float
+        left, right, bottom, top [length].
+    """
     left, right, bottom, top = surface.box
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 
 
 def within(grid: Grid, surface: Surface) -> Grid:
-    """The grid without the elements whose centres lie beyond the samples, where a surface has such."""
+    """The grid without the elements whose centres lie beyond the samples, where a surface has such.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit [length].
+    surface : Surface
+    """
     if not isinstance(surface, SampledDistance):
         return grid
     left, right, bottom, top = surface.box

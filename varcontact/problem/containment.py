@@ -150,7 +150,22 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
 
 
 def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
-    """Bounding box of marked elements, with a margin of elements around."""
+    """Bounding box of marked elements, with a margin of elements around.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit.
+    mask : ndarray, shape (ny, nx)
+        Positive where marked: a pressure, for one. At least one element.
+    around : int
+        The margin on every side.
+
+    Returns
+    -------
+    tuple of float
+        left, right, bottom, top, in the grid's unit of length.
+    """
     rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
     return (

@@ -156,7 +156,7 @@ class Discretisation:
 
     @property
     def step(self) -> float | None:
-        """Dimensionless distance rolled in a step; None where nothing rolls."""
+        """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses too short ones."""
         motion = self.motion
         if motion is None or motion.rolls == 0:
             return None
@@ -192,11 +192,11 @@ class Discretisation:
         return self.operators.traction_to_distance
 
     def moved(self, motion: Motion) -> Discretisation:
-        """The same bodies on the same grid with another motion, but the same step."""
+        """The same bodies on the same grid with another `motion`, but the same step."""
         return replace(self, motion=motion)
 
     def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
-        """The same bodies in a step of a history, on the same grid and in the same scales."""
+        """The same bodies in the `scene` of a step, on the same grid and in the same scales, with what is `carried`."""
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
         distance = self.distance if surface is self.surface else surface.distance(self.grid)
@@ -204,15 +204,15 @@ class Discretisation:
         return replace(self, surface=surface, hertz=scene.hertz, distance=distance, carried=carried, **posed)
 
     def rubbing(self, coefficient: np.ndarray) -> Discretisation:
-        """The same with a coefficient of friction (ny, nx) for each element, as a law has it."""
+        """The same with a `coefficient` of friction (ny, nx) for each element, as a law has it."""
         return replace(self, coefficient=coefficient)
 
     def extended(self, distance: np.ndarray) -> Discretisation:
-        """The same with one more element on every side, with the undeformed distance there too (ny, nx)."""
+        """The same with one more element on every side, and the `distance` (ny + 2, nx + 2) [length] there too."""
         return replace(self, grid=self.grid.extended(), distance=distance, operators=self.operators.around)
 
     def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
-        """The normal problem, with tangential tractions (2, ny, nx) where the bodies differ."""
+        """The normal problem; where the bodies differ, with their dimensionless `traction` (2, ny, nx)."""
         distance = ((self.distance - self.base) / self.displacement).ravel()
         if traction is not None:
             distance = distance + self.traction_to_distance.apply(traction).ravel()
@@ -233,11 +233,11 @@ class Discretisation:
         acting: np.ndarray | None = None,
         possible: np.ndarray | None = None,
     ) -> TangentialProblem:
-        """The tangential problem on the elements with a traction bound, for a pressure (ny, nx).
+        """The tangential problem on the elements with a traction bound, for a dimensionless `pressure` (ny, nx).
 
-        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions
-        `acting` (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act.
-        Elements with friction that are `possible` (ny, nx) enter with a bound of zero where there is no pressure.
+        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions `acting`
+        (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act. Elements with
+        friction that are `possible` (ny, nx) enter with a bound of 0 without pressure. For `marching` it keeps A too.
         """
         motion = self.motion
         assert motion is not None
@@ -295,6 +295,16 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
 
     Unless `coupled`, pressure and tractions are independent, whatever K is.
 
+    Parameters
+    ----------
+    scene : Scene
+        Of one problem: not a history.
+    grid : Grid
+        Explicit, physical.
+    known : Operators, optional
+        Those of a scene before.
+    coupled : bool
+
     Raises
     ------
     SceneError
@@ -345,7 +355,21 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
 
 
 def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid) -> np.ndarray:
-    """Undeformed distance at the element centres, (ny, nx); that of an ellipse has its Hertzian radii."""
+    """Undeformed distance at the element centres; that of an ellipse has its Hertzian radii.
+
+    Parameters
+    ----------
+    surface : Surface
+    hertz : HertzContact or None
+        Needed for an ellipse.
+    grid : Grid
+        Explicit, physical.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [length]
+    """
     if isinstance(surface, Ellipse):
         assert hertz is not None
         return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)

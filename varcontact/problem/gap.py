@@ -94,7 +94,7 @@ def handed_on(
     """
     if disc.K == 0 or not np.any(traction):
         return 0.0
-    image = normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
+    image = _normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
     tangential = disc.tangential_problem(pressure, acting=traction)
     if tangential.size and tangential.free:
         tractions, shifts = tangential.of_grid(traction, rigid)
@@ -110,24 +110,57 @@ def handed_on(
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Lengths (n,) of vectors (c, n) of one or two components."""
+    """Lengths of vectors.
+
+    Parameters
+    ----------
+    vectors : ndarray, shape (c, n)
+        Of one or two components, in any unit.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
     return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
 
 
 def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Projection of tractions (c, n) on the disks, or the intervals, of radius `bound` (n,)."""
+    """Projection of tractions on the disks, or the intervals, that the bound leaves.
+
+    Parameters
+    ----------
+    traction : ndarray, shape (c, n)
+        Dimensionless, as the bound.
+    bound : ndarray, shape (n,)
+        Radii, not negative; ``inf`` for no bound.
+
+    Returns
+    -------
+    ndarray, shape (c, n)
+    """
     size = magnitude(traction)
     beyond = size > bound
     return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
 
 
 def relative(value: float, scale: float) -> float:
-    """A value by a scale; zero where there is no scale."""
+    """A value by a scale; zero where there is no scale.
+
+    Parameters
+    ----------
+    value, scale : float
+        In one unit.
+    """
     return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN
 
 
 def worst(*values: float) -> float:
-    """The largest, and NaN where one is: so that NaN never passes for a small residual."""
+    """The largest, and NaN where one is: so that NaN never passes for a small residual.
+
+    Parameters
+    ----------
+    *values : float
+    """
     return float(np.max(values))
 
 
@@ -152,14 +185,14 @@ def normal_residual(
     -------
     float
     """
-    image = normal_image(problem, pressure, rigid, elastic)
+    image = _normal_image(problem, pressure, rigid, elastic)
     residual = relative(np.abs(pressure - image).max(), worst(np.abs(pressure).max(), image.max()))
     if problem.force is not None:
         residual = worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
     return residual
 
 
-def normal_image(
+def _normal_image(
     problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
 ) -> np.ndarray:
     """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""

@@ -37,7 +37,18 @@ class FoldedOperator(RestrictedOperator):
         return own
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product by FFT, (2, n) to (2, n)."""
+        """Product by FFT.
+
+        Parameters
+        ----------
+        tractions : ndarray, shape (2, n)
+            On one side, dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (2, n)
+            Displacements on the same side.
+        """
         ny, nx = self.grid_operator.shape
         field = np.zeros((2, ny * nx))
         field[:, self.elements] = tractions
@@ -62,7 +73,18 @@ class Mirror:
     signs: tuple[float, float]
 
     def fold(self, problem: TangentialProblem) -> TangentialProblem:
-        """The problem on one side, with half of a prescribed force."""
+        """The problem on one side, with half of a prescribed force.
+
+        Parameters
+        ----------
+        problem : TangentialProblem
+            With 2 n elements.
+
+        Returns
+        -------
+        TangentialProblem
+            With n elements.
+        """
         instant, (along_x, along_y) = problem.instant, problem.force
         return replace(
             problem,
@@ -75,11 +97,33 @@ class Mirror:
         )
 
     def fold_solution(self, raw: RawSolution) -> RawSolution:
-        """Tractions on one side."""
+        """Tractions on one side.
+
+        Parameters
+        ----------
+        raw : RawSolution
+            Tractions (2, 2 n), dimensionless.
+
+        Returns
+        -------
+        RawSolution
+            Tractions (2, n).
+        """
         return replace(raw, traction=raw.traction[:, self.half])
 
     def unfold(self, raw: RawSolution) -> RawSolution:
-        """Tractions on both sides, from those on one."""
+        """Tractions on both sides, from those on one.
+
+        Parameters
+        ----------
+        raw : RawSolution
+            Tractions (2, n), dimensionless.
+
+        Returns
+        -------
+        RawSolution
+            Tractions (2, 2 n).
+        """
         traction = np.empty((2, 2 * self.half.size))
         traction[:, self.half] = raw.traction
         traction[:, self.images] = raw.traction * np.array(self.signs)[:, None]
@@ -136,7 +180,17 @@ def mirror(
 
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
-    """The mirror of a problem that is posed."""
+    """The mirror of a problem that is posed.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+
+    Returns
+    -------
+    Mirror or None
+        None, if it is not its own mirror image.
+    """
     operator = problem.operator
     columns = operator.grid_operator.shape[1]
     return mirror(operator.elements, columns, problem.rigid_shift, problem.bound, problem.force)

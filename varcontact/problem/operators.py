@@ -44,7 +44,17 @@ class DryRun:
 
 
 def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
-    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
+    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal.
+
+    Parameters
+    ----------
+    rows, columns : str
+        Directions of displacement and of traction: "xy", "z" or "xyz".
+    lag : float, optional
+        Dimensionless distance rolled in a step of steady rolling.
+    offset : float
+        Dimensionless distance by which tractions are carried along.
+    """
     row = "z" if rows == "z" else "t"
     blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
     if offset:
@@ -90,11 +100,33 @@ class Operators:
         return self._table("z", "z")
 
     def tangential(self, lag: float | None = None) -> GridOperator:
-        """A_tt: shifts by tractions; with a `lag` A_tt - C_tt, of steady rolling by steps of that distance."""
+        """A_tt, shifts by tractions; in steady rolling A_tt - C_tt.
+
+        Parameters
+        ----------
+        lag : float, optional
+            Dimensionless distance rolled in a step of steady rolling.
+
+        Returns
+        -------
+        GridOperator
+            From (2, ny, nx) to (2, ny, nx), dimensionless.
+        """
         return self._table("xy", "xy", lag)
 
     def pressure_to_shift(self, lag: float | None = None) -> GridOperator:
-        """A_tz, or A_tz - C_tz with a `lag`: shifts by pressures, where K != 0."""
+        """A_tz, shifts by pressures, where K != 0; in steady rolling A_tz - C_tz.
+
+        Parameters
+        ----------
+        lag : float, optional
+            Dimensionless distance rolled in a step of steady rolling.
+
+        Returns
+        -------
+        GridOperator
+            From (1, ny, nx) to (2, ny, nx), dimensionless.
+        """
         return self._table("xy", "z", lag)
 
     @property
@@ -103,7 +135,18 @@ class Operators:
         return self._table("z", "xy")
 
     def carrying(self, distance: float) -> GridOperator:
-        """C: displacements of the particles that come from a distance further along x, by all tractions that count."""
+        """C: displacements of the particles that come from further along x, by all tractions that count.
+
+        Parameters
+        ----------
+        distance : float
+            From where they come, dimensionless; negative: from behind.
+
+        Returns
+        -------
+        GridOperator
+            From (2, ny, nx), or (3, ny, nx) where K != 0, to (2, ny, nx), dimensionless.
+        """
         if distance not in self._carrying:
             if len(self._carrying) >= KEPT_DISTANCES:
                 del self._carrying[next(iter(self._carrying))]
@@ -117,11 +160,27 @@ class Operators:
         return self.on(self.lattice.extended())
 
     def on(self, lattice: Grid) -> Operators:
-        """Those of the same bodies on another lattice."""
+        """Those of the same bodies on another lattice.
+
+        Parameters
+        ----------
+        lattice : Grid
+            Explicit, dimensionless.
+        """
         return Operators(lattice, self.nu, self.K, self.depth)
 
     def same(self, lattice: Grid, nu: float, K: float, depth: float) -> bool:
-        """Whether these are the operators of that lattice and those constants."""
+        """Whether these are the operators of that lattice and those constants.
+
+        Parameters
+        ----------
+        lattice : Grid
+            Explicit, dimensionless.
+        nu, K : float
+            Combined constants (59), (60) [-].
+        depth : float
+            In line contact: the dimensionless depth from which displacements count.
+        """
         return (self.lattice, self.nu, self.K, self.depth) == (lattice, nu, K, depth)
 
     def _table(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:

@@ -15,7 +15,21 @@ RANGE = 280
 
 
 def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
-    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
+    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between.
+
+    Parameters
+    ----------
+    surface : Surface
+    approach : float or None
+        Where it is prescribed [length].
+    grid : Grid
+        Explicit, physical.
+
+    Returns
+    -------
+    SceneError
+        To be raised.
+    """
     left, right, bottom, top = grid.box
     x = y = 0.0
     if isinstance(surface, SampledDistance):
@@ -45,7 +59,21 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
 
 
 def check_range(scene: Scene, length: float, pressure: float) -> None:
-    """Refuse sizes at which forces, or their work, leave the range of floating point."""
+    """Refuse sizes at which forces, or their work, leave the range of floating point.
+
+    Parameters
+    ----------
+    scene : Scene
+    length : float
+        Scale of lengths [length].
+    pressure : float
+        Scale of pressures [force/area].
+
+    Raises
+    ------
+    SceneError
+        If they do.
+    """
     with np.errstate(divide="ignore"):
         L, p, G = np.log10([length, pressure, scene.bodies.combined_G])
     force = p + (1 if scene.line else 2) * L

@@ -127,16 +127,54 @@ class TangentialProblem:
         return self.symmetric_part is not None
 
     def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
-        """Local shift E = W + M p, (c, n), by FFT; `free_shift` (c,) is the unknown part of W."""
+        """Local shift E = W + M p, by FFT.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, n)
+            p, dimensionless.
+        free_shift : ndarray, shape (c,)
+            The unknown part of W, dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (c, n)
+        """
         return self.operator.apply(traction) + self.rigid_shift + free_shift[:, None]
 
     def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What of tractions (2, ny, nx) and rigid shifts (2,) is of this problem: (c, n) and (c,)."""
+        """What of tractions and rigid shifts is of this problem.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny, nx)
+            Dimensionless.
+        rigid : ndarray, shape (2,)
+            Dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (c, n)
+        ndarray, shape (c,)
+        """
         chosen = list(self.directions)
         return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
 
     def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions (c, n) and rigid shifts (c,) as (2, ny, nx) and (2,), zero elsewhere and in other directions."""
+        """Tractions and rigid shifts on the whole grid, zero elsewhere and in other directions.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, n)
+            Dimensionless.
+        rigid : ndarray, shape (c,)
+            Dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (2, ny, nx)
+        ndarray, shape (2,)
+        """
         ny, nx = self.operator.grid_operator.shape
         field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
         field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid

@@ -49,10 +49,25 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
 
 
 def own_influence(disc: Discretisation) -> float:
-    """Mean of an element's influence on itself along x and y; any, where there is no traction to compare with."""
+    """Mean of an element's influence on itself along x and y; any, where there is no traction to compare with.
+
+    Parameters
+    ----------
+    disc : Discretisation
+
+    Returns
+    -------
+    float
+        Dimensionless.
+    """
     return 1.0 if disc.frictionless else disc.tangential_operator.on(np.arange(1)).diagonal
 
 
 def unit_slip(disc: Discretisation) -> float:
-    """Dimensionless shift that is a relative slip of 1; in a shift, that is one unit of length."""
+    """Dimensionless shift that is a relative slip of 1; in a shift, that is one unit of length.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    """
     return (1.0 if disc.step is None else disc.step * disc.length) / disc.displacement

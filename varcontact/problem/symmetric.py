@@ -41,7 +41,17 @@ class PositiveDefinite(Protocol):
         ...
 
     def energies(self, right: np.ndarray) -> np.ndarray:
-        """Upper bounds (k,) on ``b'S^-1 b`` for several b, (k, c, n)."""
+        """Upper bounds on ``b'S^-1 b``.
+
+        Parameters
+        ----------
+        right : ndarray, shape (k, c, n)
+            Several b, dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
         ...
 
 
@@ -72,12 +82,24 @@ def positive_definite(operator: RestrictedOperator, dense_limit: int | None = No
 
 
 def symmetric_part(operator: GridOperator) -> GridOperator:
-    """``(M + M')/2`` of a square grid operator: the transpose of a Toeplitz operator mirrors its table."""
+    """``(M + M')/2`` of a square grid operator: the transpose of a Toeplitz operator mirrors its table.
+
+    Parameters
+    ----------
+    operator : GridOperator
+        As many rows as columns.
+    """
     return GridOperator(operator.shape, (operator.table + _transposed(operator)) / 2)
 
 
 def skew_part(operator: GridOperator) -> GridOperator:
-    """``(M - M')/2`` of a square grid operator."""
+    """``(M - M')/2`` of a square grid operator.
+
+    Parameters
+    ----------
+    operator : GridOperator
+        As many rows as columns.
+    """
     return GridOperator(operator.shape, (operator.table - _transposed(operator)) / 2)
 
 
@@ -86,7 +108,17 @@ def _transposed(operator: GridOperator) -> np.ndarray:
 
 
 def norm(operator: GridOperator) -> float:
-    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the periodic box."""
+    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the periodic box.
+
+    Parameters
+    ----------
+    operator : GridOperator
+
+    Returns
+    -------
+    float
+        In the unit of the influence numbers.
+    """
     from scipy import fft
 
     rows, columns = (fft.next_fast_len(size, real=True) for size in operator.table.shape[2:])

@@ -1,4 +1,8 @@
-"""Bufler's rolling of two unlike cylinders without slip and without tangential force (paper, section 6.1.2)."""
+"""Bufler's rolling of two unlike cylinders without slip and without tangential force (paper, section 6.1.2).
+
+Sources: H. Bufler, Zur Theorie der rollenden Reibung, Ing.-Arch. 27 (1959); K. L. Johnson, Contact Mechanics,
+Cambridge University Press 1985.
+"""
 
 from __future__ import annotations
 
@@ -43,12 +47,34 @@ class Bufler:
     bodies: Bodies
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Pressure pz at x, zero outside the contact."""
+        """Pressure pz, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         amplitude, phase = self._polar(x)
         return amplitude * np.cos(phase)
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction px at x, zero outside the contact."""
+        """Traction px, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         amplitude, phase = self._polar(x)
         return amplitude * np.sin(phase)
 
@@ -93,7 +119,7 @@ def bufler(R: float, bodies: Bodies, *, force: float | None = None, a: float | N
     Its solution that is bounded at both edges exists for one creepage, ``vx = -2 eta a / R``, and is
     ``P = G/(2 (1 - nu) R) cosh(pi eta) sqrt(a^2 - x^2) exp(i eta ln((a + x)/(a - x)))``, with
     ``cosh(pi eta) = 1/sqrt(1 - beta^2)``. Its normal force is ``pi a^2 G (1 + 4 eta^2) / (4 (1 - nu) R)``, its
-    tangential force zero (Bufler, Ingenieur-Archiv 27 (1959) 137; Johnson, Contact Mechanics, section 8.2).
+    tangential force zero (Bufler 1959; Johnson 1985).
 
     Very near the edges the pressure changes its sign without end, first where
     ``1 - |x|/a`` is about ``2 exp(-pi / (2 |eta|))``: for one rigid body and nu = 0 at 2.5e-4, else nearer.

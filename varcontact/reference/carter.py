@@ -1,4 +1,8 @@
-"""Carter's steady rolling of two like cylinders (paper, section 6.1.1)."""
+"""Carter's steady rolling of two like cylinders (paper, section 6.1.1).
+
+Sources: F. W. Carter, On the action of a locomotive driving wheel, Proc. R. Soc. Lond. A 112 (1926) 151-157;
+K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+"""
 
 from __future__ import annotations
 
@@ -45,14 +49,36 @@ class Carter:
         return self.friction * self.contact.a / self.contact.R
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction along x at x: the bound, less a Hertz-like traction over the stick area."""
+        """Traction along x: the bound, less a Hertz-like traction over the stick area.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         a, c = self.contact.a, self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - np.asarray(x) ** 2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - (np.asarray(x) - (a - c)) ** 2, 0.0)) / a
         return math.copysign(self.friction * self.contact.peak_pressure, -self.creepage) * (outer - inner)
 
     def slip(self, x: np.ndarray) -> np.ndarray:
-        """Relative slip of body 1 over body 2 at x in the contact (nan outside); zero in the stick area."""
+        """Relative slip of body 1 over body 2; zero in the stick area.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [-], in the shape of `x`; nan outside the contact.
+        """
         x, a, c = np.asarray(x, dtype=float), self.contact.a, self.stick_half_width
         beyond = np.maximum((x - (a - c)) ** 2 - c**2, 0.0)
         excess = max(abs(self.creepage) - self.full_sliding_creepage, 0.0)
@@ -88,10 +114,9 @@ def carter(
 
     Notes
     -----
-    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (F. W. Carter,
-    Proc. R. Soc. Lond. A 112 (1926) 151-157; Johnson, Contact Mechanics, section 8.3).
-    The relative slip is ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From the
-    creepage ``f a / R`` on everything slides, and the force is ``f N``.
+    ``c = a (1 - |vx| R / (f a)) = a sqrt(1 - |F| / (f N))`` (Carter 1926; Johnson 1985). The relative slip is
+    ``vx - du/dx``, in the slip area ``sign(vx) (f / R) sqrt((x - a + c)^2 - c^2)``. From a creepage of ``f a / R``
+    on, the whole contact slides, and the force is ``f N``.
 
     Examples
     --------

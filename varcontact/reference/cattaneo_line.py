@@ -1,6 +1,6 @@
 """Cattaneo's and Mindlin's shift of two like cylinders (paper, section 6.2.1).
 
-Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, section 7.2.
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
 """
 
 from __future__ import annotations
@@ -40,14 +40,36 @@ class CattaneoLine:
     stick_half_width: float
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction along x at x: the bound, less a Hertz-like traction over the stick area."""
+        """Traction along x: the bound, less a Hertz-like traction over the stick area.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         x2, a, c = np.asarray(x) ** 2, self.contact.a, self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - x2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - x2, 0.0)) / a
         return math.copysign(self.friction * self.contact.peak_pressure, self.force) * (outer - inner)
 
     def slip(self, x: np.ndarray) -> np.ndarray:
-        """Shift of body 1 over body 2 at x in the contact (nan outside) [length]; zero in the stick area."""
+        """Shift of body 1 over body 2; zero in the stick area.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [length], in the shape of `x`; nan outside the contact.
+        """
         c = self.stick_half_width
         ratio = np.maximum(np.abs(np.asarray(x, dtype=float)) / c, 1.0)
         size = self.friction * c**2 / (2 * self.contact.R) * (ratio * np.sqrt(ratio**2 - 1) - np.arccosh(ratio))
@@ -79,7 +101,7 @@ def cattaneo_line(contact: LineContact, friction: float, force: float) -> Cattan
 
     Notes
     -----
-    Johnson, Contact Mechanics, section 7.2. In the slip areas the local shift is
+    Johnson 1985. In the slip areas the local shift is
     ``-sign(F) f / (2 R) (|x| sqrt(x^2 - c^2) - c^2 arcosh(|x|/c))``. The rigid shift of the bodies is not given: in
     plane strain it depends on the bodies as a whole.
 

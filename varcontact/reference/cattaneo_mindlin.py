@@ -1,7 +1,7 @@
 """Cattaneo's and Mindlin's shift of two like spheres (paper, sections 6.2.1 and 6.4.1).
 
 Source: R. D. Mindlin, Compliance of elastic bodies in contact, J. Appl. Mech. 16 (1949) 259-268; K. L. Johnson,
-Contact Mechanics, Cambridge University Press 1985, section 7.2.
+Contact Mechanics, Cambridge University Press 1985.
 """
 
 from __future__ import annotations
@@ -45,7 +45,18 @@ class CattaneoMindlin:
     shift: float
 
     def traction(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Traction along x at points: the bound, less a Hertz-like traction over the stick area."""
+        """Traction along x: the bound, less a Hertz-like traction over the stick area.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Points [length]; their shapes broadcast.
+
+        Returns
+        -------
+        ndarray
+            [force/area]
+        """
         r2 = np.asarray(x) ** 2 + np.asarray(y) ** 2
         p0, a, c = self.friction * self.contact.peak_pressure, self.contact.a, self.stick_radius
         outer = np.sqrt(np.maximum(a**2 - r2, 0.0)) / a
@@ -75,7 +86,7 @@ def cattaneo_mindlin(contact: HertzContact, bodies: Bodies, friction: float, for
     Notes
     -----
     ``shift = -sign(F) 3 (2 - nu) f Fz / (8 G a) (1 - (1 - |F|/(f Fz))^(2/3))``, the displacement difference
-    of both bodies (Johnson, Contact Mechanics, section 7.2). The lateral traction that keeps slip and traction
+    of both bodies (Johnson 1985). The lateral traction that keeps slip and traction
     opposite is neglected in it, as it vanishes for nu = 0 only: there the solution is exact.
 
     Examples

@@ -23,7 +23,13 @@ LEAST_RATIO, GREATEST_RATIO = 0.1, 10.0
 
 @dataclass(frozen=True)
 class CreepageCoefficients:
-    """Coefficients of ``Fx = -G ab C11 vx`` and so on, (118)-(119); ``C32 = -C23``. Pure numbers (or arrays)."""
+    """Coefficients of ``Fx = -G ab C11 vx`` and so on, (118)-(119); ``C32 = -C23``. Pure numbers (or arrays).
+
+    Attributes
+    ----------
+    C11, C22, C23, C33 : float or ndarray
+        [-]
+    """
 
     C11: float
     C22: float
@@ -81,7 +87,15 @@ def creepage_coefficients(a: float, b: float, nu: float) -> CreepageCoefficients
 
 
 def in_table(a: float, b: float, nu: float) -> bool:
-    """Whether the table reaches an ellipse and a Poisson's ratio."""
+    """Whether the table reaches an ellipse and a Poisson's ratio.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along the rolling direction and across it, in one unit.
+    nu : float
+        Combined Poisson's ratio (59) [-].
+    """
     return LEAST_RATIO <= a / b <= GREATEST_RATIO and 0 <= nu <= 0.5
 
 

@@ -1,6 +1,6 @@
 """Hertz's contact of two paraboloids in closed form (paper, section 2.1).
 
-Source: H. Hertz, J. reine angew. Math. 92 (1882) 156-171.
+Source: H. Hertz, Über die Berührung fester elastischer Körper, J. reine angew. Math. 92 (1882) 156-171.
 """
 
 from __future__ import annotations
@@ -24,7 +24,13 @@ LEAST_SHARE = 1e-14
 
 @dataclass(frozen=True)
 class EllipticIntegrals:
-    """Kalker's complete elliptic integrals (95)-(99) at one axial ratio m' (Table 1)."""
+    """Kalker's complete elliptic integrals (95)-(99) at one axial ratio m' (Table 1).
+
+    Attributes
+    ----------
+    B, C, D, E, K : float
+        [-]
+    """
 
     B: float
     C: float
@@ -35,6 +41,11 @@ class EllipticIntegrals:
 
 def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     """Complete elliptic integrals B, C, D, E, K of the axial ratio, (95)-(99).
+
+    Raises
+    ------
+    SceneError
+        If it is not in that range.
 
     Parameters
     ----------
@@ -71,7 +82,21 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
 
 @dataclass(frozen=True)
 class HertzContact:
-    """One Hertzian contact: the ellipse, the approach, the force, the peak pressure, and the radii."""
+    """One Hertzian contact.
+
+    Attributes
+    ----------
+    a, b : float
+        Semi-axes of the ellipse along x and y [length].
+    approach : float
+        [length]
+    force : float
+        Normal force [force].
+    peak_pressure : float
+        In the middle [force/area].
+    Rx, Ry : float
+        Combined radii of curvature along x and y [length].
+    """
 
     a: float
     b: float
@@ -82,14 +107,35 @@ class HertzContact:
     Ry: float
 
     def pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Semi-ellipsoidal pressure (88) at points, zero outside the ellipse."""
+        """Semi-ellipsoidal pressure (88), zero outside the ellipse.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Points [length]; their shapes broadcast.
+
+        Returns
+        -------
+        ndarray
+            [force/area]
+        """
         inside = 1 - (np.asarray(x) / self.a) ** 2 - (np.asarray(y) / self.b) ** 2
         return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))
 
     def mean_pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Mean of the pressure over each rectangle between lines x (nx + 1,) and lines y (ny + 1,), shape (ny, nx).
+        """Mean of the pressure over each rectangle between lines.
 
         Zero where less than 1e-14 of the force falls on a rectangle. Together they carry the force to rounding.
+
+        Parameters
+        ----------
+        x, y : ndarray, shapes (nx + 1,) and (ny + 1,)
+            Lines, rising [length].
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            [force/area]
 
         Notes
         -----
@@ -118,7 +164,18 @@ class HertzContact:
         return np.where(share > LEAST_SHARE, share * total, 0.0).astype(float)
 
     def on_elements(self, grid: Grid) -> np.ndarray:
-        """Pressure on the elements of an explicit grid, (ny, nx): at their centres, or means, as `Grid.edge` says."""
+        """Pressure on the elements: at their centres, or means, as `Grid.edge` says.
+
+        Parameters
+        ----------
+        grid : Grid
+            Explicit, in the same unit of length.
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            [force/area]
+        """
         if grid.edge == "touched":
             return self.mean_pressure(*grid.lines)
         return self.pressure(grid.x[None, :], grid.y[:, None])

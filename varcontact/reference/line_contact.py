@@ -1,4 +1,7 @@
-"""Hertz's contact of two cylinders with parallel axes, in plane strain (paper, section 6.1)."""
+"""Hertz's contact of two cylinders with parallel axes, in plane strain (paper, section 6.1).
+
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,18 @@ class LineContact:
     bodies: Bodies
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Semi-elliptical pressure at x, zero outside the contact."""
+        """Semi-elliptical pressure, zero outside the contact.
+
+        Parameters
+        ----------
+        x : array_like
+            Points [length].
+
+        Returns
+        -------
+        ndarray
+            [force/area], in the shape of `x`.
+        """
         return self.peak_pressure * np.sqrt(np.maximum(1 - (np.asarray(x) / self.a) ** 2, 0.0))
 
     def approach(self, depth: float) -> float:
@@ -48,7 +62,17 @@ class LineContact:
 
         ``a^2/(2 R) (ln(2 d/a) + 1/2)``, the displacement on the centre line. A material point below it, at a depth
         z far larger than a, has moved as a point of the surface at ``d = z exp(-1/(2 (1 - nu_i)))`` has, nu_i that
-        of its own body: with that d it is Johnson's formula (Contact Mechanics, section 5.6).
+        of its own body: with that d it is Johnson's formula (Johnson 1985).
+
+        Parameters
+        ----------
+        depth : float
+            d [length].
+
+        Raises
+        ------
+        SceneError
+            If it is not positive.
         """
         return self.a**2 / (2 * self.R) * (math.log(2 * positive("depth", depth) / self.a) + 0.5)
 
@@ -88,7 +112,7 @@ def line_contact(
     Notes
     -----
     ``a^2 = 4 (1 - nu) N R / (pi G)`` and ``p0 = 2 N / (pi a) = G a / (2 (1 - nu) R)`` with the combined constants
-    (58), (59); ``G/(1 - nu)`` is the E* of Johnson, Contact Mechanics, section 4.2. In plane strain the approach
+    (58), (59); ``G/(1 - nu)`` is the E* of Johnson (1985). In plane strain the approach
     depends on the bodies as a whole: here through the depth.
 
     Examples
@@ -104,7 +128,7 @@ def line_contact(
         raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone", message=message)
     if approach is not None:
         if depth is None:
-            raise SceneError("depth", None, "given: the approach counts from a depth")
+            raise SceneError("depth", None, "given: the approach is measured from a depth")
         a = _half_width(R, positive("approach", approach), positive("depth", depth))
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
     a = math.sqrt(4 * positive("force", force) * R / (math.pi * stiffness)) if a is None else positive("a", a)

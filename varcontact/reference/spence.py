@@ -1,4 +1,7 @@
-"""Stick in the compression of unlike bodies with friction: Spence's ratio (paper, section 6.2.4)."""
+"""Stick in the compression of unlike bodies with friction: Spence's ratio (paper, section 6.2.4).
+
+Sources: D. A. Spence, J. Elasticity 5 (1975); K. L. Johnson, Contact Mechanics, Cambridge University Press 1985.
+"""
 
 from __future__ import annotations
 
@@ -43,8 +46,7 @@ def spence_ratio(bodies: Bodies, friction: float, shape: str = "circle") -> floa
 
     Both follow for a flat punch from traction that is bounded at the edge of the stick area. As the force grows,
     a convex indenter is a sequence of growing flat punches, in which slip always was outside the present stick
-    area: so the ratio is the same for all of them, Hertz's contact included (Spence, Journal of Elasticity 5 (1975)
-    297; Johnson, Contact Mechanics, section 5.4).
+    area. So the ratio is the same for all of them, Hertz's contact included (Spence 1975; Johnson 1985).
 
     Examples
     --------

@@ -159,6 +159,10 @@ class History(Sequence[Solution]):
     def save(self, path: str | Path) -> None:
         """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes on from it.
 
+        Parameters
+        ----------
+        path : str or Path
+
         Raises
         ------
         OutputError

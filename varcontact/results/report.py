@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 
 def report(sol: Solution) -> str:
-    """The printed report of a solution, see `Solution.report`."""
+    """The printed report of a solution, see `Solution.report`.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     lines = [_headline(sol), ""]
     rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), ("", ""), *_methods(sol)]
     lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
@@ -96,8 +101,8 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
         effect = f"tangential force at given creepages by less than {sol.plan.left_out:.1e} of f Fz"
         rows.append(("", f"the coupling of almost like bodies is left out: it changes the {effect}"))
     if sol.plan.closed_form:
-        rows.append(("", "(Hertz's pressure is exact but for the grid, whose own equations it meets "
-                         f"to {certificate.normal_residual:.1e})"))  # fmt: skip
+        rows.append(("", "(Hertz's pressure is exact in the continuum; on this grid its residual is "
+                         f"{certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
 
 
@@ -107,18 +112,23 @@ def _of_what(sol: Solution) -> str:
     if sol.plan.closed_form:
         return f"{step}, for Hertz's pressure"
     known = np.all(np.isfinite(sol.certificate.pressure_part))
-    return f"{step}, the pressure's own error included" if known else f"{step}, for this pressure"
+    return f"{step}, including the error of the pressure" if known else f"{step}, for this pressure"
 
 
 def no_guarantee(sol: Solution) -> str:
-    """Why no bound on the forces is known, or nothing where one is."""
+    """Why no bound on the forces is known, or nothing where one is.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     if sol.certificate.level != "full":
         left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
-        return f'{left_out} left out, certify = "{sol.certificate.level}"; "full" computes them all'
+        return f'{left_out} left out by certify = "{sol.certificate.level}"; "full" computes everything'
     if np.all(np.isfinite(sol.certificate.force_bound)):
         return ""
     if np.any(np.isnan(sol.certificate.force_bound)):
-        return "the numbers went beyond the range of floating point"
+        return "the numbers exceed the range of floating point"
     if sol.scene.bodies.K != 0 and not sol.plan.left_out:
         return "the bodies are unlike, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
@@ -137,7 +147,7 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
         rows.append(("method", f"{sol.plan.method}: {sol.plan.reasons.get('method', '')}"))
     for name in ("normal", "tangential", "coupling"):
         chosen, by = getattr(sol.plan, name), sol.solved_by.get(name, "")
-        end = f"; the answer is that of {by}" if by not in ("", chosen) else ""
+        end = f"; the answer is by {by}" if by not in ("", chosen) else ""
         if name == "coupling" and sol.passes and sol.friction is None:
             end = f", {len(sol.passes)} passes"
         rows.append((name, f"{chosen}: {sol.plan.reasons.get(name, '')}{end}"))
@@ -173,7 +183,7 @@ def _unit(sol: Solution) -> Callable[[str], str]:
 
 
 def _sized(displacement: float, unit: str) -> str:
-    return "open (no reference depth)" if np.isnan(displacement) else f"{displacement:.6g}{unit}"
+    return "undefined (no reference depth)" if np.isnan(displacement) else f"{displacement:.6g}{unit}"
 
 
 def _without_noise(value: float, scale: float) -> float:
@@ -182,7 +192,12 @@ def _without_noise(value: float, scale: float) -> float:
 
 
 def report_history(history: History) -> str:
-    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full."""
+    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full.
+
+    Parameters
+    ----------
+    history : History
+    """
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"

@@ -48,6 +48,22 @@ class Bodies:
     def from_young(cls, E: float | tuple[float, float], nu: float | tuple[float, float]) -> Bodies:
         """From Young's modulus, (160): ``G = E / (2 (1 + nu))``.
 
+        Parameters
+        ----------
+        E : float or pair of float
+            Young's modulus of both bodies, or of each [force/area].
+        nu : float or pair of float
+            Poisson's ratio [-], in [0, 0.5].
+
+        Returns
+        -------
+        Bodies
+
+        Raises
+        ------
+        SceneError
+            For a modulus that is not positive, or a ratio out of range.
+
         Examples
         --------
         >>> Bodies.from_young(E=210e9, nu=0.25)

@@ -36,7 +36,17 @@ class _Problem:
 
 
 def check_parts(scene: Scene) -> None:
-    """Each entry is of a class that it may have."""
+    """Each entry is of a class that it may have.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If a part is of another type than allowed.
+    """
     _instance("bodies", scene.bodies, (Bodies,))
     _instance("surface", scene.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
     if scene.motion is not None:
@@ -48,7 +58,19 @@ def check_parts(scene: Scene) -> None:
 
 
 def check_load(scene: Scene) -> None:
-    """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch."""
+    """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If not exactly one of force and approach is given, or it is not allowed for the surface.
+    NoContact
+        If the approach leaves the bodies apart.
+    """
     given = sum(each is not None for each in (scene.normal_force, scene.approach))
     history = isinstance(scene.motion, Transient)
     if given == 2 or (given == 0 and not history):
@@ -76,13 +98,36 @@ def check_load(scene: Scene) -> None:
 
 
 def bodies_apart(approach: float | None, least: float) -> NoContact:
-    """The error for an approach that is not above the least undeformed distance [length]."""
+    """The error for an approach that leaves the bodies apart.
+
+    Parameters
+    ----------
+    approach : float or None
+        As prescribed [length].
+    least : float
+        Least undeformed distance, which the approach must exceed [length].
+
+    Returns
+    -------
+    NoContact
+        To be raised.
+    """
     message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"
     return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}", message=message)
 
 
 def check_line(scene: Scene) -> None:
-    """Line contact, and nothing else, has no rows; it has no spin; and all surfaces of a history are of one kind."""
+    """Line contact, and nothing else, has no rows; it has no spin; and all surfaces of a history are of one kind.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If rows, spin or the surfaces of a history do not fit the kind of contact.
+    """
     grid, motion = scene.grid, scene.motion
     if isinstance(grid, Grid) and grid.line and not scene.line:
         raise SceneError("grid.ny", None, "given: only line contact has no rows")
@@ -103,7 +148,17 @@ def check_line(scene: Scene) -> None:
 
 
 def without_rows(grid: Grid) -> Grid:
-    """A grid of one row as line contact has it, without rows."""
+    """A grid of one row as line contact has it, without rows.
+
+    Parameters
+    ----------
+    grid : Grid
+
+    Raises
+    ------
+    SceneError
+        If it has more rows than one, or a width `dy`.
+    """
     if grid.ny != 1:
         raise SceneError("grid.ny", grid.ny, "left out in line contact")
     if grid.dy is not None:
@@ -116,6 +171,15 @@ def check_depth(scene: Scene) -> None:
 
     No depth is needed along a direction in which nothing moves, in which a force is prescribed all the time, or in
     steady rolling, where only differences of displacements count.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If it is missing where it is needed.
     """
     if not scene.line or isinstance(scene.motion, TimeStep):
         return
@@ -142,7 +206,7 @@ def _depth_for(what: str, instead: str) -> SceneError:
     return SceneError(
         "surface.reference_depth",
         None,
-        message=f"{what} needs surface.reference_depth: in line contact displacements count from a depth. "
+        message=f"{what} needs surface.reference_depth: in line contact displacements are measured from a depth. "
         f"Give the depth, or prescribe {instead}",
     )
 
@@ -159,7 +223,17 @@ def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
 
 
 def check_friction(scene: Scene) -> None:
-    """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls."""
+    """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If it is missing, falls with a slip velocity that there is not, or is an array that does not fit the grid.
+    """
     for problem in _problems(scene):
         if scene.motion is not None and problem.friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
@@ -180,7 +254,17 @@ def check_friction(scene: Scene) -> None:
 
 
 def check_samples(scene: Scene) -> None:
-    """Distances without coordinates lie on the scene's own grid."""
+    """Distances without coordinates lie on the scene's own grid.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If the grid is not explicit, or their shape is not the grid's.
+    """
     for surface in scene.surfaces:
         if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
@@ -222,5 +306,24 @@ def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "")
 
 
 def as_array(field: str, value: Any, line: bool) -> np.ndarray:
-    """Numbers for each element, (ny, nx); in line contact also (nx,)."""
+    """Numbers for each element, (ny, nx); in line contact also (nx,).
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like, shape (ny, nx), or (nx,) of a line contact
+    line : bool
+        Whether it is a line contact.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        Read-only, in the unit given.
+
+    Raises
+    ------
+    SceneError
+        If it is not such an array of finite numbers.
+    """
     return checks.array(field, np.atleast_2d(value) if line and np.ndim(value) == 1 else value, 2)

@@ -47,7 +47,18 @@ class StaticKinetic:
         return np.where(np.asarray(slip, dtype=float) > 0, self.kinetic, self.static)
 
     def slope(self, slip: Any) -> np.ndarray:
-        """Its derivative by the relative slip, where it slips."""
+        """Its derivative by the relative slip, where it slips.
+
+        Parameters
+        ----------
+        slip : array_like
+            Relative slip [-], or in a shift the slip itself [length].
+
+        Returns
+        -------
+        ndarray
+            Of the shape of `slip`, by its unit.
+        """
         return np.zeros(np.shape(slip))
 
 
@@ -176,14 +187,52 @@ LAWS: dict[str, type[Law]] = {
 """The laws by their kind in a scene file."""
 
 
+def coefficient(field: str, value: Any) -> float | Law:
+    """A coefficient of friction, or a law of it.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+
+    Returns
+    -------
+    float or Law
+        A coefficient [-], ``inf`` for no slip.
+
+    Raises
+    ------
+    SceneError
+        If it is neither.
+    """
+    if isinstance(value, Law):
+        return value
+    allowed = "zero or positive (inf: no slip), or a law"
+    number = checks.real(field, value, allowed)
+    if number < 0:
+        raise SceneError(field, value, allowed)
+    return number
+
+
 def kind_of(law: Law) -> str:
-    """The kind of a law."""
+    """The kind of a law.
+
+    Parameters
+    ----------
+    law : Law
+
+    Returns
+    -------
+    str
+        A key of `LAWS`.
+    """
     return next(kind for kind, cls in LAWS.items() if isinstance(law, cls))
 
 
 BRANCHES = {
-    "stick": "stick all over",
-    "slip": "slip all over",
+    "stick": "stick everywhere",
+    "slip": "slip everywhere",
     "solution": "a solution",
     "history": "the step before",
 }

@@ -60,6 +60,15 @@ def left_out(scene: Scene) -> float:
 
     It is kept whatever its size where it is all that moves the surfaces, and under a law of friction, where the
     least change may lead to another solution.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    float
+        By ``f Fz`` [-], as `coupling_effect`.
     """
     if scene.bodies.K == 0 or scene.frictionless or scene.under_law or not _moves(scene):
         return 0.0
@@ -68,10 +77,23 @@ def left_out(scene: Scene) -> float:
 
 
 def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
-    """What a plan says where the coupling is left out: the kind of the bodies with its reason, and of the coupling."""
+    """What a plan says where the coupling is left out: the kind of the bodies with its reason, and of the coupling.
+
+    Parameters
+    ----------
+    K : float
+        Combined constant (60) [-].
+    effect : float
+        As `left_out` gives it [-].
+
+    Returns
+    -------
+    bodies : tuple of (str, str)
+    coupling : str
+    """
     kind = "almost like", f"K = {K:.3g} is so small that pressure and tractions are taken to be independent"
     reason = f"left out: it changes the tangential force at given creepages by less than {effect:.1e} of f Fz"
-    return kind, f'{reason}; coupling="panagiotopoulos" takes it in'
+    return kind, f'{reason}; coupling="panagiotopoulos" includes it'
 
 
 def _moves(scene: Scene) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
@@ -61,7 +61,7 @@ class Steady:
         return 1
 
     def step(self, dq: float) -> TimeStep:
-        """The step of a distance dq [length] that is repeated."""
+        """The step that is repeated, of a distance `dq` rolled [length]."""
         return TimeStep(
             dq=dq, vx=self.vx, vy=self.vy, spin=self.spin, Fx=self.Fx, Fy=self.Fy, spin_offset=self.spin_offset
         )
@@ -101,7 +101,7 @@ class Shift:
         return 0
 
     def step(self, dq: float = 0.0) -> TimeStep:
-        """The step in place that it is."""
+        """The step in place that it is, whatever `dq`."""
         return TimeStep(dq=0.0, ux=self.ux, uy=self.uy, rotation=self.rotation, Fx=self.Fx, Fy=self.Fy)
 
 
@@ -152,11 +152,11 @@ class TimeStep:
         return self.direction if self.dq > 0 else 0
 
     def step(self, dq: float = 0.0) -> TimeStep:
-        """Itself."""
+        """Itself, whatever `dq`."""
         return self
 
     def shift(self, x: np.ndarray, y: np.ndarray, length: float = 1.0) -> np.ndarray:
-        """Rigid shift of body 1 over body 2 in the step (75), at points in units of `length`, (2, ...) [length]."""
+        """Rigid shift of body 1 over body 2 in the step (75), at `x`, `y` in units of `length`, (2, ...) [length]."""
         spin, turn = self.spin * length, self.rotation * length
         along = x + self.spin_offset * self.direction * self.dq / length
         rolling = np.array([self.vx - spin * y, self.vy + spin * along]) * self.dq
@@ -322,16 +322,16 @@ spin_offset=0.16666666666666666)
         object.__setattr__(self, "surface", tuple(self.surface))
 
     def of(self, name: str, k: int) -> Any:
-        """An entry's value in step k."""
+        """Value of the entry `name` in step `k`, from 0, in the entry's unit."""
         value = getattr(self, name)
         return value[k] if isinstance(value, tuple) else value
 
     def every(self, name: str) -> list[Any]:
-        """An entry's value in each step."""
+        """Values of the entry `name`, one a step, in the entry's unit."""
         return [self.of(name, k) for k in range(self.steps)]
 
     def step(self, k: int, dx: float) -> TimeStep:
-        """Step k on elements of length dx."""
+        """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx` [length]."""
         entries = {name: self.of(name, k) for name in ("direction", *_RIGID, "Fx", "Fy")}
         dq = self.of("dq", k)
         return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
@@ -344,17 +344,6 @@ _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 def _at_least_zero(field: str, value: Any) -> float:
     allowed = "a finite number, zero or positive"
     number = checks.number(field, value, allowed)
-    if number < 0:
-        raise SceneError(field, value, allowed)
-    return number
-
-
-def coefficient(field: str, value: Any) -> float | Law:
-    """A coefficient of friction, or a law of it."""
-    if isinstance(value, Law):
-        return value
-    allowed = "zero or positive (inf: no slip), or a law"
-    number = checks.real(field, value, allowed)
     if number < 0:
         raise SceneError(field, value, allowed)
     return number

@@ -14,9 +14,9 @@ from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, TimeStep, Transient, coefficient
+from varcontact.scene.motion import Motion, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
 
@@ -159,7 +159,19 @@ class Scene:
         return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)
 
     def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
-        """Surface, normal force and approach of step k of a history."""
+        """What touches in a step of a history.
+
+        Parameters
+        ----------
+        k : int
+            The step, from 0.
+
+        Returns
+        -------
+        surface : Surface
+        normal_force, approach : float or None
+            [force] and [length]; one of the two.
+        """
         motion = self.motion
         assert isinstance(motion, Transient)
         force, approach = motion.of("normal_force", k), motion.of("approach", k)
@@ -168,7 +180,19 @@ class Scene:
         return (self._surface if motion.surface is None else motion.surface[k]), force, approach
 
     def step(self, k: int, grid: Grid) -> Scene:
-        """The scene of step k of a history, on the history's grid."""
+        """The scene of a step of a history.
+
+        Parameters
+        ----------
+        k : int
+            The step, from 0.
+        grid : Grid
+            The history's, explicit.
+
+        Returns
+        -------
+        Scene
+        """
         motion = self.motion
         assert isinstance(motion, Transient)
         surface, force, approach = self.contact(k)

@@ -37,6 +37,20 @@ class Paraboloids:
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
         """From the radii of the two bodies, (83)-(84); flat is ``inf``, hollow is negative.
 
+        Parameters
+        ----------
+        Rx, Ry : pair of float
+            Radii of body 1 and of body 2, in the planes of x and of y [length].
+
+        Returns
+        -------
+        Paraboloids
+
+        Raises
+        ------
+        SceneError
+            If a radius is 0, or the bodies do not touch in a point.
+
         Examples
         --------
         A ball of radius 10 in a groove that is straight along x, hollow with radius 12 across.
@@ -64,7 +78,18 @@ class Paraboloids:
         return cls(*combined)
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance at the element centres, shape (ny, nx) [length]."""
+        """Undeformed distance at the element centres.
+
+        Parameters
+        ----------
+        grid : Grid
+            Explicit.
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            [length]
+        """
         return (grid.x**2 / (2 * self.Rx))[None, :] + (grid.y**2 / (2 * self.Ry))[:, None]
 
 
@@ -119,7 +144,18 @@ class Cylinders:
         _check_depth(self)
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance at the element centres, shape (1, nx) [length]."""
+        """Undeformed distance at the element centres.
+
+        Parameters
+        ----------
+        grid : Grid
+            Explicit.
+
+        Returns
+        -------
+        ndarray, shape (1, nx)
+            [length]
+        """
         return (grid.x**2 / (2 * self.R))[None, :]
 
 
@@ -221,10 +257,25 @@ class SampledDistance:
         return float(x[0]), float(x[-1]), bottom, top
 
     def distance(self, grid: Grid) -> np.ndarray:
-        """Undeformed distance at the element centres, shape (ny, nx) [length].
+        """Undeformed distance at the element centres.
 
         A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which
         does not.
+
+        Parameters
+        ----------
+        grid : Grid
+            Explicit.
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            [length]
+
+        Raises
+        ------
+        SceneError
+            If samples without coordinates are not of the grid's shape, or the grid reaches beyond them.
         """
         if self.x is None:
             if self.samples.shape != grid.shape:
@@ -274,5 +325,14 @@ Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
 
 
 def is_line(surface: Surface) -> bool:
-    """Whether a surface makes a line contact."""
+    """Whether a surface makes a line contact.
+
+    Parameters
+    ----------
+    surface : Surface
+
+    Returns
+    -------
+    bool
+    """
     return isinstance(surface, Cylinders) or (isinstance(surface, SampledDistance) and surface.line)

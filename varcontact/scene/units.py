@@ -11,6 +11,11 @@ from varcontact.errors import SceneError
 class Units:
     """Names of the units a scene is given in, for labels only: nothing is converted.
 
+    Parameters
+    ----------
+    length, force : str
+        As "mm" and "N".
+
     Examples
     --------
     >>> Units(length="mm", force="N").of("pressure")
@@ -28,7 +33,20 @@ class Units:
                 raise SceneError(f"units.{name}", getattr(self, name), "a name, in quotes")
 
     def of(self, quantity: str, line: bool = False) -> str:
-        """Unit of "length", "force", "pressure", "moment", "spin", "area", or "1"; of a `line` contact per length."""
+        """Unit of a quantity.
+
+        Parameters
+        ----------
+        quantity : str
+            "length", "force", "pressure", "moment", "spin", "area", or "1".
+        line : bool
+            Of a line contact: forces and moments per unit length.
+
+        Returns
+        -------
+        str
+            Without brackets.
+        """
         L, F = self.length, self.force
         force, moment, area = (f"{F}/{L}", F, L) if line else (F, f"{F} {L}", f"{L}^2")
         names = {"length": L, "force": force, "pressure": f"{F}/{L}^2", "moment": moment, "spin": f"1/{L}"}

@@ -1,6 +1,6 @@
 """Rolling in time: steps from one state of the tractions to the next, until the steady state.
 
-Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990, chapter 4.
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 """
 
 from __future__ import annotations

@@ -60,12 +60,24 @@ def tangential_methods() -> list[str]:
 
 
 def normal_solver(name: str) -> NormalSolver:
-    """The solver of the normal problem of that name, its calls counted."""
+    """The solver of the normal problem of that name, its calls counted.
+
+    Parameters
+    ----------
+    name : str
+        One of `normal_methods`, but for "hertz".
+    """
     return counted(name, NORMAL[name] if name in NORMAL else partial(_program, partial(solve_normal, name)))
 
 
 def tangential_solver(name: str) -> TangentialSolver:
-    """The solver of the tangential problem of that name, its calls counted."""
+    """The solver of the tangential problem of that name, its calls counted.
+
+    Parameters
+    ----------
+    name : str
+        One of `tangential_methods`.
+    """
     if name in MATRIX_FREE:
         return counted(name, TANGENTIAL[name])
     if name in TANGENTIAL:
@@ -74,7 +86,15 @@ def tangential_solver(name: str) -> TangentialSolver:
 
 
 def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.tally` by a name, which its answers bear unless they have one."""
+    """A solver whose calls are counted in `settings.tally`.
+
+    Parameters
+    ----------
+    name : str
+        Under which they are; its answers bear it unless they have one.
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    """
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
         with settings.tally.called(name):
@@ -86,12 +106,26 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
 
 
 def states_programs(name: str) -> bool:
-    """Whether a method hands a convex program to a solver, whose answer then can be polished."""
+    """Whether a method hands a convex program to a solver, whose answer then can be polished.
+
+    Parameters
+    ----------
+    name : str
+        Of a method.
+    """
     return name.split(":")[0] in (*PROGRAM_SOLVERS, "qpsolvers", "cvxpy")
 
 
 def available(field: str, name: str, known: Iterable[str]) -> str:
     """A method's name, if there is such a method and what it needs is installed.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    name : str
+    known : iterable of str
+        Names of methods.
 
     Raises
     ------
@@ -129,7 +163,13 @@ def _known_to(interface: str, solver: str) -> bool:
 
 
 def load_packages(*names: str) -> None:
-    """Import what methods need, so that no time measured afterwards contains it."""
+    """Import what methods need, so that no time measured afterwards contains it.
+
+    Parameters
+    ----------
+    *names : str
+        Of methods.
+    """
     for name in names:
         if states_programs(name):
             import_module(name.partition(":")[0])

@@ -64,7 +64,19 @@ class Splitting:
         totals: np.ndarray,
         sums: np.ndarray,
     ) -> Splitting:
-        """Of a matrix M (n, n), whose rows' root mean square length is the weight."""
+        """A problem with a dense matrix; the root mean square length of its rows is the weight.
+
+        Parameters
+        ----------
+        matrix : ndarray, shape (n, n)
+            M.
+        shift : ndarray, shape (n,)
+            W.
+        project : callable
+            Onto what p may be, (n,) to (n,).
+        totals, sums : ndarray, shapes (k, n) and (k,)
+            What is prescribed of p.
+        """
         from scipy.linalg import lu_factor
 
         n, k = shift.size, sums.size
@@ -77,7 +89,12 @@ class Splitting:
 
     @classmethod
     def of_normal(cls, problem: NormalProblem) -> Splitting:
-        """The pressures; the multiplier of a prescribed force is minus the approach."""
+        """The pressures; the multiplier of a prescribed force is minus the approach.
+
+        Parameters
+        ----------
+        problem : NormalProblem
+        """
         n, known = problem.distance.size, problem.approach is not None
         totals = np.ones((0 if known else 1, n))
         sums = np.array([] if problem.force is None else [problem.force / problem.area])
@@ -85,7 +102,12 @@ class Splitting:
 
     @classmethod
     def of_tangential(cls, problem: TangentialProblem) -> Splitting:
-        """The tractions, x before y; the multipliers of prescribed forces are the rigid shifts."""
+        """The tractions, x before y; the multipliers of prescribed forces are the rigid shifts.
+
+        Parameters
+        ----------
+        problem : TangentialProblem
+        """
         n, c, free = problem.size, problem.components, problem.free
         totals = np.kron(np.eye(c)[free], np.ones(n))
         sums = np.array([F / problem.area for F in problem.force if F is not None])
@@ -93,7 +115,17 @@ class Splitting:
 
     @classmethod
     def of_both(cls, normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray) -> Splitting:
-        """Pressures, then tractions, of a shift under a fixed traction bound; `coupling` is A_zt, (m, c n)."""
+        """Pressures, then tractions, of a shift under a fixed traction bound.
+
+        Parameters
+        ----------
+        normal : NormalProblem
+            On m elements.
+        tangential : TangentialProblem
+            On n elements.
+        coupling : ndarray, shape (m, c n)
+            A_zt, distances by tractions, dimensionless.
+        """
         one, other, m = cls.of_normal(normal), cls.of_tangential(tangential), normal.distance.size
         totals = np.zeros((one.sums.size + other.sums.size, m + other.shift.size))
         totals[: one.sums.size, :m] = 1.0
@@ -107,9 +139,21 @@ class Splitting:
         )
 
     def moved(self, at: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
-        """The point (n,) and the multipliers (k,) after a number of rounds from `at`.
+        """The point and the multipliers after a number of rounds.
 
-        It stands for ``p - E/weight``, E the shift ``W + M p`` with the multipliers; its projection is p.
+        The point stands for ``p - E/weight``, E the shift ``W + M p`` with the multipliers; its projection is p.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n,)
+            The point to begin from.
+        rounds : int
+            At least one.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        ndarray, shape (k,)
         """
         from scipy.linalg import lu_solve
 
@@ -122,7 +166,24 @@ class Splitting:
         return at, multipliers
 
     def refined(self, at: np.ndarray, answer: _Answer, residual: _Residual, tol: float) -> RawSolution:
-        """The best of many rounds from `at`, by the residual of its answer (traction, rigid); to `tol`, if reached."""
+        """The best of many rounds.
+
+        Parameters
+        ----------
+        at : ndarray, shape (n,)
+            The point to begin from, as of `moved`.
+        answer : callable
+            From p (n,) and multipliers (k,) to tractions and rigid shifts.
+        residual : callable
+            Natural-map residual of these [-].
+        tol : float
+            Residual at which it ends [-].
+
+        Returns
+        -------
+        RawSolution
+            The best by the residual.
+        """
         best, least, reached, count = None, np.inf, 0, 0
         while best is None or (least > max(tol, ROUNDING) and count < MOST_ROUNDS and count - reached < PATIENCE):
             at, multipliers = self.moved(at, ROUNDS)
@@ -160,7 +221,21 @@ def refine_normal(problem: NormalProblem, settings: Settings, start: RawSolution
 
 
 def refine_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
-    """Tractions by splitting from an answer that is near, see `refine_normal`; M has to be monotone."""
+    """Tractions by splitting from an answer that is near, see `refine_normal`; M has to be monotone.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With a monotone M.
+    settings : Settings
+    start : RawSolution
+        The answer, (c, n) and (c,), dimensionless.
+
+    Returns
+    -------
+    RawSolution
+        The nearest that was found.
+    """
     splitting = Splitting.of_tangential(problem)
     at = start.traction - problem.shift(start.traction, start.rigid) / splitting.weight
 
@@ -177,7 +252,25 @@ def refine_both(
     settings: Settings,
     start: tuple[RawSolution, RawSolution],
 ) -> tuple[RawSolution, RawSolution]:
-    """Pressures and tractions of the joint program by splitting, see `refine_normal` and `Splitting.of_both`."""
+    """Pressures and tractions of the joint program by splitting, see `refine_normal` and `Splitting.of_both`.
+
+    Parameters
+    ----------
+    normal : NormalProblem
+        On n elements.
+    tangential : TangentialProblem
+        A shift.
+    coupling : ndarray
+        Distances by tractions, dimensionless, as `joint_program` takes it.
+    settings : Settings
+    start : tuple of RawSolution
+        The answer: pressures and tractions.
+
+    Returns
+    -------
+    tuple of RawSolution
+        The nearest that were found.
+    """
     splitting, m, k = (
         Splitting.of_both(normal, tangential, coupling),
         normal.distance.size,

@@ -45,7 +45,13 @@ class Tally:
 
     @contextmanager
     def called(self, name: str) -> Iterator[None]:
-        """Count what runs inside as one call of the solver of that name; calls inside it count for themselves."""
+        """Count what runs inside as one call of the solver of that name; calls inside it count for themselves.
+
+        Parameters
+        ----------
+        name : str
+            Of the solver.
+        """
         self._inside.append(0.0)
         begun = time.perf_counter()
         try:
@@ -59,6 +65,13 @@ class Tally:
             self.calls[name] = replace(before, count=before.count + 1, seconds=before.seconds + own)
 
     def iterated(self, name: str, iterations: int) -> None:
-        """Add iterations to what a solver has."""
+        """Add iterations to what a solver has.
+
+        Parameters
+        ----------
+        name : str
+            Of the solver.
+        iterations : int
+        """
         before = self.calls.get(name, Calls())
         self.calls[name] = replace(before, iterations=before.iterations + iterations)

@@ -13,8 +13,9 @@ from varcontact.problem.certificate import Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import normal_residual
 from varcontact.problem.state import ContactState
+from varcontact.results.physical import solution_of
 from varcontact.results.report import no_guarantee
-from varcontact.results.solution import Solution, solution_of
+from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.friction_loop import coefficient
@@ -25,7 +26,29 @@ ROUNDED = 1e-3
 
 
 def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
-    """The solution, with its certificate; held to the tolerance."""
+    """The solution, with its certificate; held to the tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        On the grid of the solution.
+    state : ContactState
+        Of the solution, dimensionless.
+    steps : Steps
+
+    Returns
+    -------
+    Solution
+        In physical units.
+
+    Raises
+    ------
+    NotConverged
+        If the residual misses the tolerance.
+    SceneError
+        If rounding is seen in the distances.
+    """
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
     posed = disc
@@ -53,9 +76,9 @@ def _check_rounding(disc: Discretisation, state: ContactState) -> None:
             "surface.h",
             disc.base,
             "counted from a level near the contact",
-            message="surface.h counts from a level too far from the contact: distances of "
+            message="surface.h is measured from a level too far from the contact: distances of "
             f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
-            f"approach by {approach:.3g} only; subtract a constant",
+            f"approach by only {approach:.3g}; subtract a constant",
         )
 
 

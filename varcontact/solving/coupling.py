@@ -70,6 +70,15 @@ def alternating(start: ContactState, normal: Step, tangential: Step, tol: float,
     """A joint pass by alternation: both problems in turn under a fixed bound.
 
     In a shift that is block descent of the complementary energy, which is convex, and converges.
+
+    Parameters
+    ----------
+    start : ContactState
+    normal, tangential : callable
+        From a state to one with the pressure, or the tractions, that go with the rest.
+    tol : float
+        Change of the tractions at which it ends, relative [-].
+    max_passes : int
     """
     state = tangential(start)
     for _ in range(max_passes):

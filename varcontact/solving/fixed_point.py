@@ -19,18 +19,43 @@ SLOW = 0.2
 
 @dataclass(frozen=True)
 class Unknown:
-    """The field of a state that goes into a pass and comes out of it, and the values that it may have."""
+    """The field of a state that goes into a pass and comes out of it, and the values that it may have.
+
+    Attributes
+    ----------
+    name : str
+        Of the field, as `ContactState` has it.
+    least, greatest : float
+        In the unit of the field.
+    """
 
     name: str
     least: float = -np.inf
     greatest: float = np.inf
 
     def of(self, state: ContactState) -> np.ndarray:
-        """Its values in a state."""
+        """Its values in a state.
+
+        Parameters
+        ----------
+        state : ContactState
+
+        Returns
+        -------
+        ndarray
+            In the shape and unit of the field.
+        """
         return np.asarray(getattr(state, self.name))
 
     def put(self, state: ContactState, values: np.ndarray) -> ContactState:
-        """The state with other values of it."""
+        """The state with other values of it, cut off at the least and the greatest.
+
+        Parameters
+        ----------
+        state : ContactState
+        values : ndarray
+            In the shape and unit of the field.
+        """
         return replace(state, **{self.name: np.clip(values, self.least, self.greatest)})
 
 
@@ -59,7 +84,7 @@ class Limits:
     near: float = 0.0
 
 
-class Anderson:
+class _Anderson:
     """Anderson's acceleration of a fixed point (D. G. Anderson, J. ACM 12 (1965) 547-560), with a limited memory."""
 
     def __init__(self, memory: int = 6) -> None:
@@ -106,7 +131,7 @@ def fixed_point(state: ContactState, one_pass: Step, unknown: Unknown, residual:
         That of the least residual; its `passes` tells how all went.
     """
     best = state = replace(state, passes=((1.0, residual(state)),))
-    lost, failures, accelerated, anderson = 0, 0, False, Anderson()
+    lost, failures, accelerated, anderson = 0, 0, False, _Anderson()
     while (
         best.passes[-1][1] > limits.tol
         and len(state.passes) < limits.passes
@@ -133,6 +158,17 @@ def fixed_point(state: ContactState, one_pass: Step, unknown: Unknown, residual:
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Largest difference of two fields by the largest of the first."""
+    """Largest difference of two fields by the largest of the first.
+
+    Parameters
+    ----------
+    one, other : ndarray
+        In one shape and unit.
+
+    Returns
+    -------
+    float
+        [-]
+    """
     size = max(float(np.abs(one).max()), np.finfo(float).tiny)
     return float(np.abs(one - other).max()) / size

@@ -95,10 +95,22 @@ def under_law(
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """The law's own coefficient at the slip of a state from any source, (ny, nx): the static one where it sticks.
+    """The law's own coefficient at the slip of a state from any source; the static one where it sticks.
 
     An element slips where its traction is nearer to the law's at its shift than its shift is to none; and where it
     would slip even under the static coefficient: then that is not what it should have.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        Under a law of friction.
+    state : ContactState
+        Dimensionless.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [-]
     """
     law = _law(disc)
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
@@ -112,7 +124,21 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 
 def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
-    """Refuse a start that is not valid, or that the scene has no use for."""
+    """Refuse a start that is not valid, or that the scene has no use for.
+
+    Parameters
+    ----------
+    scene : Scene
+    start : str, Solution or None
+        "stick", "slip", or a solution to begin from.
+    theory : bool
+        Whether a theory gives the tractions.
+
+    Raises
+    ------
+    SceneError
+        If it is refused.
+    """
     if start is None:
         return
     if not scene.under_law:
@@ -126,7 +152,18 @@ def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> Non
 
 
 def branch_of(start: str | Solution | None) -> str:
-    """The name of the branch that a start leads to."""
+    """The name of the branch that a start leads to.
+
+    Parameters
+    ----------
+    start : str, Solution or None
+        "stick", "slip", or a solution to begin from.
+
+    Returns
+    -------
+    str
+        A key of `BRANCHES`.
+    """
     return "solution" if isinstance(start, Solution) else start or "stick"
 
 
@@ -156,13 +193,37 @@ def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
 
 
 def known_from(law: Law, solution: Solution) -> np.ndarray:
-    """The coefficients of a solution where it slips, the static one where it sticks, (ny, nx)."""
+    """The coefficients of a solution where it slips, the static one where it sticks.
+
+    Parameters
+    ----------
+    law : Law
+    solution : Solution
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [-]
+    """
     known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
     return np.clip(np.where(solution.state == SLIP, known, law.static), law.kinetic, law.static)
 
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
-    """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip."""
+    """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        Of the step.
+    before : Solution
+        The step before, on the same grid.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx), or None
+        [-]; None without a law.
+    """
     law, step = disc.law, disc.step
     if law is None:
         return None

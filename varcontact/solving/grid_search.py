@@ -57,6 +57,23 @@ def on_a_grid_that_holds_it(
 
     Operators that are `known` from the scene before serve again, where they are of the same lattice.
     The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
+
+    Parameters
+    ----------
+    scene : Scene
+    steps : Steps
+    known : Operators, optional
+
+    Returns
+    -------
+    Discretisation
+    ContactState
+        The solution, dimensionless.
+
+    Raises
+    ------
+    SceneError
+        If no grid is found that holds the contact.
     """
     closed_form, coupled = steps.plan.closed_form, steps.plan.coupling != "none"
     with steps.clock("grid"):

@@ -70,10 +70,10 @@ def normal_road(plan: Plan, polish: bool) -> NormalSolver:
     if not states_programs(plan.normal):
         return solver
     if plan.convex:
-        return closer(refined(solver, counted("splitting", refine_normal), normal_residual))
+        return _closer(refined(solver, counted("splitting", refine_normal), normal_residual))
     if polish:
-        return polished(solver, normal_solver("norm"), normal_residual, normal_solver("norm"))
-    return closer(_without_noise(solver))
+        return _polished(solver, normal_solver("norm"), normal_residual, normal_solver("norm"))
+    return _closer(_without_noise(solver))
 
 
 def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
@@ -90,14 +90,14 @@ def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
         solver = refined(solver, counted("splitting", refine_tangential), tangential_residual)
     if marches:
         solver = partial(march, solver)
-    road = solver if plan.matrix_free else closer(solver)
+    road = solver if plan.matrix_free else _closer(solver)
     if not plan.programs:
         road = with_fallback(road, plan.fallback) if plan.fallback != "none" and not marches else road
     elif plan.convex or not polish:
-        road = where_convex(road, _refused)
+        road = _where_convex(road, _refused)
     else:
-        road = polished(solver, TANG, tangential_residual, _from_start)
-        road = unless_all_sticks(where_convex(road, _by_active_sets))
+        road = _polished(solver, TANG, tangential_residual, _from_start)
+        road = unless_all_sticks(_where_convex(road, _by_active_sets))
     return road if plan.matrix_free else _with_a_bound(road)
 
 
@@ -132,7 +132,7 @@ def joint_road(plan: Plan, polish: bool) -> JointSolver:
     return solve
 
 
-def closer(solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
+def _closer(solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
     """A solver that is asked for a hundredth of the tolerance, as nothing improves its answer."""
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
@@ -147,6 +147,15 @@ def refined(
     """A solver of programs whose answer is refined by splitting, to the tolerance or as near as that comes.
 
     The solver is called in any case, for an answer that is near, and once more, for a nearer one, if that did not do.
+
+    Parameters
+    ----------
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    refine : callable
+        The same, from an answer that is near.
+    residual : callable
+        Natural-map residual of tractions and rigid shifts in a problem [-].
     """
 
     def solve(problem: Problem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -165,7 +174,7 @@ def refined(
     return solve
 
 
-def polished(
+def _polished(
     solver: Solver[Problem, RawSolution | None],
     polish: Solver[Problem, RawSolution | None],
     residual: Residual[Problem],
@@ -187,6 +196,13 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
     """Active sets, and the polished answer of a solver of programs where they miss the tolerance.
 
     Without a convex program, or memory for it, theirs is the answer all the same.
+
+    Parameters
+    ----------
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    program : str
+        The solver of programs.
     """
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -203,12 +219,12 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
             return raw
         asked = replace(settings, formulation=formulation)
         best = _by_program(tangential_solver(program), TANG, tangential_residual, problem, asked, None, raw)
-        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was asked")
+        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was used")
 
     return solve
 
 
-def where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> TangentialSolver:
+def _where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> TangentialSolver:
     """A solver of the gap program, and another where that is not convex."""
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
@@ -219,7 +235,13 @@ def where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> Tange
 
 
 def unless_all_sticks(solver: TangentialSolver) -> TangentialSolver:
-    """A solver, unless friction is nowhere exhausted: then the linear solution is the solution."""
+    """A solver, unless friction is nowhere exhausted: then the linear solution is the solution.
+
+    Parameters
+    ----------
+    solver : callable
+        From a problem, `Settings` and a start to a `RawSolution`.
+    """
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
         if start is None or not problem.symmetric:
@@ -244,6 +266,12 @@ def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
     """A solver's answer without the small pressures that it leaves where the bodies are apart.
 
     An element is in contact where the natural map ``p - e/rho`` is positive: the pressure outweighs the distance.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    raw : RawSolution
+        Pressures (n,) and the approach (1,), dimensionless.
     """
     distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
     return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
@@ -305,7 +333,7 @@ def _from_start(problem: TangentialProblem, settings: Settings, start: RawSoluti
 def _by_active_sets(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
     """Active sets, whose answer the certificate judges."""
     raw = TANG(problem, settings, None)
-    return replace(raw, reason=f"the gap is not convex on these elements, so that {raw.solver} was asked")
+    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
 
 
 def _refused(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:

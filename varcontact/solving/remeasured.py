@@ -80,13 +80,18 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
     if isinstance(found, History):
         return replace(found, solutions=with_measured_steps(cast(Stored, found.solutions)))
     try:
-        return remeasured(replace(found, note=""))
+        return _remeasured(replace(found, note=""))
     except (ValueError, VarcontactError) as error:
         raise damaged(path, error) from None
 
 
 def with_measured_steps(stored: Stored) -> Stored:
-    """A history's file whose steps are measured again when they are read."""
+    """A history's file whose steps are measured again when they are read.
+
+    Parameters
+    ----------
+    stored : Stored
+    """
 
     @cache
     def march() -> March:
@@ -95,12 +100,12 @@ def with_measured_steps(stored: Stored) -> Stored:
         return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, steps)
 
     def measured(k: int, before: Solution | None, sol: Solution) -> Solution:
-        return measured_on(march().problem(k, march().start() if before is None else before)[1], sol)
+        return _measured_on(march().problem(k, march().start() if before is None else before)[1], sol)
 
     return replace(stored, measured=measured)
 
 
-def remeasured(sol: Solution) -> Solution:
+def _remeasured(sol: Solution) -> Solution:
     """A solution from a file by itself, with a certificate that its fields deserve.
 
     Raises
@@ -110,10 +115,10 @@ def remeasured(sol: Solution) -> Solution:
     """
     if isinstance(sol.scene.motion, TimeStep):
         return replace(sol, note=ALONE)
-    return measured_on(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
+    return _measured_on(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
 
 
-def measured_on(disc: Discretisation, sol: Solution) -> Solution:
+def _measured_on(disc: Discretisation, sol: Solution) -> Solution:
     """A solution from a file, with the discretisation of its scene, or of its step of a history."""
     if not sol.pressure.any():
         if not without_load(disc, closed_form=sol.plan.closed_form):

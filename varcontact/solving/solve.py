@@ -149,7 +149,19 @@ def solve(
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
+    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex".
+
+    Parameters
+    ----------
+    plan : Plan
+    polish : bool or None
+        As asked for; None leaves it to the method.
+
+    Raises
+    ------
+    SceneError
+        If it is neither, or asked for with the method "convex".
+    """
     convex = plan.convex
     polish = not convex if polish is None else checks.flag("polish", polish)
     if polish and convex:
@@ -170,6 +182,33 @@ def solve_many(
 
     Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
     each begins, with methods that can begin somewhere, from the solution before with the nearest creepages.
+
+    Parameters
+    ----------
+    scene : Scene
+    motions : iterable of Steady, Shift or None
+    plan : Plan
+        For all of them.
+    tol : float
+        Residual to be reached [-].
+    polish : bool
+        Whether active sets polish the answers of programs.
+    progress : callable, optional
+        Called with the name of each stage.
+    certify : str
+        As of `solve`.
+
+    Yields
+    ------
+    Solution
+        One a motion, in their order.
+
+    Raises
+    ------
+    Saturated
+        If a prescribed force cannot be carried.
+    NotConverged
+        If a solver misses the tolerance.
     """
     setups = Setups()
     disc: Discretisation | None = None
@@ -208,7 +247,23 @@ def _nearest(one: np.ndarray, others: np.ndarray) -> int:
 
 
 def level(certify: str | None) -> str:
-    """How much of a certificate is wanted, checked."""
+    """How much of a certificate is wanted, checked.
+
+    Parameters
+    ----------
+    certify : str or None
+        As of `solve`.
+
+    Returns
+    -------
+    str
+        "auto", or one of `LEVELS`.
+
+    Raises
+    ------
+    SceneError
+        If there is no such level.
+    """
     return checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
 
 

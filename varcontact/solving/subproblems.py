@@ -63,7 +63,23 @@ class Steps:
     certify: str = "auto"
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the pressure that goes with its tractions."""
+        """The state with the pressure that goes with its tractions.
+
+        Raises
+        ------
+        SceneError
+            If no element can come into contact.
+        TooLarge
+            If the memory does not suffice.
+        NotConverged
+            If the solver gives no numbers.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            Dimensionless.
+        """
         with self.clock("normal"):
             if self.plan.closed_form:
                 with self.clock.tally("normal").called("hertz"):
@@ -92,7 +108,23 @@ class Steps:
             )
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the tractions that go with its pressure."""
+        """The state with the tractions that go with its pressure.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            Dimensionless.
+
+        Raises
+        ------
+        Saturated
+            If a prescribed force cannot be carried.
+        TooLarge
+            If the memory does not suffice.
+        NotConverged
+            If the solver gives no numbers.
+        """
         with self.clock("tangential"):
             if self.plan.theory is not None:
                 with self.clock.tally("tangential").called(self.plan.tangential):
@@ -116,6 +148,12 @@ class Steps:
 
         One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
         two problems in turn.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            With its `bearing`, dimensionless.
         """
         if self.plan.joint_program:
             state = self._joint_program(disc, state)
@@ -214,7 +252,20 @@ class Steps:
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
-    """Pressure and traction, from the pressure without traction."""
+    """Pressure and traction, from the pressure without traction.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    steps : Steps
+    start : ContactState
+        With the pressure without traction, dimensionless.
+
+    Raises
+    ------
+    Saturated
+        If a prescribed force cannot be carried.
+    """
     if not steps.plan.rubs:
         return start
     if disc.law is None:

@@ -10,7 +10,13 @@ from varcontact.solvers.tally import Calls, Tally
 
 
 class Clock:
-    """Adds up the time of named stages, ``with clock("normal"): ...``, and the calls of solvers."""
+    """Adds up the time of named stages, ``with clock("normal"): ...``, and the calls of solvers.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with the name of each stage as it begins.
+    """
 
     def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self._begun = time.perf_counter()
@@ -34,11 +40,25 @@ class Clock:
         return {**self._stages, "total": time.perf_counter() - self._begun}
 
     def tally(self, problem: str) -> Tally:
-        """Where the calls for a problem are counted: "normal", "tangential", "joint", or "grid" before these."""
+        """Where the calls for a problem are counted: "normal", "tangential", "joint", or "grid" before these.
+
+        Parameters
+        ----------
+        problem : str
+            "normal", "tangential", "joint", or "grid" before these.
+        """
         return self._tallies.setdefault(problem, Tally())
 
     def adopt(self, problem: str, tally: Tally) -> None:
-        """Count the calls of another clock as well, as those for a problem."""
+        """Count the calls of another clock as well, as those for a problem.
+
+        Parameters
+        ----------
+        problem : str
+            As of `tally`.
+        tally : Tally
+            Of the other clock.
+        """
         self._tallies[problem] = tally
 
     def calls(self) -> dict[str, dict[str, Calls]]:

@@ -21,7 +21,8 @@ from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.history import History
-from varcontact.results.solution import Solution, solution_of
+from varcontact.results.physical import solution_of
+from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
@@ -41,7 +42,31 @@ def solve_transient(
     store: str | Path | None = None,
     certify: str = "auto",
 ) -> History:
-    """Solve a transient scene step by step, see `solve`."""
+    """Solve a transient scene step by step, see `solve`.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a `Transient` motion.
+    plan : Plan
+    tol : float
+        Residual to be reached in each step [-].
+    polish : bool
+        Whether active sets polish the answers of programs.
+    progress : callable, optional
+        Called with the name of each stage.
+    store : str or Path, optional
+        File to which each step is added.
+    certify : str
+        As of `solve`.
+
+    Raises
+    ------
+    VarcontactError
+        As of `solve`, with the step in its message.
+    Interrupted
+        With the steps that were finished.
+    """
     from varcontact.io.history_file import Stored
     from varcontact.solving.remeasured import with_measured_steps
 
@@ -70,7 +95,18 @@ def solve_transient(
 
 
 def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: Steps) -> March:
-    """The march of a history on its grid, in the scales of one of its `largest_contacts`."""
+    """The march of a history on its grid, in the scales of one of its `largest_contacts`.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a `Transient` motion.
+    largest : Scene
+        One of its `largest_contacts`.
+    grid : Grid
+        Explicit, physical.
+    steps : Steps
+    """
     return March(scene, _discretisation(largest, grid, coupled=not steps.plan.left_out), steps)
 
 
@@ -80,6 +116,14 @@ class March:
 
     A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
     is the same, bit for bit, as one that was not interrupted.
+
+    Attributes
+    ----------
+    scene : Scene
+        With a `Transient` motion.
+    disc : Discretisation
+        Without motion.
+    steps : Steps
     """
 
     scene: Scene
@@ -87,7 +131,13 @@ class March:
     steps: Steps
 
     def start(self) -> Solution | None:
-        """What the first step goes on from."""
+        """What the first step goes on from.
+
+        Raises
+        ------
+        SceneError
+            If that is on another grid, and not to be interpolated.
+        """
         motion, grid = _motion(self.scene), self.disc.grid
         start = cast(Solution | None, motion.start)
         if start is None or _same(start.grid, grid):
@@ -107,7 +157,15 @@ class March:
         return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state)
 
     def step(self, k: int, before: Solution | None) -> Solution:
-        """Solve step k."""
+        """Solve step k.
+
+        Parameters
+        ----------
+        k : int
+            From 0.
+        before : Solution or None
+            The step before; None: bodies without tractions.
+        """
         steps = replace(self.steps, clock=Clock())
         with steps.clock("carried"):
             scene, disc = self.problem(k, before)
@@ -130,7 +188,15 @@ class March:
         return judged(scene, disc, state, steps)
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
-        """Step k by itself, with what the particles bring along from the step before."""
+        """Step k by itself, with what the particles bring along from the step before.
+
+        Parameters
+        ----------
+        k : int
+            From 0.
+        before : Solution or None
+            The step before; None: bodies without tractions.
+        """
         scene = self.scene.step(k, self.disc.grid)
         return scene, self.disc.at_step(scene, self._carried(scene, before))
 
@@ -156,7 +222,18 @@ def _motion(scene: Scene) -> Transient:
 
 
 def largest_contacts(scene: Scene) -> list[Scene]:
-    """The steps with the largest load on each surface, as frictionless scenes."""
+    """The steps with the largest load on each surface, as frictionless scenes.
+
+    Raises
+    ------
+    NoContact
+        If there is none.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a `Transient` motion.
+    """
     largest: dict[tuple[int, bool], Scene] = {}
     for k in range(_motion(scene).steps):
         surface, force, approach = scene.contact(k)
@@ -226,7 +303,15 @@ def _state(disc: Discretisation, before: Solution | None) -> ContactState:
 
 
 def without_load(disc: Discretisation, closed_form: bool) -> bool:
-    """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
+    """Whether a step has no contact: no load, or an approach at which no element's centre is in contact.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        Of the step.
+    closed_form : bool
+        Whether Hertz's pressure is taken, of which elements may see nothing.
+    """
     if disc.approach is None:
         return disc.normal_force == 0
     if disc.approach <= disc.base:

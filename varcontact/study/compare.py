@@ -109,7 +109,7 @@ def compare(
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         empty = "methods" if named else "scenes"
-        raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name one at least")
+        raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name at least one")
     identities = {name: identity(scene, tol) for name, scene in named.items()}
     done = stored(store, [method.name for method in chosen], identities)
 
@@ -151,6 +151,15 @@ def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
 class Method:
     """A method of comparison: what its name says.
 
+    Attributes
+    ----------
+    name : str
+        As given.
+    normal, tangential, formulation, method : str
+        As of `plan`; "" for a tangential method that is not named.
+    polish : bool
+        Whether active sets polish the answers of programs.
+
     Examples
     --------
     >>> Method.named("osqp|clarabel/gap+polish").tangential, Method.named("convex").method
@@ -166,7 +175,13 @@ class Method:
 
     @classmethod
     def named(cls, name: str) -> Method:
-        """From ``[normal|]tangential[/formulation][+polish]``."""
+        """From a `name`, ``[normal|]tangential[/formulation][+polish]``.
+
+        Raises
+        ------
+        SceneError
+            If a part of it is unknown.
+        """
         rest, plus, polish = str(name).strip().partition("+")
         if plus and polish != "polish":
             raise SceneError(
@@ -181,7 +196,7 @@ class Method:
                     "methods",
                     name,
                     "without +polish",
-                    message=f'"{name}": only a solver of programs, called by its name, is polished; write "{rest}"',
+                    message=f'"{name}": only a program solver called by name is polished; write "{rest}"',
                 )
             return cls(str(name).strip(), "auto", "auto", formulation or "auto", False, rest)
         normal, bar, tangential = rest.partition("|")
@@ -197,7 +212,19 @@ class Method:
         return cls(str(name).strip(), normal, tangential, formulation or "auto", bool(plus))
 
     def plan(self, scene: Scene) -> Plan:
-        """The plan for a scene, or the error that says why not."""
+        """The plan for a scene, or the error that says why not.
+
+        Parameters
+        ----------
+        scene : Scene
+
+        Raises
+        ------
+        SceneError
+            If the method is not for such scenes.
+        SolverUnavailable
+            If it is not installed.
+        """
         moves = scene.motion is not None
         if moves and not self.tangential:
             raise SceneError(
@@ -213,7 +240,7 @@ class Method:
                 "methods",
                 self.name,
                 "without +polish",
-                message=f'"{self.name}": only solvers of programs are polished; leave out "+polish"',
+                message=f'"{self.name}": only program solvers are polished; leave out "+polish"',
             )
         return plan
 
@@ -268,6 +295,15 @@ def attempted(
 ) -> tuple[str, str, list[Solution]]:
     """A scene by one method, for one motion after the other as far as it gets.
 
+    Parameters
+    ----------
+    scene : Scene
+    method : Method
+    tol : float
+        Residual to be reached [-].
+    motions : sequence of Steady, Shift or None
+        At least one.
+
     Returns
     -------
     outcome, reason : str
@@ -306,7 +342,7 @@ def _neighbour(motion: Steady | Shift) -> Steady | Shift:
 
 
 def carried(sol: Solution) -> dict[str, float]:
-    """Forces, moment and creepages of a solution, by the names of the tables."""
+    """Forces, moment and creepages of `sol` by the names of the tables, in the scene's units; of a shift the shifts."""
     (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
     return {"Fx": float(Fx), "Fy": float(Fy), "Mz": sol.moment, "vx": vx, "vy": vy, "spin": spin}
 

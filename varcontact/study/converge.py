@@ -95,7 +95,7 @@ def converge(
     numbers = _refining(cells)
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
-        raise SceneError("method", method, "one at least", message="no method to study: name one at least")
+        raise SceneError("method", method, "one at least", message="no method to study: name at least one")
     offsets, tol = checks.whole("offsets", offsets), checks.positive("tol", tol)
     progress = checks.progress(progress)
     if not (store is None or isinstance(store, (str, Path))):
@@ -143,7 +143,7 @@ def _refining(cells: Iterable[int]) -> list[int]:
             "cells",
             numbers,
             "a sequence of grids, each finer than the one before",
-            message=f"cells = {numbers}: give at least one grid, and each finer than the one before",
+            message=f"cells = {numbers}: give at least one grid, each finer than the one before",
         )
     return numbers
 
@@ -181,7 +181,17 @@ def _margin(scene: Scene) -> int:
 
 
 def contact_of(scene: Scene) -> Box:
-    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid."""
+    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    tuple of float
+        left, right, bottom, top [length].
+    """
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
     frictionless = solve(replace(scene, motion=None, friction=None, grid="auto"), normal="norm")
@@ -194,6 +204,18 @@ def offset(cells: int, i: int) -> tuple[float, float]:
 
     Evenly spread points of the plane (an additive recurrence with powers of the plastic number), begun elsewhere
     on each grid, so that the noise of one grid does not repeat on the next.
+
+    Parameters
+    ----------
+    cells : int
+        Elements across the contact.
+    i : int
+        From 0.
+
+    Returns
+    -------
+    tuple of float
+        Along x and y, in [0, 1).
     """
     return (i * 0.7548776662466927 + cells * 0.6180339887498949) % 1, (
         i * 0.5698402909980532 + cells * 0.4142135623730951
@@ -201,7 +223,17 @@ def offset(cells: int, i: int) -> tuple[float, float]:
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
-    """A lattice with `cells` elements across a box, and the margin, moved left and down by parts of an element."""
+    """A lattice with `cells` elements across a box, and the margin, moved left and down by parts of an element.
+
+    Parameters
+    ----------
+    scene : Scene
+    box : tuple of float
+        left, right, bottom, top [length].
+    cells : int
+    place : tuple of float
+        As `offset` gives it.
+    """
     (left, right, bottom, top), more = box, int(any(place))
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy

@@ -85,7 +85,18 @@ class Convergence:
 
     @classmethod
     def of(cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int) -> Convergence:
-        """From the rows of solves, of which only those asked for are taken."""
+        """From the rows of solves, of which only those asked for are taken.
+
+        Parameters
+        ----------
+        rows : list of dict
+            As the store has them: the columns `COLUMNS`.
+        cells : sequence of int
+            Elements across the contact.
+        methods : sequence of str
+        offsets : int
+            Places of the grid for each number of cells.
+        """
         import pandas as pd
 
         chosen = [row for row in rows if row["cells"] in cells and row["method"] in methods and row["offset"] < offsets]
@@ -99,7 +110,25 @@ class Convergence:
         return cls(runs, pd.DataFrame(grids), pd.DataFrame([row for row in limits if row is not None]))
 
     def limit(self, quantity: str, method: str | None = None) -> dict[str, Any]:
-        """The row of `limits` of a quantity; of the only method, or the one named."""
+        """The row of `limits` of a quantity; of the only method, or the one named.
+
+        Parameters
+        ----------
+        quantity : str
+            One of `QUANTITIES`.
+        method : str, optional
+            Needed where there are several.
+
+        Returns
+        -------
+        dict
+            By column of `limits`.
+
+        Raises
+        ------
+        SceneError
+            If there is no such row.
+        """
         rows = self.limits[self.limits["quantity"] == quantity] if len(self.limits) else self.limits
         if method is not None and len(rows):
             rows = rows[rows["method"] == method]
@@ -110,7 +139,7 @@ class Convergence:
                 (quantity, method),
                 "one of those that were measured",
                 message=f"quantity {quantity!r}, method {method!r}: there is no such limit, or "
-                f"more than one; measured are {known}",
+                f"more than one; take one of {known}",
             )
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row

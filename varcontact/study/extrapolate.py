@@ -14,7 +14,7 @@ USUAL_NOISE = 1.5
 """Order of the noise of a staircase edge where it cannot be measured: half an order more than the error's 1."""
 CONFIDENCE = 0.95
 HIDDEN = "the noise hides the order"
-SAME_BUT_STAIRCASE = "the same on all grids but for the staircase edge"
+SAME_BUT_STAIRCASE = "the same on all grids, apart from the staircase edge"
 SAME = "the same on all grids"
 
 
@@ -84,7 +84,7 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
 
     sizes, group = np.unique(h / h.max(), return_inverse=True)
     if sizes.size < 3:
-        return Limit(reason=f"no order: {sizes.size} grids, three at least are needed")
+        return Limit(reason=f"no order: {sizes.size} grids, at least three are needed")
     if np.ptp(values) <= 1e-12 * max(float(np.abs(values).max()), scale):
         return Limit(float(values.mean()), float(np.ptp(values)), reason=SAME)
     if staircase is None or h.size - 3 - staircase.shape[1] < LEAST_FREEDOM:
@@ -96,7 +96,7 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
     squares = np.sum(left**2, axis=0)
     best = int(np.argmin(squares))
     if freedom < 1:
-        reason = "no error: no more values than unknowns; more grids or offsets"
+        reason = "no error: no more values than unknowns; use more grids or offsets"
         return Limit(float(limits[best]), np.inf, float(ORDERS[best]), reason=reason)
     if np.abs(left[:, best] / weights).max() <= 1e-12 * max(float(np.abs(values).max()), scale):
         return _without_noise(float(limits[best]), float(ORDERS[best]), staircase, values)

@@ -55,13 +55,34 @@ _WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 
 def identity(scene: Scene, tol: float) -> str:
-    """A few digits that tell one scene and tolerance from another."""
+    """A few digits that tell one scene and tolerance from another.
+
+    Parameters
+    ----------
+    scene : Scene
+    tol : float
+        Residual to be reached [-].
+    """
     described = json.dumps([scene_to(scene), tol], sort_keys=True)
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 
 def stored(store: str | Path | None, methods: list[str], identities: dict[str, str]) -> list[dict[str, Any]]:
-    """Rows of an earlier run: whole scenes, the same by the same methods."""
+    """Rows of an earlier run: whole scenes, the same by the same methods.
+
+    Parameters
+    ----------
+    store : str, Path or None
+        The table file.
+    methods : list of str
+    identities : dict of str
+        By the name of the scene, as `identity` gives them.
+
+    Raises
+    ------
+    SceneError
+        If the file holds other methods or other scenes.
+    """
     rows = read_rows(store, COLUMNS, _WORDS, "a table of an earlier comparison")
     scenes = dict.fromkeys(row["scene"] for row in rows)
     for scene in scenes:
@@ -70,7 +91,7 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
                 "store",
                 str(store),
                 "a table by the same methods, in the same order, or a new file",
-                message=f"store = {str(store)!r} compares other methods, or in another order; name a new file",
+                message=f"store = {str(store)!r} compares other methods, or the same in another order; name a new file",
             )
     for row in rows:
         if identities.get(row["scene"], row["identity"]) != row["identity"]:
@@ -78,7 +99,7 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
                 "store",
                 str(store),
                 f"a table with the same scene {row['scene']!r}, or a new file",
-                message=f"store = {str(store)!r} holds another scene by the name {row['scene']!r}; name a new file",
+                message=f"store = {str(store)!r} holds another scene named {row['scene']!r}; name a new file",
             )
     return rows
 
@@ -86,7 +107,23 @@ def stored(store: str | Path | None, methods: list[str], identities: dict[str, s
 def read_rows(
     store: str | Path | None, columns: Sequence[str], words: Sequence[str], what: str
 ) -> list[dict[str, Any]]:
-    """Rows of a table file that has these columns, some of them words; none where there is no file yet."""
+    """Rows of a table file that has these columns, some of them words; none where there is no file yet.
+
+    Parameters
+    ----------
+    store : str, Path or None
+        The table file.
+    columns : sequence of str
+    words : sequence of str
+        The columns that are no numbers.
+    what : str
+        What the file should be, for the message.
+
+    Raises
+    ------
+    SceneError
+        If the file is something else.
+    """
     import pandas as pd
 
     if store is None or not Path(store).exists():
@@ -118,7 +155,20 @@ def read_rows(
 
 
 def keep(store: str | Path, rows: list[dict[str, Any]], columns: Sequence[str] = COLUMNS) -> None:
-    """Write all rows there are, or leave the file as it was."""
+    """Write all rows there are, or leave the file as it was.
+
+    Parameters
+    ----------
+    store : str or Path
+        The table file.
+    rows : list of dict
+    columns : sequence of str
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
     import pandas as pd
 
     content = pd.DataFrame(rows, columns=list(columns)).to_csv(index=False).encode()
@@ -126,12 +176,22 @@ def keep(store: str | Path, rows: list[dict[str, Any]], columns: Sequence[str] =
 
 
 def as_json(table: pd.DataFrame) -> str:
-    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known."""
+    """A comparison as a JSON array of rows, all digits of its figures; null where nothing is known.
+
+    Parameters
+    ----------
+    table : DataFrame
+    """
     return json.dumps(plain_rows(table), indent=2, allow_nan=False)
 
 
 def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """The rows of a table as JSON can have them: None where nothing is known."""
+    """The rows of a table as JSON can have them: None where nothing is known.
+
+    Parameters
+    ----------
+    table : DataFrame
+    """
     return [
         {name: known(value) if isinstance(value, float) else value for name, value in row.items()}
         for row in table.to_dict("records")

@@ -9,7 +9,13 @@ if TYPE_CHECKING:
 
 
 def summary(table: pd.DataFrame) -> str:
-    """A comparison in words and figures, for people: a block for each scene, then what was not solved and why."""
+    """A comparison in words and figures, for people: a block for each scene, then what was not solved and why.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `compare` gives it.
+    """
     blocks = []
     for scene, rows in table.groupby("scene", sort=False):
         records = rows.to_dict("records")
@@ -40,7 +46,14 @@ _SHOWN = {
 
 
 def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
-    """Lines of cells below each other, the first `left` columns flush left."""
+    """Lines of cells below each other, the first `left` columns flush left.
+
+    Parameters
+    ----------
+    lines : list of list of str
+        Equally many cells a line.
+    left : int
+    """
     widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
     return [
         "  ".join(

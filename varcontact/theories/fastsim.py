@@ -1,6 +1,6 @@
 """FASTSIM, Kalker's algorithm of the simplified theory (paper, section 3.2.6).
 
-Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Vehicle Syst. Dyn. 11 (1982) 1-13.
+Source: J. J. Kalker, A fast algorithm for the simplified theory of rolling contact, Veh. Syst. Dyn. 11 (1982) 1-13.
 """
 
 from __future__ import annotations
@@ -122,7 +122,28 @@ def fastsim(
 
 
 def division(m: Any, n: Any, bound: Any) -> tuple[int, int, np.ndarray, np.ndarray]:
-    """Checked m and n; a(y)/a of the strips from y = b down; and the bound along a strip, by its peak there."""
+    """Checked m and n; the strips from y = b down; and the bound along a strip.
+
+    Parameters
+    ----------
+    m, n : int
+        Intervals along a strip, and strips.
+    bound : {"parabolic", "elliptic"}
+        Form of the traction bound.
+
+    Returns
+    -------
+    m, n : int
+    edges : ndarray, shape (n,)
+        a(y)/a of the strips [-].
+    bounds : ndarray, shape (m - 1,)
+        The bound by its peak in the strip [-].
+
+    Raises
+    ------
+    SceneError
+        If m or n is no whole number in range, or there is no such bound.
+    """
     m, n = whole("m", m, least=2), whole("n", n)
     choice("bound", bound, PEAK)
     xi = 1 - 2 * np.arange(1, m) / m
@@ -321,7 +342,7 @@ def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any
             "bound",
             given,
             f"of shape {grid.shape} with no entry below 0",
-            message=f"bound must have shape {grid.shape} and no entry below 0; this is an {given}",
+            message=f"bound must have shape {grid.shape} and no entry below 0, not an {given}",
         )
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)

@@ -1,4 +1,7 @@
-"""FASTSIM under laws of friction (Kalker and Piotrowski 1989; paper, section 7, item 8)."""
+"""FASTSIM under laws of friction (paper, section 7, item 8).
+
+Source: J. J. Kalker and J. Piotrowski, Some new results in rolling contact, Veh. Syst. Dyn. 18 (1989) 223-242.
+"""
 
 from __future__ import annotations
 
@@ -104,7 +107,7 @@ def fastsim_under_law(
     x = a * edges * (1 - 2 * np.arange(1, m) / m)
     pressure = PEAK[bound] * Fz / (a * b) * (edges**2 if bound == "parabolic" else edges) * bounds
     intervals, mean = np.broadcast_to(dx, x.shape), slip_flexibility(a, b, L, creepage)
-    traction, slip = travel(x, y, intervals, pressure, creepage / L, mean, friction, start)
+    traction, slip = _travel(x, y, intervals, pressure, creepage / L, mean, friction, start)
     state = np.where(np.any(slip != 0, axis=0), 2, 1)
     return FastsimField(x[:, ::-1], y, dx[:, 0], 2 * b / n, traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1])
 
@@ -112,17 +115,41 @@ def fastsim_under_law(
 def on_grid(
     grid: Grid, a: float, b: float, L: np.ndarray, pressure: np.ndarray, creepage: np.ndarray, law: Law, start: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions and slip (2, ny, nx) at the element centres of a grid, as `fastsim_on_grid`, under a law; L (3,)."""
+    """FASTSIM under a law of friction at the element centres of a grid, as `fastsim_on_grid`.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit [length].
+    a, b : float
+        Semi-axes along the rolling direction and across it [length].
+    L : ndarray, shape (3,)
+        By what vx, vy and spin are divided [length^3/force].
+    pressure : ndarray, shape (ny, nx)
+        What the law's coefficient is multiplied by [force/area].
+    creepage : ndarray, shape (3,)
+        vx, vy [-] and spin [1/length].
+    law : Law
+    start : {"stick", "slip"}
+        As of `fastsim_under_law`.
+
+    Returns
+    -------
+    traction : ndarray, shape (2, ny, nx)
+        On body 1 [force/area].
+    slip : ndarray, shape (2, ny, nx)
+        Relative [-].
+    """
     edge = a * np.sqrt(np.maximum(1 - (grid.y / b) ** 2, 0.0))[:, None]
     x = np.broadcast_to(grid.x[::-1], grid.shape)
     inside = np.where(np.abs(x) < edge, pressure[:, ::-1], 0.0)
     interval = np.clip(edge - x, 0.0, grid.sides[0])
     mean = slip_flexibility(a, b, L, creepage)
-    traction, slip = travel(x, grid.y, interval, inside, creepage / L, mean, law, start)
+    traction, slip = _travel(x, grid.y, interval, inside, creepage / L, mean, law, start)
     return traction[:, :, ::-1], slip[:, :, ::-1]
 
 
-def travel(
+def _travel(
     x: np.ndarray,
     y: np.ndarray,
     interval: np.ndarray,

@@ -28,7 +28,22 @@ class Resultants:
 
 
 def triples(value: Any) -> np.ndarray:
-    """Creepages (vx, vy, spin) as an array (..., 3)."""
+    """Creepages, checked.
+
+    Parameters
+    ----------
+    value : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length].
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Raises
+    ------
+    SceneError
+        If they are not finite numbers of that shape.
+    """
     result = numbers("creepages", value)
     if result.ndim == 0 or result.shape[-1] != 3:
         raise wrong_shape("creepages", result.shape, "an array (..., 3) of vx, vy, spin")
@@ -36,7 +51,22 @@ def triples(value: Any) -> np.ndarray:
 
 
 def triple(value: Any) -> np.ndarray:
-    """One creepage (vx, vy, spin) as an array (3,)."""
+    """One creepage, checked.
+
+    Parameters
+    ----------
+    value : array_like, shape (3,)
+        vx, vy [-] and spin [1/length].
+
+    Returns
+    -------
+    ndarray, shape (3,)
+
+    Raises
+    ------
+    SceneError
+        If it is not three finite numbers.
+    """
     result = array("creepage", value, 1)
     if result.shape != (3,):
         raise wrong_shape("creepage", result.shape, "the three numbers vx, vy, spin")
@@ -44,7 +74,29 @@ def triple(value: Any) -> np.ndarray:
 
 
 def either(creepage: str, given: float | None, force: str, prescribed: float | None) -> tuple[float, float | None]:
-    """A creepage and the force prescribed in its place (None: not prescribed). A creepage that is not given is 0."""
+    """A creepage and the force prescribed in its place.
+
+    A creepage that is not given is 0.
+
+    Parameters
+    ----------
+    creepage, force : str
+        Their names, for the message.
+    given : float or None
+        The creepage [-].
+    prescribed : float or None
+        The force [force].
+
+    Returns
+    -------
+    tuple of (float, float or None)
+        None where no force is prescribed.
+
+    Raises
+    ------
+    SceneError
+        If both are given, or one is not finite.
+    """
     if prescribed is None:
         return (0.0 if given is None else number(creepage, given)), None
     if given is not None:

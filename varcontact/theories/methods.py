@@ -29,10 +29,23 @@ from varcontact.theories.vermeulen_johnson import (
 )
 
 Theory = Callable[[Discretisation, ContactState], ContactState]
+"""From the state with a pressure, dimensionless as the discretisation has it, to that with tractions and slip area."""
 
 
 def why_not(name: str, scene: Scene) -> str:
-    """Why a theory cannot treat a scene, or nothing where it can."""
+    """Why a theory cannot treat a scene, or nothing where it can.
+
+    Parameters
+    ----------
+    name : str
+        A key of `THEORIES`.
+    scene : Scene
+
+    Returns
+    -------
+    str
+        The end of a sentence about the theory.
+    """
     if scene.bodies.K != 0:
         return f"it is for quasi-identical bodies (K = 0), and K is {scene.bodies.K:.3g}"
     if scene.line or isinstance(scene.surface, SampledDistance):
@@ -53,7 +66,7 @@ def why_not(name: str, scene: Scene) -> str:
     return ""
 
 
-def linear(disc: Discretisation, state: ContactState) -> ContactState:
+def _linear(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with tractions that stick everywhere, however large: Kalker's linear theory on these elements."""
     problem = disc.tangential_problem(state.pressure)
     raw = no_slip(problem)
@@ -61,7 +74,7 @@ def linear(disc: Discretisation, state: ContactState) -> ContactState:
     return _state(disc, state, traction, rigid, np.zeros(disc.grid.shape, dtype=bool))
 
 
-def fastsim(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
+def _fastsim_parabolic(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
     """The state with FASTSIM's tractions at the element centres, under the parabolic bound (167)."""
     assert disc.hertz is not None
     a, b = disc.hertz.a, disc.hertz.b
@@ -71,12 +84,12 @@ def fastsim(disc: Discretisation, state: ContactState, flexibility: str = "separ
     return _fastsim(disc, state, state.pressure.sum() * disc.pressure * height / height.sum(), flexibility)
 
 
-def fastsim_elliptic(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
+def _fastsim_elliptic(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
     """The state with FASTSIM's tractions under friction times Hertz's pressure, (166)."""
     return _fastsim(disc, state, state.pressure * disc.pressure, flexibility)
 
 
-def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
+def _vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
     """The state with tractions of the form that Vermeulen and Johnson assume, with the force of Kalker's line.
 
     They are sampled at the element centres and scaled to carry exactly that force.
@@ -86,7 +99,7 @@ def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Contac
     assert isinstance(motion, Steady)
     limit = _friction(disc) * hertz.force
     contact = (hertz.a, hertz.b, disc.bodies.combined_G, limit)
-    table = coefficients(disc)
+    table = _coefficients(disc)
     creepage = np.array(motion.rigid)
     if motion.Fx is not None or motion.Fy is not None:
         vx, vy = _given(motion)
@@ -106,16 +119,16 @@ def vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Contac
 
 
 THEORIES: dict[str, Theory] = {
-    "fastsim": fastsim,
-    "fastsim-elliptic": fastsim_elliptic,
-    "fastsim-weighted": partial(fastsim, flexibility="weighted"),
-    "fastsim-weighted-elliptic": partial(fastsim_elliptic, flexibility="weighted"),
-    "linear": linear,
-    "vermeulen-johnson": vermeulen_johnson_state,
+    "fastsim": _fastsim_parabolic,
+    "fastsim-elliptic": _fastsim_elliptic,
+    "fastsim-weighted": partial(_fastsim_parabolic, flexibility="weighted"),
+    "fastsim-weighted-elliptic": partial(_fastsim_elliptic, flexibility="weighted"),
+    "linear": _linear,
+    "vermeulen-johnson": _vermeulen_johnson_state,
 }
 
 
-def coefficients(disc: Discretisation) -> CreepageCoefficients:
+def _coefficients(disc: Discretisation) -> CreepageCoefficients:
     """Creepage coefficients of a Hertzian contact: from Kalker's table, or computed where that does not reach."""
     hertz, nu = disc.hertz, disc.operators.nu
     assert hertz is not None
@@ -134,7 +147,7 @@ def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray, fl
     hertz, motion, G = disc.hertz, disc.motion, disc.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
-    table, creepage = coefficients(disc), np.array(motion.rigid)
+    table, creepage = _coefficients(disc), np.array(motion.rigid)
 
     def flexibilities(creepage: np.ndarray) -> np.ndarray:
         return flexibilities_of(hertz.a, hertz.b, G, creepage, table, flexibility)

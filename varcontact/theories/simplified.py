@@ -1,6 +1,6 @@
 """Simplified theory: displacement = flexibility times traction, in closed form (paper, sections 3.2.2-3.2.5).
 
-Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress Report 1 (1973) 1-10.
+Source: J. J. Kalker, Simplified theory of rolling contact, Delft Progress Report 1 (1973).
 """
 
 from __future__ import annotations
@@ -111,7 +111,29 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
 def flexibilities_of(
     a: Any, b: Any, G: Any, creepages: np.ndarray, coefficients: CreepageCoefficients, kind: str
 ) -> np.ndarray:
-    """By what vx, vy and spin are divided, (..., 3): the three flexibilities, or the weighted one three times."""
+    """By what vx, vy and spin are divided: the three flexibilities, or the weighted one three times.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    creepages : ndarray, shape (..., 3)
+        vx, vy [-] and spin [1/length].
+    coefficients : CreepageCoefficients
+    kind : {"separate", "weighted"}
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        [length^3/force]
+
+    Raises
+    ------
+    SceneError
+        If there is no such kind, or there is spin where C23 is not positive.
+    """
     if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
         weighted = flexibility(a, b, G, creepages, coefficients)
         return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
@@ -128,11 +150,25 @@ def _check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoeffici
 
 
 def slip_flexibility(a: float, b: float, L: np.ndarray, creepage: np.ndarray) -> float:
-    """The flexibility by which tractions tell the slip: a mean of the three L (3,) for one creepage (3,).
+    """The flexibility by which tractions tell the slip: a mean of the three, for one creepage.
 
     With three of them an interval's slip by L is known, and not the slip. This mean makes the rigid slip right in
     the mean square over the ellipse, ``int |c|^2 = L^2 int |c/L|^2``, so that full slip has the slip that it must
     have. It is their common value where they are the same, and L1 without any creepage.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along the rolling direction and across it [length].
+    L : ndarray, shape (3,)
+        By what vx, vy and spin are divided [length^3/force].
+    creepage : ndarray, shape (3,)
+        vx, vy [-] and spin [1/length].
+
+    Returns
+    -------
+    float
+        [length^3/force]
     """
     size = np.abs(creepage).max()
     if size == 0:

@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class VermeulenJohnsonCoefficients:
-    """The slope of Vermeulen and Johnson's own line at the origin, as coefficients like Kalker's C11 and C22."""
+    """The slope of Vermeulen and Johnson's own line at the origin, as coefficients like Kalker's C11 and C22.
+
+    Attributes
+    ----------
+    C11, C22 : float
+        [-]
+    """
 
     C11: float
     C22: float

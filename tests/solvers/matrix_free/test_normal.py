@@ -121,7 +121,7 @@ def test_wrong_linear_solves_do_not_lead_astray(normal_problem, monkeypatch):
     monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
     densely = newton_normal(problem, SETTINGS)
     assert (densely.solver, densely.status) == ("norm", "Solved")
-    assert densely.reason == "newton missed the tolerance, norm was asked"
+    assert densely.reason == "newton missed the tolerance, norm was used"
     monkeypatch.undo()
     check_exact(problem, raw)
     check_exact(problem, densely)

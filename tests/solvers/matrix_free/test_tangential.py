@@ -169,7 +169,7 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
     raw = newton_tangential(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("tang-safeguarded", "Solved")
-    assert raw.reason == "newton missed the tolerance, tang-safeguarded was asked"
+    assert raw.reason == "newton missed the tolerance, tang-safeguarded was used"
     check_exact(problem, raw)
 
     monkeypatch.setattr("varcontact.solvers.matrix_free.drive.DENSE", 0)

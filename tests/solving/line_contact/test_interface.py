@@ -114,7 +114,7 @@ def test_report(sol):
     assert "line contact, 42 elements" in text
     assert "1e+06 N/m, largest pressure" in text
     assert "N/m^2" in text
-    assert "open (no reference depth)" in text
+    assert "undefined (no reference depth)" in text
     assert "m wide: 23 stick, 17 slip" in text
     assert "Fx = -200000, Fy = 0 N/m, 0.6667 of what friction can carry" in text
     assert "spin" not in text

@@ -1,6 +1,6 @@
 """NORM: Kalker's active-set algorithm for the normal problem (paper, section 5.2).
 
-Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990, chapter 4.
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchan
 
     Pressures stay admissible, and each step goes down in energy: towards the minimum on the present contact
     area, as far as no pressure turns negative (the order of exchanges of C. L. Lawson and R. J. Hanson,
-    Solving Least Squares Problems, Prentice-Hall 1974, chapter 23).
+    Solving Least Squares Problems, Prentice-Hall 1974).
     """
     contact = _first_contact(problem, start)
     pressure = np.zeros(contact.size)

@@ -1,6 +1,6 @@
 """TANG: Kalker's active-set algorithm for the tangential problem (paper, section 5.3), as printed and variants.
 
-Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990, chapter 4.
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 """
 
 from __future__ import annotations
@@ -164,7 +164,18 @@ def _split(problem: TangentialProblem, splitting: Splitting, at: _Point, rounds:
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
-    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
+    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction).
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        Dimensionless.
+
+    Returns
+    -------
+    RawSolution
+        Tractions (c, n) and rigid shifts (c,), dimensionless.
+    """
     sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
     at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
     return RawSolution(at.traction, at.rigid, 1, "Solved")

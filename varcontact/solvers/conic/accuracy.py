@@ -122,6 +122,14 @@ OTHERS = {
 
 
 def options(name: str, tol: float) -> dict[str, Any]:
-    """A solver's keywords for an accuracy; none (its own defaults) for one that is not in the table."""
+    """A solver's keywords for an accuracy; none (its own defaults) for one that is not in the table.
+
+    Parameters
+    ----------
+    name : str
+        As `BACKENDS` has it, in any case of letters.
+    tol : float
+        Accuracy wanted of the tractions, relative [-].
+    """
     backend = BACKENDS.get(name.lower())
     return {} if backend is None else backend.options(tol)

@@ -11,7 +11,21 @@ from varcontact.solvers.conic.setups import Setups
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
-    """Solve a program; a set-up with the same structure takes new numbers, but no start."""
+    """Solve a program; a set-up with the same structure takes new numbers, but no start.
+
+    Parameters
+    ----------
+    program : ConicProgram
+    tol : float
+        Accuracy wanted of the tractions, relative [-].
+    setups : Setups, optional
+        Where its set-up is kept.
+
+    Returns
+    -------
+    RawSolution
+        In the scales of the problem behind the program.
+    """
     import clarabel
 
     key = ("clarabel", tol)

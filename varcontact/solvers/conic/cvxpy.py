@@ -15,7 +15,23 @@ from varcontact.solvers.conic.setups import Setups
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -> RawSolution:
-    """Solve a program; one with the same matrices is compiled once, and its vectors are parameters."""
+    """Solve a program; one with the same matrices is compiled once, and its vectors are parameters.
+
+    Parameters
+    ----------
+    program : ConicProgram
+    tol : float
+        Accuracy wanted of the tractions, relative [-].
+    setups : Setups, optional
+        Where its model is kept.
+    name : str
+        Of the solver, as CVXPY has it.
+
+    Returns
+    -------
+    RawSolution
+        In the scales of the problem behind the program.
+    """
     import cvxpy as cp
 
     key, program = ("cvxpy", name, tol), program.polyhedral()

@@ -11,7 +11,21 @@ from varcontact.solvers.conic.setups import Setups
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
-    """Solve a program without cones of two components; a set-up with the same structure starts at its last answer."""
+    """Solve a program without cones of two components; a set-up with the same structure starts at its last answer.
+
+    Parameters
+    ----------
+    program : ConicProgram
+    tol : float
+        Accuracy wanted of the tractions, relative [-].
+    setups : Setups, optional
+        Where its set-up is kept.
+
+    Returns
+    -------
+    RawSolution
+        In the scales of the problem behind the program.
+    """
     import osqp
 
     key, program = ("osqp", tol), program.polyhedral()

@@ -87,7 +87,7 @@ def normal_program(problem: NormalProblem) -> ConicProgram:
     n, force = problem.distance.size, problem.force
     level, displacement = normal_scales(problem)
     distance, pressure = problem.distance - level, displacement / problem.operator.diagonal
-    P = upper(problem.operator.matrix * (pressure / displacement))
+    P = _upper(problem.operator.matrix * (pressure / displacement))
     ones = -np.ones(n)
     if force is None:
         A, b, cones = csc_matrix((ones, np.arange(n), np.arange(n + 1))), np.zeros(n), [("nonnegative", n)]
@@ -126,9 +126,9 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
     pressure = displacement / problem.operator.diagonal
     matrix = problem.operator.matrix / problem.operator.diagonal
     if force is None:
-        P, q, A = upper(matrix), np.zeros(n), csc_matrix(-matrix)
+        P, q, A = _upper(matrix), np.zeros(n), csc_matrix(-matrix)
     else:
-        P, q = upper(matrix, empty=1), np.append(np.zeros(n), -force / (problem.area * pressure))
+        P, q = _upper(matrix, empty=1), np.append(np.zeros(n), -force / (problem.area * pressure))
         A = csc_matrix(np.concatenate([-matrix, np.ones((n, 1))], axis=1))
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -139,7 +139,17 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
 
 
 def normal_scales(problem: NormalProblem) -> tuple[float, float]:
-    """The level from which distances count (the approach where it is known), and the scale of displacements."""
+    """The level from which distances count (the approach where it is known), and the scale of displacements.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+
+    Returns
+    -------
+    level, displacement : float
+        Dimensionless, as the problem.
+    """
     least = float(problem.distance.min())
     if problem.force is None:
         assert problem.approach is not None
@@ -152,24 +162,34 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
     """A shift as a second-order-cone program: ``min 1/2 p'A p + W'p, |p_i| <= g_i``, (215) with its sign changed.
 
     A prescribed force is an equality, its multiplier the unknown part of the shift.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With a symmetric M.
+
+    Returns
+    -------
+    ConicProgram
+        Its `recover` gives tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     from scipy.sparse import csc_matrix
 
     n, c, free = problem.size, problem.components, problem.free
     bound, height = np.tile(problem.bound, c), (1 + c) * n
     scale, weight = shift_scale(problem), bound / bound.max()
-    P = upper(weight[:, None] * (problem.operator.matrix * (bound / scale)))
-    rows, entries = _columns(cone_rows(n, c), -np.ones(c * n), height, problem)
+    P = _upper(weight[:, None] * (problem.operator.matrix * (bound / scale)))
+    rows, entries = _columns(_cone_rows(n, c), -np.ones(c * n), height, problem)
     starts = np.arange(c * n + 1) * entries.shape[1]
     A = csc_matrix((entries.ravel(), rows.ravel(), starts), (height + len(free), c * n))
-    b = np.concatenate([_unit_disks(n, c), force_level(problem)])
+    b = np.concatenate([_unit_disks(n, c), _force_level(problem)])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rigid = np.zeros(c)
         rigid[free] = z[height:] * scale * bound.max() / problem.bound.sum()
         return (x * bound).reshape(c, n), rigid
 
-    cones = [("second_order", 1 + c)] * n + equalities(problem)
+    cones = [("second_order", 1 + c)] * n + _equalities(problem)
     return ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
 
 
@@ -179,18 +199,28 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     ``gap(p) = p'E + sum(g_i |E_i|)`` with ``E = W + M p`` is never negative for admissible p and zero exactly
     at the solution; with ``t_i >= |E_i|`` it is ``p'S p + W'p + g't``, S the symmetric part of M, which is
     positive definite. A prescribed force makes the rigid shift in its direction a variable.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With a monotone M.
+
+    Returns
+    -------
+    ConicProgram
+        Its `recover` gives tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     from scipy.sparse import csc_matrix, hstack
 
     n, c, free = problem.size, problem.components, problem.free
     bound, height = np.tile(problem.bound, c), (1 + c) * n
     scale, weight, spare = shift_scale(problem), bound / bound.max(), _spare_variables(n, c)
-    shift_rows, disk_rows = cone_rows(n, c), height + cone_rows(n, c)
+    shift_rows, disk_rows = _cone_rows(n, c), height + _cone_rows(n, c)
 
     matrix = problem.operator.matrix * (bound / scale)
     quadratic = weight[:, None] * matrix
     quadratic += quadratic.T
-    P = upper(quadratic, empty=n + len(free), squares=spare)
+    P = _upper(quadratic, empty=n + len(free), squares=spare)
     del quadratic
 
     rows, entries = _columns(disk_rows, -np.ones(c * n), 2 * height, problem)
@@ -199,9 +229,9 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     )
     del matrix, rows, entries
 
-    b = np.concatenate([np.zeros(height), _unit_disks(n, c), force_level(problem)])
+    b = np.concatenate([np.zeros(height), _unit_disks(n, c), _force_level(problem)])
     b[shift_rows] = problem.rigid_shift.ravel() / scale
-    force_work = force_level(problem) * problem.bound.sum() / bound.max()
+    force_work = _force_level(problem) * problem.bound.sum() / bound.max()
     q = np.concatenate([b[shift_rows] * weight, weight[:n], force_work, np.zeros(spare)])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -209,7 +239,7 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
         rigid[free] = x[height : height + len(free)] * scale
         return (x[: c * n] * bound).reshape(c, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * (2 * n) + equalities(problem), recover)
+    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * (2 * n) + _equalities(problem), recover)
 
 
 def shift_potential(problem: TangentialProblem) -> ConicProgram:
@@ -217,16 +247,26 @@ def shift_potential(problem: TangentialProblem) -> ConicProgram:
 
     They are written ``u = A p``, and p, which nothing bounds, turns out to be the tractions. A prescribed force
     works against the unknown part of the shift.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+        With a symmetric M.
+
+    Returns
+    -------
+    ConicProgram
+        Its `recover` gives tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     n, c, free = problem.size, problem.components, problem.free
     bound, height = np.tile(problem.bound, c), (1 + c) * n
     scale, weight = shift_scale(problem), bound / bound.max()
     matrix = problem.operator.matrix * (bound / scale)
-    P = upper(weight[:, None] * matrix, empty=n + len(free))
+    P = _upper(weight[:, None] * matrix, empty=n + len(free))
     A = _shift_cones(problem, matrix, np.zeros((c * n, 0), dtype=np.int32), np.zeros((c * n, 0)))
     b = np.zeros(height)
-    b[cone_rows(n, c)] = problem.rigid_shift.ravel() / scale
-    force_work = force_level(problem) * problem.bound.sum() / bound.max()
+    b[_cone_rows(n, c)] = problem.rigid_shift.ravel() / scale
+    force_work = _force_level(problem) * problem.bound.sum() / bound.max()
     q = np.concatenate([np.zeros(c * n), weight[:n], force_work])
 
     def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -245,7 +285,7 @@ def _shift_cones(problem: TangentialProblem, matrix: np.ndarray, rows: np.ndarra
     from scipy.sparse import csc_matrix, hstack
 
     n, c, free = problem.size, problem.components, problem.free
-    shift_rows = cone_rows(n, c)
+    shift_rows = _cone_rows(n, c)
     height = int(rows.max(initial=(1 + c) * n - 1)) + 1
     order = np.argsort(shift_rows)
     rows = np.concatenate([np.broadcast_to(shift_rows[order].astype(np.int32), (c * n, c * n)), rows], axis=1)
@@ -262,6 +302,15 @@ def shift_scale(problem: TangentialProblem) -> float:
     """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions.
 
     To the next power of four, so that problems with neighbouring creepages have the same matrices.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+
+    Returns
+    -------
+    float
+        Dimensionless, as the problem.
     """
     scale = float(np.abs(problem.rigid_shift).max())
     if problem.free or scale == 0:
@@ -269,7 +318,7 @@ def shift_scale(problem: TangentialProblem) -> float:
     return float(4.0 ** np.round(np.log(scale) / np.log(4)))
 
 
-def upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
+def _upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
     """Upper triangle of a symmetric dense matrix, with empty columns behind, then a unit diagonal."""
     from scipy.sparse import csc_matrix
 
@@ -282,7 +331,7 @@ def upper(matrix: np.ndarray, empty: int = 0, squares: int = 0) -> csc_matrix:
     return csc_matrix((values, rows, ends), (n + empty + squares, n + empty + squares))
 
 
-def cone_rows(n: int, c: int) -> np.ndarray:
+def _cone_rows(n: int, c: int) -> np.ndarray:
     """Rows of the c n components (all x, then all y) of vectors in n cones (radius, x, y)."""
     return np.concatenate([(1 + c) * np.arange(n) + 1 + i for i in range(c)])
 
@@ -302,13 +351,13 @@ def _columns(
     return rows.astype(np.int32), np.stack([entries, *forces], axis=1)
 
 
-def force_level(problem: TangentialProblem) -> np.ndarray:
+def _force_level(problem: TangentialProblem) -> np.ndarray:
     """Prescribed forces as parts of what the bound can carry."""
     limit = problem.area * problem.bound.sum()
     return np.array([F / limit for F in problem.force if F is not None])
 
 
-def equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
+def _equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
     """The cone of the prescribed forces, where there are any."""
     return [("zero", len(problem.free))] if problem.free else []
 

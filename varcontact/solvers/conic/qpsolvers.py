@@ -14,7 +14,23 @@ from varcontact.solvers.conic.setups import Setups
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -> RawSolution:
-    """Solve a program without cones of two components by a solver behind qpsolvers, started where it ended."""
+    """Solve a program without cones of two components by a solver behind qpsolvers, started where it ended.
+
+    Parameters
+    ----------
+    program : ConicProgram
+    tol : float
+        Accuracy wanted of the tractions, relative [-].
+    setups : Setups, optional
+        Where its answer is kept, as a start for the next program.
+    name : str
+        Of the solver, as qpsolvers has it.
+
+    Returns
+    -------
+    RawSolution
+        In the scales of the problem behind the program.
+    """
     import qpsolvers
 
     key, program = ("qpsolvers", name), program.polyhedral()

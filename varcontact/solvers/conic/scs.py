@@ -13,7 +13,21 @@ _ORDER = {"zero": "z", "nonnegative": "l", "second_order": "q"}
 
 
 def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
-    """Solve a program; a set-up with the same matrices is used again and starts at its last answer."""
+    """Solve a program; a set-up with the same matrices is used again and starts at its last answer.
+
+    Parameters
+    ----------
+    program : ConicProgram
+    tol : float
+        Accuracy wanted of the tractions, relative [-].
+    setups : Setups, optional
+        Where its set-up is kept.
+
+    Returns
+    -------
+    RawSolution
+        In the scales of the problem behind the program.
+    """
     import scs
 
     key = ("scs", tol)

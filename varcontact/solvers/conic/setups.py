@@ -22,7 +22,19 @@ class Setups:
         self._kept: dict[Hashable, tuple[ConicProgram, Any]] = {}
 
     def find(self, key: Hashable, program: ConicProgram) -> tuple[Any, bool] | None:
-        """What was kept for a program of the same structure, and whether its matrices are the same."""
+        """What was kept for a program of the same structure, and whether its matrices are the same.
+
+        Parameters
+        ----------
+        key : hashable
+            The solver, with all its settings.
+        program : ConicProgram
+
+        Returns
+        -------
+        tuple of (set-up, bool), or None
+            None where nothing is kept for that structure.
+        """
         if key not in self._kept:
             return None
         before, kept = self._kept[key]
@@ -32,7 +44,16 @@ class Setups:
         return kept, same
 
     def keep(self, key: Hashable, program: ConicProgram, setup: Any) -> None:
-        """Keep a set-up, in place of the one before."""
+        """Keep a set-up, in place of the one before.
+
+        Parameters
+        ----------
+        key : hashable
+            The solver, with all its settings.
+        program : ConicProgram
+        setup : object
+            What the solver has made of the program.
+        """
         self._kept[key] = program, setup
 
 

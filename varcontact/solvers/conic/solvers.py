@@ -32,7 +32,18 @@ Backend = Callable[[ConicProgram, float, Setups | None], RawSolution]
 
 
 def backend(name: str) -> Backend:
-    """The solver of programs behind a method's name, as "scs" or "cvxpy:SCS"."""
+    """The solver of programs behind a method's name, as "scs" or "cvxpy:SCS".
+
+    Parameters
+    ----------
+    name : str
+        Of a method that `states_programs`.
+
+    Returns
+    -------
+    callable
+        From a program, an accuracy and set-ups to a `RawSolution`.
+    """
     family, _, solver = name.partition(":")
     if family == "qpsolvers":
         return partial(qpsolvers.solve, name=solver)

@@ -25,13 +25,37 @@ class Posed(Protocol):
     """A problem in its own units."""
 
     def begun(self, start: RawSolution) -> Point:
-        """Where a start leads."""
+        """Where a start leads.
+
+        Parameters
+        ----------
+        start : RawSolution
+            Dimensionless, in double precision.
+
+        Returns
+        -------
+        Point
+            In units of the kernel, in single precision.
+        """
 
     def approached(self) -> tuple[Point, int]:
         """Where coarser grids lead, and the Newton steps taken there."""
 
     def solved(self, at: Point, tol: float) -> RawSolution:
-        """By Newton's method from a point, to a residual."""
+        """By Newton's method from a point.
+
+        Parameters
+        ----------
+        at : Point
+            In units of the kernel, in single precision.
+        tol : float
+            Residual to be reached [-].
+
+        Returns
+        -------
+        RawSolution
+            Dimensionless, in double precision.
+        """
 
 
 def driven(
@@ -70,16 +94,36 @@ def driven(
     other = dense(raw)
     if not (_finite(other) and residual(other) < residual(raw)):
         return raw
-    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was asked")
+    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was used")
 
 
 def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:
-    """The answer for data that are not finite: zeros, not solved."""
+    """The answer for data that are not finite: zeros, not solved.
+
+    Parameters
+    ----------
+    traction : tuple of int
+        Shape of the tractions.
+    rigid : int
+        Number of rigid shifts.
+    """
     return RawSolution(np.zeros(traction), np.zeros(rigid), 0, "NotANumber", False)
 
 
 def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
-    """Refuse a start whose arrays do not have the shapes of the problem."""
+    """Refuse a start whose arrays do not have the shapes of the problem.
+
+    Parameters
+    ----------
+    start : RawSolution or None
+    traction, rigid : tuple of int
+        The shapes of the problem.
+
+    Raises
+    ------
+    SceneError
+        If the start has others.
+    """
     if start is None:
         return
     for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):

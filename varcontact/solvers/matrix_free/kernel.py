@@ -76,7 +76,19 @@ class Kernel:
 
 
 def weighted(symbol: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
-    """Product of a symmetric symbol (xx, xy, yy; or one) with the spectrum of two components (or of one)."""
+    """Product of a symmetric symbol (xx, xy, yy; or one) with the spectrum of two components (or of one).
+
+    Parameters
+    ----------
+    symbol : ndarray, shape (3, ...) or (1, ...)
+        Of the operator, as the transform of its numbers.
+    spectrum : ndarray, shape (c, ...)
+        Transform of a field; c = 2 with a symbol of three parts, else 1.
+
+    Returns
+    -------
+    ndarray, shape (c, ...)
+    """
     if len(symbol) == 1:
         return symbol * spectrum
     xx, xy, yy = symbol
@@ -91,7 +103,19 @@ def weighted(symbol: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
 
 
 def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    """Transform of numbers by offset on a periodic box, those that fall on each other added up."""
+    """Transform of numbers by offset on a periodic box, those that fall on each other added up.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (m, 2 ny - 1, 2 nx - 1)
+    box : tuple of int
+        Rows and columns of the periodic box.
+
+    Returns
+    -------
+    complex ndarray
+        Shape (m, rows, columns // 2 + 1).
+    """
     from scipy import fft
 
     ny, nx = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
@@ -106,7 +130,19 @@ def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
 
 
 def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
-    """The kernel of a box, from the first offsets of an operator's table; remembered by the operator."""
+    """The kernel of a box, from the first offsets of an operator's table; remembered by the operator.
+
+    Parameters
+    ----------
+    operator : GridOperator
+    shape : tuple of int
+        (ny, nx) of the box; no larger than the operator's grid.
+
+    Returns
+    -------
+    Kernel
+        In the operator's `unit`, single precision.
+    """
     kept: dict[tuple[int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
     if shape not in kept:
         (ny, nx), (rows, columns) = shape, operator.shape
@@ -123,6 +159,15 @@ def unit(operator: GridOperator) -> float:
 
     In steps of rolling shorter than half an element that is less than what the neighbours have: half of the influence
     of the nine elements around then.
+
+    Parameters
+    ----------
+    operator : GridOperator
+
+    Returns
+    -------
+    float
+        In the unit of the operator's numbers: within solvers dimensionless.
     """
     rows, columns = operator.shape
     own = operator.on(np.arange(1)).diagonal

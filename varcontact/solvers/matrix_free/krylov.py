@@ -19,16 +19,55 @@ class System(Protocol):
     """The linear equations of a Newton step: a row for each traction component of each element."""
 
     def product(self, step: np.ndarray) -> np.ndarray:
-        """M times a step."""
+        """M times a step.
+
+        Parameters
+        ----------
+        step : ndarray, shape (c, ny, nx)
+            Changes of the tractions, in single precision.
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Left-hand sides for a step and M times the step."""
+        """Left-hand sides for a step and M times the step.
+
+        Parameters
+        ----------
+        image, step : ndarray, shape (c, ny, nx)
+            M times the step, and the step.
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
     def border(self, component: int) -> np.ndarray:
-        """Left-hand sides for a uniform shift along one component."""
+        """Left-hand sides for a uniform shift along one component.
+
+        Parameters
+        ----------
+        component : int
+            0 or, of two components, 1.
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """Nearly the step that has these left-hand sides."""
+        """Nearly the step that has these left-hand sides.
+
+        Parameters
+        ----------
+        right : ndarray, shape (c, ny, nx)
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +87,47 @@ class Forces:
     weight: float
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
-        """What tractions (c, ny, nx) lack of the sums, weighted, (k,)."""
+        """What tractions lack of the sums, weighted.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, ny, nx)
+            In the unit of the sums.
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
         return self.weight * (self.sums - self.of(traction))
 
     def of(self, traction: np.ndarray) -> np.ndarray:
-        """The sums of tractions."""
+        """The sums of tractions.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, ny, nx)
+
+        Returns
+        -------
+        ndarray, shape (k,)
+            In double precision, in the unit of the tractions.
+        """
         return np.array([traction[i].sum(dtype=float) for i in self.components])
 
     def spread(self, values: np.ndarray, components: int) -> np.ndarray:
-        """Values (k,) as rigid shifts (c, 1, 1), zero where no force is prescribed."""
+        """Rigid shifts, zero where no force is prescribed.
+
+        Parameters
+        ----------
+        values : ndarray, shape (k,)
+            In the order of the prescribed forces.
+        components : int
+            c, of the tractions.
+
+        Returns
+        -------
+        ndarray, shape (c, 1, 1)
+        """
         shifts = np.zeros((components, 1, 1))
         shifts[list(self.components), 0, 0] = values
         return shifts
@@ -64,7 +135,17 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A Newton step: changes of the tractions and of the shift E, (c, ny, nx), and of the rigid shifts (c, 1, 1)."""
+    """A Newton step, in the units of the kernel.
+
+    Attributes
+    ----------
+    traction, shift : ndarray, shape (c, ny, nx)
+        Changes of the tractions and of the shift E.
+    rigid : ndarray, shape (c, 1, 1)
+        Changes of the rigid shifts.
+    iterations : int
+        Of GCR.
+    """
 
     traction: np.ndarray
     shift: np.ndarray
@@ -74,7 +155,15 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Room for the directions of GCR: theirs, of M times them, and of their images with the forces."""
+    """Room for the directions of GCR.
+
+    Attributes
+    ----------
+    directions, products : float32 ndarray, shape (most, n)
+        The directions, and M times them.
+    images : float32 ndarray, shape (most, n + k)
+        What the equations make of them, those of the k forces last.
+    """
 
     directions: np.ndarray
     products: np.ndarray
@@ -82,7 +171,14 @@ class Room:
 
     @classmethod
     def of(cls, size: int, forces: Forces) -> Room:
-        """For a number of unknowns; memory is taken only when it is used."""
+        """For a number of unknowns; memory is taken only when it is used.
+
+        Parameters
+        ----------
+        size : int
+            Number n of unknowns.
+        forces : Forces
+        """
         most = int(np.clip(ROOM / size, FEWEST, MOST))
         directions, products = (np.empty((most, size), np.float32) for _ in range(2))
         return cls(directions, products, np.empty((most, size + len(forces.components)), np.float32))

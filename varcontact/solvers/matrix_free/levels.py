@@ -28,30 +28,73 @@ class Box:
 
     @classmethod
     def around(cls, operator: RestrictedOperator) -> Box:
-        """The box of an operator's elements."""
+        """The box of an operator's elements.
+
+        Parameters
+        ----------
+        operator : RestrictedOperator
+            With n elements.
+        """
         row, column = np.divmod(operator.elements, operator.grid_operator.shape[1])
         row, column = row - row.min(), column - column.min()
         shape = int(row.max()) + 1, int(column.max()) + 1
         return cls(shape, row * shape[1] + column)
 
     def field(self, values: np.ndarray) -> np.ndarray:
-        """Values (..., n) of the elements as a field (..., ny, nx), zero elsewhere."""
+        """Values of the elements as a field, zero elsewhere.
+
+        Parameters
+        ----------
+        values : ndarray, shape (..., n)
+            In any unit.
+
+        Returns
+        -------
+        ndarray, shape (..., ny, nx)
+        """
         field = np.zeros((*values.shape[:-1], self.shape[0] * self.shape[1]), dtype=values.dtype)
         field[..., self.places] = values
         return field.reshape(*values.shape[:-1], *self.shape)
 
     def values(self, field: np.ndarray) -> np.ndarray:
-        """Values (..., n) of the elements."""
+        """Values of the elements.
+
+        Parameters
+        ----------
+        field : ndarray, shape (..., ny, nx)
+            In any unit.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+        """
         return field.reshape(*field.shape[:-2], -1)[..., self.places]
 
 
 def has_coarser(shape: tuple[int, int]) -> bool:
-    """Whether a grid of twice the element size would still be fine enough to help."""
+    """Whether a grid of twice the element size would still be fine enough to help.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        (ny, nx).
+    """
     return min(shape) >= 2 * LEAST_SIDE
 
 
 def halved(field: np.ndarray) -> np.ndarray:
-    """Sums over two by two elements of a field (..., ny, nx), zero beyond its edge."""
+    """Sums over two by two elements, zero beyond the edge.
+
+    Parameters
+    ----------
+    field : ndarray, shape (..., ny, nx)
+        In any unit.
+
+    Returns
+    -------
+    ndarray
+        Half as many rows and columns, rounded up.
+    """
     around = [(0, 0)] * (field.ndim - 2) + [(0, field.shape[-2] % 2), (0, field.shape[-1] % 2)]
     field = np.pad(field, around)
     rows = field[..., ::2, :] + field[..., 1::2, :]
@@ -59,13 +102,39 @@ def halved(field: np.ndarray) -> np.ndarray:
 
 
 def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Means over those of two by two elements that are in contact; zero where none is."""
+    """Means over those of two by two elements that are in contact; zero where none is.
+
+    Parameters
+    ----------
+    field : ndarray, shape (..., ny, nx)
+        In any unit.
+    contact : bool ndarray, shape (ny, nx)
+
+    Returns
+    -------
+    ndarray
+        Half as many rows and columns, rounded up.
+    """
     number = halved(contact.astype(float))
     return halved(np.where(contact, field, 0.0)) / np.maximum(number, 1.0)
 
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """A field (..., ny, nx) on a grid of half the element size: bilinear, between elements in contact only."""
+    """A field on a grid of half the element size: bilinear, between elements in contact only.
+
+    Parameters
+    ----------
+    field : ndarray, shape (..., ny, nx)
+        In any unit.
+    contact : bool ndarray, shape (ny, nx)
+    shape : tuple of int
+        Of the finer grid: twice (ny, nx), or one less.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., *shape).
+    """
     values, weights = _refined(field * contact), _refined(contact.astype(float))
     fine = np.where(weights > 0, values / np.where(weights > 0, weights, 1.0), 0.0)
     return fine[..., : shape[0], : shape[1]]

@@ -61,7 +61,7 @@ class TangentialConditions:
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
         """The tractions of the natural map: trial tractions, cut off at the bound."""
-        size = lengths(trial)
+        size = _lengths(trial)
         beyond = size > self.bound
         return trial * np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0)
 
@@ -73,7 +73,7 @@ class TangentialConditions:
         """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
         free = list(self.forces.components)
         trial = trial - self.forces.spread(change, len(trial))
-        size = lengths(trial)
+        size = _lengths(trial)
         beyond = size > self.bound
         held = np.where(beyond, self.bound, size) * self.contact
         part = np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0) * self.contact
@@ -91,7 +91,7 @@ class TangentialConditions:
         self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
     ) -> TangentialSystem:
         """Newton's equations, and their right-hand sides."""
-        size = lengths(trial)
+        size = _lengths(trial)
         slip = self.contact & (size > self.bound)
         stick = self.contact & ~slip
         along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
@@ -206,13 +206,22 @@ def _rounded(shift: float) -> float:
     return float(np.exp(APART * np.round(np.log(shift) / APART)))
 
 
-def lengths(vectors: np.ndarray) -> np.ndarray:
+def _lengths(vectors: np.ndarray) -> np.ndarray:
     """Lengths (ny, nx) of vectors (c, ny, nx) of order one: without the care that very large or small ones need."""
     return np.abs(vectors[0]) if len(vectors) == 1 else np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)
 
 
 def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Scalar products (ny, nx) of vectors (c, ny, nx)."""
+    """Scalar products of vectors.
+
+    Parameters
+    ----------
+    one, other : ndarray, shape (c, ny, nx)
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+    """
     if len(one) == 1:
         return one[0] * other[0]
     product = one[0] * other[0]

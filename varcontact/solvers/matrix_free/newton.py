@@ -46,7 +46,13 @@ class NewtonSystem(System, Protocol):
         """Right-hand sides (c, ny, nx)."""
 
     def bent(self, traction: np.ndarray, step: Step) -> Step:
-        """The step, better where tractions bend."""
+        """The step, better where tractions bend.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, ny, nx)
+        step : Step
+        """
 
 
 class Conditions(Balancing, Protocol):
@@ -69,23 +75,73 @@ class Conditions(Balancing, Protocol):
         """Whether nothing bounds the tractions: Newton's equations are the problem's."""
 
     def projected(self, trial: np.ndarray) -> np.ndarray:
-        """The tractions of the natural map for ``p - E``."""
+        """The tractions of the natural map.
+
+        Parameters
+        ----------
+        trial : ndarray, shape (c, ny, nx)
+            ``p - E``.
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
     def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
-        """Admissible tractions near given ones."""
+        """Admissible tractions near given ones.
+
+        Parameters
+        ----------
+        traction, trial : ndarray, shape (c, ny, nx)
+            p and ``p - E``.
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
     def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> NewtonSystem:
-        """Newton's equations."""
+        """Newton's equations.
+
+        Parameters
+        ----------
+        traction, shift, trial : ndarray, shape (c, ny, nx)
+            p, E and ``p - E``.
+        damping : float
+            Added to the diagonal of M, in units of the kernel.
+        """
 
 
 class Finest(Protocol):
     """The problem itself, in double precision."""
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-        """E on the box."""
+        """E on the box.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, ny, nx)
+            In units of the kernel.
+        rigid : ndarray, shape (c, 1, 1)
+            The unknown rigid shifts.
+
+        Returns
+        -------
+        ndarray, shape (c, ny, nx)
+        """
 
     def error(self, at: Point) -> float:
-        """The residual or the gap of an answer, as a certificate has it: the larger."""
+        """The residual or the gap of an answer, as a certificate has it: the larger.
+
+        Parameters
+        ----------
+        at : Point
+
+        Returns
+        -------
+        float
+            Relative [-].
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +173,16 @@ class _Measure:
 
 
 def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
-    """Tractions with their shift, in single precision."""
+    """Tractions with their shift, in single precision.
+
+    Parameters
+    ----------
+    conditions : Conditions
+    traction : ndarray, shape (c, ny, nx)
+        In units of the kernel.
+    rigid : ndarray, shape (c, 1, 1)
+        The unknown rigid shifts.
+    """
     return Point(traction, _shift(conditions)(traction, rigid), rigid, NOISE)
 
 

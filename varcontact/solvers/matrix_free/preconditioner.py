@@ -81,6 +81,11 @@ class Circulant:
         """Both inverses, (3, 2, ...) or (1, 2, ...): for the stick area, and with a shift for the slip area.
 
         Remembered for shifts that hardly differ.
+
+        Parameters
+        ----------
+        shift : float
+            Added to the diagonal for the slip area, in units of the kernel.
         """
         kept: dict[float, np.ndarray] = self.__dict__.setdefault("_pairs", {})
         if shift not in kept:
@@ -90,7 +95,18 @@ class Circulant:
         return kept[shift]
 
     def inverse(self, shift: float) -> np.ndarray:
-        """Symbol of the inverse of the kernel plus a number on its diagonal."""
+        """Symbol of the inverse of the kernel plus a number on its diagonal.
+
+        Parameters
+        ----------
+        shift : float
+            The number, in units of the kernel.
+
+        Returns
+        -------
+        ndarray, shape (3, ...) or (1, ...)
+            xx, xy and yy; or that of the one component.
+        """
         if len(self.symbol) == 1:
             return 1 / (self.symbol + np.float32(shift))
         xx, xy, yy = self.symbol[0] + np.float32(shift), self.symbol[1], self.symbol[2] + np.float32(shift)
@@ -100,7 +116,18 @@ class Circulant:
         return inverse
 
     def apply(self, inverses: np.ndarray, fields: np.ndarray) -> np.ndarray:
-        """Inverses (m, k, ...) times k fields (c, k, ny, nx), both weighted: multiplied by `growth`."""
+        """Inverses times fields, both weighted: multiplied by `growth`.
+
+        Parameters
+        ----------
+        inverses : ndarray, shape (m, k, ...)
+            Symbols, m = 3 or 1.
+        fields : ndarray, shape (c, k, ny, nx)
+
+        Returns
+        -------
+        ndarray, shape (c, k, ny, nx)
+        """
         from scipy import fft
 
         (ny, nx), (rows, columns) = self.kernel.shape, self._box
@@ -110,13 +137,26 @@ class Circulant:
 
 
 def circulant(operator: GridOperator, shape: tuple[int, int]) -> Circulant:
-    """That of the kernel of a box; remembered with it."""
+    """That of the kernel of a box; remembered with it.
+
+    Parameters
+    ----------
+    operator : GridOperator
+    shape : tuple of int
+        (ny, nx) of the box.
+    """
     of_box = kernel(operator, shape)
     found: Circulant = of_box.__dict__.setdefault("_circulant", Circulant(of_box))
     return found
 
 
 def parzen(t: np.ndarray) -> np.ndarray:
-    """Parzen's window on [-1, 1]: its transform is positive."""
+    """Parzen's window on [-1, 1]: its transform is positive.
+
+    Parameters
+    ----------
+    t : ndarray
+        Distance, by the length of the window [-].
+    """
     t = np.abs(t)
     return np.where(t < 0.5, 1 - 6 * t**2 + 6 * t**3, 2 * np.maximum(1 - t, 0.0) ** 3)

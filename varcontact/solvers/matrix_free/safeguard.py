@@ -31,12 +31,36 @@ class Balancing(Protocol):
         """Prescribed sums."""
 
     def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """The work after a change of the rigid shifts (k,), its slope (k,) and its curvature (k, k)."""
+        """The work after a change of the rigid shifts (k,), its slope (k,) and its curvature (k, k).
+
+        Parameters
+        ----------
+        trial : ndarray, shape (c, ny, nx)
+            ``p - E``.
+        change : ndarray, shape (k,)
+            Of the rigid shifts of the k prescribed forces.
+
+        Returns
+        -------
+        work : float
+        slope : ndarray, shape (k,)
+        curvature : ndarray, shape (k, k)
+        """
 
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Tractions, their shift E, the unknown rigid shifts (c, 1, 1); `noise` is the error of E by the largest |p|."""
+    """Tractions with their shift, in the units of the kernel.
+
+    Attributes
+    ----------
+    traction, shift : ndarray, shape (c, ny, nx)
+        p and E.
+    rigid : ndarray, shape (c, 1, 1)
+        The unknown rigid shifts.
+    noise : float
+        The error of E by the largest p.
+    """
 
     traction: np.ndarray
     shift: np.ndarray
@@ -44,7 +68,14 @@ class Point:
     noise: float
 
     def moved(self, step: Step, part: float) -> Point:
-        """After a part of a step: E is linear, and no product needed."""
+        """After a part of a step: E is linear, and no product needed.
+
+        Parameters
+        ----------
+        step : Step
+        part : float
+            Of the step, in [0, 1].
+        """
         traction = self.traction + part * step.traction
         return Point(traction, self.shift + part * step.shift, self.rigid + part * step.rigid, self.noise)
 
@@ -54,6 +85,11 @@ def balanced(conditions: Balancing, at: Point) -> Point:
 
     They are where a convex function is least, the work of these tractions against the shift and of the forces against
     the rigid shift; by Newton's method, with steps shortened until it falls.
+
+    Parameters
+    ----------
+    conditions : Balancing
+    at : Point
     """
     forces, trial = conditions.forces, at.traction - at.shift
     change, identity = np.zeros(len(forces.components)), np.eye(len(forces.components))
@@ -78,7 +114,22 @@ def balanced(conditions: Balancing, at: Point) -> Point:
 
 
 def searched(at: Point, step: Step, merit: Callable[[Point], float], before: float) -> tuple[Point, float, float]:
-    """The first part of a step that lowers the merit enough, or the best of all: the point, its merit, the part."""
+    """The first part of a step that lowers the merit enough, or the best of all.
+
+    Parameters
+    ----------
+    at : Point
+    step : Step
+    merit : callable
+        From a point to what shall fall.
+    before : float
+        The merit of the point.
+
+    Returns
+    -------
+    point : Point
+    merit, part : float
+    """
     best, least, chosen = at, np.inf, 0.0
     for part in PARTS:
         there = at.moved(step, part)
@@ -93,7 +144,17 @@ def searched(at: Point, step: Step, merit: Callable[[Point], float], before: flo
 
 
 def damped(damping: float, part: float, ratio: float) -> float:
-    """The damping of the next step, after one of which a part was taken and which changed the merit by a ratio."""
+    """The damping of the next step.
+
+    Parameters
+    ----------
+    damping : float
+        Of the step before, in units of the kernel.
+    part : float
+        How much of that was taken, in [0, 1].
+    ratio : float
+        The merit after it by that before.
+    """
     if part < 0.5 or ratio > 0.9:
         return min(max(2 * damping, FIRST), LARGEST)
     return damping / 5 if damping > LEAST_DAMPING else 0.0
@@ -110,6 +171,16 @@ def forward_backward_forward(
 
     P. Tseng, SIAM J. Control Optim. 38 (2000) 431-446, applied to ``0 in E(p) + normal cone``, and the equations of
     prescribed forces.
+
+    Parameters
+    ----------
+    at : Point
+    shift : callable
+        From tractions (c, ny, nx) and rigid shifts (c, 1, 1) to E.
+    project : callable
+        From tractions to the nearest admissible ones.
+    forces : Forces
+    steps : int
     """
     components, length = len(at.traction), 1.0
     traction, rigid = project(at.traction), at.rigid

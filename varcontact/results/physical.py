@@ -1,0 +1,90 @@
+"""From the contact state that solvers found to the solution in physical units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from varcontact.planning.plan import Plan
+from varcontact.problem.certificate import Certificate
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.slip import shift_and_areas, unit_slip
+from varcontact.problem.state import ContactState
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
+from varcontact.solvers.tally import Calls
+
+
+def solution_of(
+    scene: Scene,
+    disc: Discretisation,
+    plan: Plan,
+    state: ContactState,
+    certificate: Certificate,
+    converged: bool,
+    timing: dict[str, float],
+    calls: dict[str, dict[str, Calls]],
+) -> Solution:
+    """A contact state in physical units, with slip, distances and areas.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        On the grid of the solution, with its scales.
+    plan : Plan
+    state : ContactState
+        Dimensionless.
+    certificate : Certificate
+    converged : bool
+    timing : dict of float
+        Seconds by stage.
+    calls : dict
+        Of solvers, by problem and name.
+    """
+    distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
+    if disc.K != 0 and np.any(state.traction):
+        distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
+    shift, areas = shift_and_areas(disc, state)
+    rolled = unit_slip(disc)
+    unknown = disc.afloat and scene.approach is None
+    return Solution(
+        scene=scene,
+        grid=disc.grid,
+        plan=plan,
+        pressure=state.pressure * disc.pressure,
+        traction=state.traction * disc.pressure,
+        slip=shift / rolled,
+        distance=distance - state.approach * disc.displacement,
+        state=areas,
+        approach=math.nan if unknown else state.approach * disc.displacement + disc.base,
+        creepage=_creepage(disc, state, rolled),
+        certificate=certificate,
+        converged=converged,
+        iterations=state.iterations,
+        status=state.status,
+        timing=timing,
+        passes=state.passes,
+        branch=state.branch,
+        solved_by=state.solved_by,
+        calls=calls,
+    )
+
+
+def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
+    """Prescribed creepages, and those found for prescribed forces; NaN where they are not unique."""
+    if disc.motion is None:
+        return 0.0, 0.0, 0.0
+    motion, found = disc.motion, state.rigid / rolled
+    along_x, along_y, about_z = motion.rigid
+    prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
+    unknown = np.full(2, disc.frictionless or not state.pressure.any())
+    if disc.afloat and not isinstance(motion, Steady):
+        before = np.zeros(2) if disc.carried is None else disc.carried.force
+        force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
+        rounding = 1e-14 * state.pressure.sum() * disc.lattice.area  # a force of zero is zero to that
+        unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force) + rounding)
+    found = np.where(prescribed & unknown, math.nan, found)
+    return along_x + float(found[0]), along_y + float(found[1]), about_z
