@@ -12,6 +12,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
+from varcontact.cli import _by_name
 
 SCENE = """
 normal_force = 1.0
@@ -408,3 +409,21 @@ def test_how_much_of_the_certificate(folder):
     refused = run("solve", "less.toml", "--certify", "all", folder=folder)
     assert refused.returncode == 2
     assert "certify = 'all'" in refused.stderr
+
+
+def test_a_scene_with_the_name_of_one_of_the_bank_keeps_its_own(folder):
+    """Both are compared, told apart by the path; so are files of one name in two folders, and one called by a path."""
+    known = {"pure vx", "two arcs"}
+    files = [Path(name) for name in ("pure vx.toml", "a/x.toml", "b/x.toml", "y.toml")]
+    assert list(_by_name(files, known)) == ["pure vx.toml", "a/x.toml", "b/x.toml", "y"]
+    assert list(_by_name(files[:1], set())) == ["pure vx"]
+    ambiguous = [Path(name) for name in ("x.toml", "b/x.toml", "x.toml.toml")]
+    assert len(_by_name(ambiguous, known)) == 3
+    (folder / "pure vx.toml").write_text(SCENE.replace("vx = 0.05", "vx = 0.02"))
+    done = run("compare", "pure vx.toml", "--bank", "--methods", "linear", "--json", folder=folder)
+    assert done.returncode == 0, done.stderr
+    rows = {row["scene"]: row for row in json.loads(done.stdout)}
+    assert len(rows) == 15
+    assert (rows["pure vx.toml"]["vx"], rows["pure vx"]["vx"]) == (0.02, 0.1)
+    again = run("compare", "scene.toml", "../" + folder.name + "/scene.toml", folder=folder)
+    assert again.returncode == 2 and "a file is given twice" in again.stderr

@@ -308,7 +308,7 @@ MESSAGES = [
     ),
     (
         lambda folder: vc.converge(scene(), [8, 16], store=folder),
-        "store = '{folder}' is not a file; name a table of an earlier study of convergence, or a new file",
+        "store = '{folder}': tables are written as CSV, and the name must end in .csv",
     ),
     (
         lambda folder: vc.scan(scene(motion=None), [(0.0, 0.0, 0.0)]),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import os
 import sys
@@ -90,6 +89,7 @@ METHODS = "\b\n" + "\n".join(
     )
 )
 """All methods by name."""
+FORCE = "Replace files that varcontact did not write; a table or a history is only ever added to."
 
 
 @app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
@@ -123,32 +123,36 @@ def solve(
         ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.scene_file import read_scene
+    from varcontact.io.solution_file import check_solution_file
     from varcontact.scene.motion import Transient
     from varcontact.solving.solve import solve as solve_scene
 
-    _check_outputs(out, plot, ".nc")
+    _check_outputs(out, plot, [scene], force, ".nc")
     described, options = read_scene(scene)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         options["store"], out = out, None
+    if out is not None:
+        check_solution_file("--out", out, force)
     try:
         solution = _with_progress(lambda progress: solve_scene(described, **options, progress=progress))
     except Interrupted as stopped:
         if stopped.partial:  # a history of one step at least
-            _deliver(stopped.partial, out, plot, as_json)
+            _deliver(stopped.partial, out, plot, force, as_json)
         _stop(stopped, options["store"], "--out FILE.nc", "steps")
     except VarcontactError as failure:
         kept = getattr(failure, "solution", None) if failure.history is None else failure.history
         if kept:
-            _deliver(kept, out, plot, as_json)
+            _deliver(kept, out, plot, force, as_json)
         raise
-    _deliver(solution, out, plot, as_json)
+    _deliver(solution, out, plot, force, as_json)
 
 
 @app.command(
@@ -190,12 +194,17 @@ def compare(
         ),
     ] = None,
     tol: Annotated[float, typer.Option(help="Natural-map residual up to which an answer counts as solved.")] = 1e-6,
-    out: Annotated[Path | None, typer.Option(help="Table (.csv); scenes already in it are not solved again.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Table (.csv), written after each method; rows already in it are not solved again."),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.io.scene_file import read_scene
+    from varcontact.plotting.picture_file import write_picture
     from varcontact.plotting.solution import plot_comparison
     from varcontact.study.bank import standard_bank
     from varcontact.study.compare import DEFAULT_METHODS
@@ -203,19 +212,10 @@ def compare(
     from varcontact.study.store import as_json as table_as_json
     from varcontact.study.tables import summary
 
-    _check_outputs(out, plot)
     files = scenes or []
-    if len(set(files)) < len(files):
-        raise SceneError(
-            "scenes",
-            " ".join(map(str, files)),
-            "each file once",
-            message=f"scenes: a file is given twice in {' '.join(map(str, files))}",
-        )
-    stems = [path.stem for path in files]
-    names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, files, strict=True)]
-    described = {name: read_scene(path)[0] for name, path in zip(names, files, strict=True)}
-    described |= standard_bank() if bank else {}
+    _check_outputs(out, plot, files, force)
+    known = standard_bank() if bank else {}
+    described = {name: read_scene(path)[0] for name, path in _by_name(files, set(known)).items()} | known
     if not described:
         raise SceneError(
             "scenes",
@@ -235,7 +235,7 @@ def compare(
         _stop(stopped, out, "--out FILE.csv", "scenes")
     _print(show(table))
     if plot is not None:
-        _write_picture(plot_comparison(table), plot)
+        write_picture(plot_comparison(table), plot)
 
 
 @app.command(
@@ -255,13 +255,15 @@ def converge(
         typer.Option(help="Table of solves (.csv), written after each; solves already in it are not repeated."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of the errors (.png, .pdf, .svg).")] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the tables.")] = False,
 ) -> None:
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     from varcontact.io.scene_file import read_scene
+    from varcontact.plotting.picture_file import write_picture
     from varcontact.study.converge import converge as converge_on
 
-    _check_outputs(store, plot, name_of_out="--store")
+    _check_outputs(store, plot, [scene], force, name_of_out="--store")
     described, _ = read_scene(scene)
     grids: list[Any] = [int(n) if n.strip().isdigit() else n for n in cells.split(",")]
     methods = [name for name in method.split(",") if name.strip()]
@@ -285,7 +287,7 @@ def converge(
         _stop(stopped, store, "--store FILE.csv", "solves")
     _print(study.to_json() if as_json else study.report())
     if plot is not None:
-        _write_picture(study.plot(), plot)
+        write_picture(study.plot(), plot)
 
 
 def main() -> None:
@@ -293,17 +295,37 @@ def main() -> None:
     app()
 
 
-def _deliver(solution: Any, out: Path | None, plot: Path | None, as_json: bool) -> None:
+def _by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
+    """Scene files by the name of their scene: the file's own, or its path where that is not enough to tell them apart.
+
+    Parameters
+    ----------
+    files : list of Path
+    taken : set of str
+        Names of other scenes.
+    """
+    if len({path.resolve() for path in files}) < len(files):
+        given = " ".join(map(str, files))
+        raise SceneError("scenes", given, "each file once", message=f"scenes: a file is given twice in {given}")
+    stems = [path.stem for path in files]
+    names = [path.stem if stems.count(path.stem) == 1 and path.stem not in taken else str(path) for path in files]
+    if len({*names, *taken}) < len(names) + len(taken):
+        names = [str(path.resolve()) for path in files]
+    return dict(zip(names, files, strict=True))
+
+
+def _deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Print, and write what was asked for."""
     from varcontact.io.solution_file import save
+    from varcontact.plotting.picture_file import write_picture
 
     try:
         _print(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
     finally:  # what was computed is not lost with its reader
         if out is not None:
-            save(solution, out, "--out")
+            save(solution, out, "--out", force)
         if plot is not None:
-            _write_picture(solution.plot(), plot)
+            write_picture(solution.plot(), plot)
 
 
 def _print(text: str) -> None:
@@ -327,38 +349,23 @@ def _with_progress(work: Any) -> Any:
             return work(status.update)
 
 
-def _check_outputs(out: Path | None, plot: Path | None, ending: str = ".csv", name_of_out: str = "--out") -> None:
-    """Refuse files that could not be written, before any work is done for them."""
-    from varcontact.io.solution_file import check_ending, check_writable
+def _check_outputs(
+    out: Path | None,
+    plot: Path | None,
+    inputs: list[Path],
+    force: bool,
+    ending: str = ".csv",
+    name_of_out: str = "--out",
+) -> None:
+    """Refuse files that could not, or must not, be written, before any work is done for them."""
+    from varcontact.io.outputs import check_ending, check_writable
+    from varcontact.plotting.picture_file import check_picture
 
     if out is not None:
         check_ending(name_of_out, out, ending)
-    for name, path in ((name_of_out, out), ("--plot", plot)):
-        if path is not None:
-            check_writable(name, path)
+        check_writable(name_of_out, out, inputs)
     if plot is not None:
-        _check_picture(plot)
-
-
-def _check_picture(path: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib.backend_bases import FigureCanvasBase
-
-    kinds = FigureCanvasBase.get_supported_filetypes()
-    if path.suffix[1:].lower() not in kinds:
-        raise OutputError(
-            "--plot", path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}"
-        )
-
-
-def _write_picture(figure: Any, path: Path) -> None:
-    from varcontact.io.solution_file import write_whole
-
-    picture = io.BytesIO()
-    figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150)
-    write_whole("--plot", path, picture.getvalue())
+        check_picture(plot, inputs if out is None else [*inputs, out], force)
 
 
 def _stop(stopped: Interrupted, store: Path | None, option: str, what: str) -> NoReturn:

@@ -22,7 +22,7 @@ from varcontact.planning.choice import make_plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.study.store import keep, plain_rows, read_rows
+from varcontact.study.store import Table, plain_rows
 from varcontact.study.tables import columns_of_text
 from varcontact.theories.methods import THEORIES, why_not
 
@@ -146,23 +146,21 @@ def extremes(
         raise SceneError(
             "only", only, f"in a scene's name or group: {', '.join(dict.fromkeys(c.group for c in cases()))}"
         )
-    rows = read_rows(store, COLUMNS, WORDS, "a table of an earlier run")
-    known = {(row["group"], row["case"]) for row in rows}
-    try:
-        with Worker(attempt) as worker:
-            for done, case in enumerate(wanted):
-                if (case.group, case.name) in known:
-                    continue
-                if progress is not None:
-                    progress(f"{done + 1} of {len(wanted)}: {case.group}, {case.name}")
-                rows += _of_case(case, worker)
-                if store is not None:
-                    keep(store, rows, COLUMNS)
-    except KeyboardInterrupt:
-        table = pd.DataFrame(rows, columns=list(COLUMNS))
-        finished = f" after {len(table.groupby(['group', 'case']))} of {len(wanted)} scenes"
-        raise Interrupted(table, finished) from None
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    with Table.opened(store, COLUMNS, WORDS, "a table of an earlier run") as table:
+        known = {(row["group"], row["case"]) for row in table.rows}
+        try:
+            with Worker(attempt) as worker:
+                for done, case in enumerate(wanted):
+                    if (case.group, case.name) in known:
+                        continue
+                    if progress is not None:
+                        progress(f"{done + 1} of {len(wanted)}: {case.group}, {case.name}")
+                    table.add(*_of_case(case, worker))
+        except KeyboardInterrupt:
+            partial = pd.DataFrame(table.rows, columns=list(COLUMNS))
+            finished = f" after {len(partial.groupby(['group', 'case']))} of {len(wanted)} scenes"
+            raise Interrupted(partial, finished) from None
+    return pd.DataFrame(table.rows, columns=list(COLUMNS))
 
 
 def _of_case(case: Case, worker: Worker) -> list[dict[str, Any]]:

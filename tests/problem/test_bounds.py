@@ -1,6 +1,7 @@
 """Guaranteed bounds: true with the pressure's own error, with forces that are missed, and down to rounding."""
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
@@ -236,6 +237,18 @@ def test_full_up_to_a_stated_size(rolling, monkeypatch):
     assert vc.solve(scene).certificate.level == "gap"
     assert vc.solve(scene, certify="full").certificate.level == "full"
     assert vc.certify(scene, vc.solve(scene).traction).level == "full"
+
+
+def test_bounds_of_newton_are_computed_when_they_are_asked_for(rolling, monkeypatch):
+    """The same bounds, once; what is asked for in full is there at once; a solution can be pickled before and after."""
+    asked, compute = [], certificate.force_bound
+    monkeypatch.setattr(certificate, "force_bound", lambda *given: asked.append(1) or compute(*given))
+    lazy, full = (vc.solve(rolling(), tangential="newton", certify=level).certificate for level in ("auto", "full"))
+    assert len(asked) == 1 and lazy.level == "full"
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(lazy)).force_bound, full.force_bound)
+    np.testing.assert_array_equal(lazy.force_bound, full.force_bound)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(lazy)).pressure_part, lazy.pressure_part)
+    assert len(asked) == 3
 
 
 def test_levels_in_scans_and_histories(rolling):

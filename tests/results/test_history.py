@@ -201,14 +201,18 @@ def test_a_file_of_something_else_is_left_alone(history, tmp_path):
     for given, keywords in ((other, {}), (whole, {"tol": 1e-9}), (whole, {"tangential": "tang"})):
         with pytest.raises(vc.OutputError, match="history of another scene, or by other methods"):
             vc.solve(given, store=path, **keywords)
-    history[0].save(path)
+    with pytest.raises(vc.OutputError, match=r"exists already and is no solution of varcontact's; .* overwrite=True"):
+        history[0].save(path)
+    same(vc.load(path), history)
+    history[0].save(path, overwrite=True)
     with pytest.raises(vc.OutputError, match="holds no history"):
         vc.solve(whole, store=path)
+    with pytest.raises(vc.OutputError, match="is no history of varcontact's"):
+        history.save(path)
     with pytest.raises(vc.SceneError, match="only a history of steps"):
         vc.solve(dataclasses.replace(whole, motion=vc.Shift()), store=tmp_path / "other.nc")
-    content = bytearray()
-    history.save(path)
-    content += path.read_bytes()
+    history.save(path, overwrite=True)
+    content = path.read_bytes()
     path.write_bytes(content[:300])
     with pytest.raises(vc.OutputError, match=r"^path = [^:]*: cannot be read as netCDF \("):
         vc.load(path)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.problem.certificate import ForceBounds
 
 
 @pytest.fixture(scope="module")
@@ -190,15 +191,14 @@ def test_files_with_changed_bytes_are_refused_or_read(tmp_path, sol):
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_summary_is_strict_json_whatever_came_out(sol, value):
     """What is no finite number is None: the JSON that is printed has no NaN and no Infinity."""
+    bounds = ForceBounds.known(np.array([value, 0.1, value]), np.zeros(3))
     bad = dataclasses.replace(
         sol,
         traction=np.full_like(sol.traction, value),
         pressure=np.full_like(sol.pressure, value),
         approach=value,
         creepage=(value, 0.0, 0.0),
-        certificate=dataclasses.replace(
-            sol.certificate, gap=value, relative_gap=value, residual=value, force_bound=np.array([value, 0.1, value])
-        ),
+        certificate=dataclasses.replace(sol.certificate, gap=value, relative_gap=value, residual=value, bounds=bounds),
     )
     with np.errstate(invalid="ignore"):
         summary = json.loads(json.dumps(bad.summary(), allow_nan=False))

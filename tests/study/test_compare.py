@@ -291,3 +291,47 @@ def test_json_keeps_all_digits(rolling):
     assert rows[0]["force_bound"] == 5.4123456789e-13
     assert rows[1]["force_bound"] is None
     assert rows[0]["Fx"] == table["Fx"][0]
+
+
+def test_methods_finished_within_a_scene_are_kept(rolling, tmp_path):
+    """Interrupted before the third of four methods: two rows are there, and only the other two are solved later.
+
+    The distances, from a solution that came before the interruption, are those of a comparison in one go.
+    """
+    methods, store = ["fastsim", "tang-safeguarded", "vermeulen-johnson", "linear"], tmp_path / "table.csv"
+    scenes = {"one": rolling(), "two": rolling(motion=vc.Steady(vy=0.05))}
+
+    def stop(word):
+        if word == "two: vermeulen-johnson":
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted, match="after 1 of 2 scenes and 2 of 4 methods of the next") as stopped:
+        vc.compare(scenes, methods, store=store, progress=stop)
+    assert stopped.value.partial["method"].tolist() == [*methods, *methods[:2]]
+    assert pd.read_csv(store)["method"].tolist() == [*methods, *methods[:2]]
+    seen = []
+    table = vc.compare(scenes, methods, store=store, progress=seen.append)
+    assert seen == ["two: vermeulen-johnson", "two: linear"]
+    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+    whole = vc.compare(scenes, methods)
+    names = ["scene", "method", "outcome", "Fx", "force_distance", "traction_distance", "misclassified", "calls"]
+    pd.testing.assert_frame_equal(table[names], whole[names], check_dtype=False, rtol=1e-14)
+    assert whole["force_distance"].notna().sum() > 4
+
+
+def test_without_the_answers_the_scene_is_solved_again(rolling, tmp_path):
+    """The hidden file beside the table is damaged, or was not copied with it: rows alone are not enough."""
+    store = tmp_path / "table.csv"
+
+    def stop(word):
+        if word.endswith("linear"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted):
+        vc.compare(rolling(), ["fastsim", "linear"], store=store, progress=stop)
+    [hidden] = [path for path in tmp_path.iterdir() if path != store]
+    hidden.write_bytes(hidden.read_bytes()[:100])
+    seen = []
+    table = vc.compare(rolling(), ["fastsim", "linear"], store=store, progress=seen.append)
+    assert seen == ["scene: fastsim", "scene: linear"]
+    assert table["method"].tolist() == ["fastsim", "linear"]

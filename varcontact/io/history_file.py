@@ -1,39 +1,36 @@
-"""Histories as files to which steps are added: classic netCDF, whose records lie one behind the other.
+"""Histories as files to which steps are added.
 
-A step is written behind the last one, and only then counted: whatever ends the program in between, the file holds
-every finished step. Nothing else of the file changes, and nothing of it is kept in memory.
-
-scipy makes the bytes of a step and reads them; it can only write whole files, so the step is put in its place here. One
-HDF5 group a step would not do: killed between two of its writes, HDF5 can leave a file that cannot be read.
+A step is written behind the last one and forced to the disk, and only then counted: whatever ends the program in
+between, and whoever reads beside it, the file holds every finished step and no other. Nothing else of the file changes,
+and nothing of it is kept in memory.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import os
+import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, BinaryIO, overload
 
 import numpy as np
 
 from varcontact.errors import OutputError, SceneError, VarcontactError
-from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import (
-    AS_STORED,
-    FIELDS,
-    assembled,
+from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
+from varcontact.io.outputs import (
+    PATIENCE,
     check_ending,
+    check_replaceable,
     check_writable,
-    first_line,
-    record_of,
-    solution_from_bytes,
-    solution_to_bytes,
-    units_of,
-    write_whole,
+    only_writer,
+    replacing,
 )
+from varcontact.io.scene_file import scene_from, scene_to
+from varcontact.io.solution_file import AS_STORED, assembled, first_line, solution_from_bytes
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -43,16 +40,6 @@ from varcontact.scene.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FORMAT = "varcontact history 1"
-MAGIC = b"CDF\x02"
-COUNT_AT = 4
-"""Where a classic netCDF file has the number of its records: four bytes, the highest first."""
-RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
-"""Characters for what a step says of how it was found, without and with passes, of which the last are kept; and for a
-solver's word."""
-
-_SERIES = {**FIELDS, "friction_work": ((), "1", "work lost by friction: by distance rolled, in a shift as it is")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +64,9 @@ class Stored(Sequence[Solution]):
     measured: Callable[[int, Solution | None, Solution], Solution] | None = None
 
     @classmethod
-    def opened(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Stored:
-        """A file to add to: a new one, or one that holds the first steps of the same history.
+    @contextmanager
+    def recording(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Iterator[Stored]:
+        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history.
 
         Parameters
         ----------
@@ -95,19 +83,24 @@ class Stored(Sequence[Solution]):
         Raises
         ------
         OutputError
-            If it cannot be written, or holds something else.
+            If it cannot be written, holds something else, or another run adds to it.
         """
         check_ending("store", path, ".nc")
         check_writable("store", path)
         stored = cls(path, scene, plan, {"tol": tol, "polish": polish})
+        with only_writer("store", path):
+            stored._check_same_history()
+            yield stored
+
+    def _check_same_history(self) -> None:
+        path = self.path
         if not path.exists() or path.stat().st_size == 0:
-            return stored
+            return
         if not is_history(path):
             raise OutputError("store", path, "exists already and holds no history")
         other = _stored(path)
-        if _identity(stored) != _identity(other) or not _same_start(scene, other.scene):
+        if _identity(self) != _identity(other) or not _same_start(self.scene, other.scene):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")
-        return stored
 
     @property
     def grid(self) -> Grid:
@@ -166,32 +159,49 @@ class Stored(Sequence[Solution]):
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
-            return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if _SERIES[name][0] else ())))
+            return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if SERIES[name][0] else ())))
         with _file(self.path) as file:
             return _native(file.variables[name][:])
 
-    def append(self, sol: Solution) -> None:
-        """Add the next step, solved by `sol`; an `OutputError` tells why it cannot be written."""
+    def put(self, k: int, sol: Solution) -> None:
+        """Add the next step.
+
+        Parameters
+        ----------
+        k : int
+            Its number, from 0.
+        sol : Solution
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written, or the file does not end with step k - 1.
+        """
         count = len(self)
-        if count == 0:
-            write_whole("store", self.path, _first(self, sol))
+        if count != k:
+            reason = f"has {count} steps where this run has written {k}: something else has changed it"
+            raise OutputError("store", self.path, reason)
+        if k == 0:
+            with replacing("store", self.path) as file:
+                file.write(first_step(self.scene, self.plan, self.settings, sol))
             return
-        step = _step(self, sol)
-        with _file(self.path) as file:
-            begin = int(file.first_step)
+        step = next_step(self.scene, self.plan, self.settings, sol)
+        with _file(self.path) as header:
+            begin = int(header.first_step)
         try:
             with self.path.open("r+b") as file:
-                file.seek(begin + count * len(step))
+                file.seek(begin + k * len(step))
                 file.write(step)
                 file.truncate()
                 file.flush()
+                os.fsync(file.fileno())
                 file.seek(COUNT_AT)
-                file.write((count + 1).to_bytes(4, "big"))
+                file.write(count_of(k + 1))
         except OSError as error:
             raise OutputError("store", self.path, f"cannot be written ({error.strerror or error})") from None
 
 
-def save(history: History, path: str | Path) -> None:
+def save(history: History, path: str | Path, overwrite: bool = False) -> None:
     """Write a history to a file, whole or not at all.
 
     Parameters
@@ -199,22 +209,35 @@ def save(history: History, path: str | Path) -> None:
     history : History
     path : str or Path
         Ending in .nc.
+    overwrite : bool
+        Whether to replace a file that is no history which varcontact wrote.
 
     Raises
     ------
     OutputError
-        If it cannot be written.
+        If it cannot be written, or is there and holds something else.
     """
     path = Path(path)
     check_ending("path", path, ".nc")
     check_writable("path", path)
-    write_whole("path", path, _content(history, "path", path))
+    check_replaceable("path", path, "history", _is_whole, overwrite)
+    _check_any(history, "path", path)
+    with only_writer("path", path, PATIENCE), replacing("path", path) as file:
+        _write(history, file)
 
 
 def is_history(path: Path) -> bool:
     """Whether the file at `path`, which exists, is classic netCDF, as histories are."""
     with path.open("rb") as file:
         return file.read(len(MAGIC)) == MAGIC
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a file holds a history that can be read."""
+    try:
+        return is_history(path) and len(_stored(path)) > 0
+    except OutputError:
+        return False
 
 
 def load_history(path: Path) -> History:
@@ -237,103 +260,66 @@ def dataset(history: History) -> xr.Dataset:
     """A `history` as an xarray dataset, see `History.to_xarray`."""
     import xarray as xr
 
-    source: Any = (
-        history.solutions.path
-        if isinstance(history.solutions, Stored)
-        else io.BytesIO(_content(history, "history", Path("to_xarray")))
-    )
+    _check_any(history, "history", "to_xarray")
+    source: Any
+    if isinstance(history.solutions, Stored):
+        source = history.solutions.path
+    else:
+        source = io.BytesIO()
+        _write(history, source)
+        source.seek(0)
     data = xr.open_dataset(source, engine="scipy")
     words = {name: data[name].astype(str).values for name in ("component", "rigid")}
     steps = {"step": np.arange(len(history)), "rolled": ("step", history.rolled)}
     return data.drop_vars("start", errors="ignore").assign_coords(words | steps)
 
 
-def _content(history: History, field: str, path: Path) -> bytes:
-    """The whole file."""
+def _check_any(history: History, field: str, value: object) -> None:
     if len(history) == 0:
-        raise OutputError(field, path, "no step of the history is finished")
-    stored = history.solutions
-    if isinstance(stored, Stored):
-        return stored.path.read_bytes()
-    first = history[0]
-    about = Stored(path, history.scene, first.plan, history.settings)
-    content = bytearray(b"".join([_first(about, first), *(_step(about, sol) for sol in stored[1:])]))
-    content[COUNT_AT : COUNT_AT + 4] = len(stored).to_bytes(4, "big")
-    return bytes(content)
+        raise OutputError(field, value, "no step of the history is finished")
 
 
-def _first(about: Stored, sol: Solution) -> bytes:
-    """The file with the first step: it says where that begins, for those that follow."""
-    content, size = _file_of(about, sol, 0)
-    return _file_of(about, sol, len(content) - size)[0]
-
-
-def _step(about: Stored, sol: Solution) -> bytes:
-    """What a step adds to the file."""
-    content, size = _file_of(about, sol, None)
-    return content[-size:]
-
-
-def _file_of(about: Stored, sol: Solution, begin: int | None) -> tuple[bytes, int]:
-    """A file of one step, and the bytes of that step at its end; without `begin` only these count."""
-    from scipy.io import netcdf_file
-
-    buffer, units, start = io.BytesIO(), units_of(about.scene), _motion(about.scene).start
-    file = netcdf_file(buffer, "w", version=2)
-    file.format, file.first_step = FORMAT, f"{begin or 0:012d}"
-    file.scene, file.grid = json.dumps(scene_to(about.scene)), json.dumps(vars(sol.grid))
-    file.plan, file.settings = json.dumps(asdict(about.plan)), json.dumps(about.settings)
-    loops = about.plan.loops or about.scene.under_law
-    length = RECORD_OF_PASSES if loops else RECORD
-    sizes = {
-        "component": 2,
-        "y": sol.grid.rows,
-        "x": sol.grid.nx,
-        "rigid": 3,
-        "letters": 8,
-        "characters": length,
-    }
-    file.createDimension("step", None)
-    for name, size in sizes.items():
-        file.createDimension(name, size)
-    fixed = {"x": sol.grid.x, "y": sol.grid.y}
-    for name, values in fixed.items():
-        variable = file.createVariable(name, "d", (name,))
-        variable[:], variable.units = values, units.of("length")
-    for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
-        variable = file.createVariable(name, "c", (name, "letters"))
-        variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
-    if start is not None and begin is not None:
-        content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
-        file.createDimension("bytes", content.size)
-        file.createVariable("start", "b", ("bytes",))[:] = content
-    for name, (dims, quantity, words) in _SERIES.items():
-        values = np.asarray(getattr(sol, name))
-        variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
-        variable[0], variable.units, variable.long_name = values, units.of(quantity, about.scene.line), words
-    record = record_of(sol)
-    record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
-    record["passes"] = sol.passes[-LAST_PASSES:]
-    text = json.dumps(record).ljust(length)
-    variable = file.createVariable("record", "c", ("step", "characters"))
-    variable[0] = np.frombuffer(text.encode(), dtype="S1")
-    file.flush()
-    return buffer.getvalue(), int(file._recsize)
+def _write(history: History, file: BinaryIO) -> None:
+    """Write the whole file, of which no more than a step is in memory at a time."""
+    steps = history.solutions
+    if isinstance(steps, Stored):
+        with steps.path.open("rb") as source:
+            shutil.copyfileobj(source, file)
+        return
+    plan = steps[0].plan
+    file.write(first_step(history.scene, plan, history.settings, steps[0]))
+    for k in range(1, len(steps)):
+        file.write(next_step(history.scene, plan, history.settings, steps[k]))
+    file.seek(COUNT_AT)
+    file.write(count_of(len(steps)))
 
 
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
     """A file of ours, open; nothing of it is in memory but what is asked for."""
-    from scipy.io import netcdf_file
-
-    try:
-        file = netcdf_file(path, "r", mmap=True)
-    except (OSError, ValueError, TypeError, KeyError, IndexError, UnicodeDecodeError) as error:
-        raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+    file = _opened(path)
     try:
         yield _Header(file)
     finally:
         file.close()
+
+
+def _opened(path: Path) -> Any:
+    """The file by scipy, which maps it before it reads how many steps there are: another may be added in between."""
+    from scipy.io import netcdf_file
+
+    while True:
+        size = _size(path)
+        try:
+            return netcdf_file(path, "r", mmap=True)
+        except (OSError, ValueError, TypeError, KeyError, IndexError, UnicodeDecodeError) as error:
+            if _size(path) in (size, 0):
+                raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+
+
+def _size(path: Path) -> int:
+    """Bytes of a file; none where there is no file."""
+    return path.stat().st_size if path.exists() else 0
 
 
 class _Header:

@@ -38,7 +38,7 @@ def check_plausible(sol: Solution) -> None:
 def _check_certificate(sol: Solution) -> None:
     if sol.certificate.level not in LEVELS:
         raise ValueError(f"a certificate of the level {sol.certificate.level!r}")
-    values = [value for name, value in vars(sol.certificate).items() if name != "level"]
+    values = [value for name, value in sol.certificate.plain().items() if name != "level"]
     numbers = np.concatenate([np.ravel(value) for value in values])
     if numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
         raise ValueError("a certificate that is not of numbers, zero or positive")

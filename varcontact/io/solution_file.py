@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import OutputError, VarcontactError
+from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate
+from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -96,7 +96,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
     sol : Solution
     """
     return {
-        "certificate": {name: np.asarray(value).tolist() for name, value in vars(sol.certificate).items()},
+        "certificate": sol.certificate.plain(),
         "converged": sol.converged,
         "iterations": sol.iterations,
         "status": sol.status,
@@ -108,7 +108,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
     }
 
 
-def save(sol: Solution, path: str | Path, field: str = "path") -> None:
+def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
     """Write a solution to a netCDF file, whole or not at all.
 
     Parameters
@@ -118,41 +118,44 @@ def save(sol: Solution, path: str | Path, field: str = "path") -> None:
         Ends in .nc.
     field : str
         What the path is called in an error.
+    overwrite : bool
+        Whether to replace a file that is no solution which varcontact wrote.
 
     Raises
     ------
     OutputError
-        If the name has another ending, or the file cannot be written.
+        If the name has another ending, the file is there and holds something else, or it cannot be written.
     """
     path = Path(path)
-    check_ending(field, path, ".nc")
-    check_writable(field, path)
+    check_solution_file(field, path, overwrite)
     write_whole(field, path, solution_to_bytes(sol))
 
 
-def write_whole(field: str, path: Path, content: bytes) -> None:
-    """Write a file under another name, then rename it: whole or not at all.
+def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
+    """Refuse a file to which no solution may be written, see `save`.
 
     Parameters
     ----------
     field : str
         What the path is called in an error.
     path : Path
-    content : bytes
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written; an old file of that name stays as it was.
+    overwrite : bool
+        Whether to replace a file that is no solution which varcontact wrote.
     """
-    temporary = path.with_name(f".{os.getpid()}.part")
+    check_ending(field, path, ".nc")
+    check_writable(field, path)
+    check_replaceable(field, path, "solution", is_solution, overwrite)
+
+
+def is_solution(path: Path) -> bool:
+    """Whether the file at `path` says of itself that it holds a solution."""
+    import h5py
+
     try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise OutputError(field, path, f"cannot be written ({error.strerror or error})") from None
-    finally:
-        temporary.unlink(missing_ok=True)
+        with h5py.File(path) as file:
+            return str(file.attrs.get("format", "")).startswith("varcontact solution ")
+    except (OSError, ValueError, RuntimeError, UnicodeError):  # whatever else is in the file
+        return False
 
 
 def read(path: str | Path) -> Solution | History:
@@ -290,16 +293,15 @@ def assembled(
     ValueError
         If that cannot be.
     """
-    vectors = ("force_bound", "pressure_part")
-    certificate: dict[str, Any] = dict(record["certificate"])
-    certificate |= {name: np.array(certificate[name]) for name in vectors if name in certificate}
+    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
+    bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in creepage)
     shapes = {name: (2, *grid.shape) if name in ("traction", "slip") else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
     if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
         raise ValueError("fields that are not finite numbers")
-    if any(certificate[name].shape != (3,) for name in vectors if name in certificate):
+    if any(bound.shape != (3,) for bound in bounds):
         raise ValueError("a bound on the forces that is not three numbers")
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
@@ -311,7 +313,7 @@ def assembled(
         **fields,
         approach=approach,
         creepage=(vx, vy, spin),
-        certificate=Certificate(**certificate),
+        certificate=Certificate(**certificate, bounds=ForceBounds.known(*bounds)),
         converged=record["converged"],
         iterations=record["iterations"],
         status=record["status"],
@@ -326,63 +328,6 @@ def assembled(
     )
     check_plausible(sol)
     return sol
-
-
-FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}
-
-
-def check_ending(field: str, path: Path, ending: str) -> None:
-    """Refuse a name that promises another format than the one that is written.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    path : Path
-    ending : str
-        As ".nc".
-
-    Raises
-    ------
-    OutputError
-        If it has another.
-    """
-    if path.suffix.lower() != ending:
-        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
-
-
-def check_writable(field: str, path: Path) -> None:
-    """Refuse a file that could not be written, before any work is done for it.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    path : Path
-
-    Raises
-    ------
-    OutputError
-        If there is no such folder, it may not be written, or is a folder itself.
-    """
-    folder = path.parent
-    try:
-        if not folder.is_dir():
-            raise OutputError(field, path, f"there is no folder {str(folder)!r}")
-        if path.is_dir():
-            raise OutputError(field, path, "is a folder")
-        if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-            raise OutputError(field, path, "may not be written")
-        trial = folder / f".{os.getpid()}.part"
-        trial.touch()
-        trial.unlink()
-        path.stat()
-    except FileNotFoundError:
-        pass
-    except OutputError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        raise OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})") from None
 
 
 def first_line(error: Exception) -> str:

@@ -54,7 +54,7 @@ def make_plan(
     --------
     >>> import varcontact as vc
     >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
-    ...                  friction=0.3, motion=vc.Steady(vx=1e-3))
+    ...                  friction=0.3, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
     >>> plan = make_plan(scene)
     >>> plan.normal, plan.tangential, plan.coupling
     ('hertz', 'tang-safeguarded', 'none')
@@ -162,7 +162,7 @@ def _how(name: str) -> str:
     if states_programs(name):
         return "a QP"
     if name in MATRIX_FREE:
-        return "Newton's method without a matrix, for many elements"
+        return "Newton's method without a matrix, the fastest for so many elements"
     return "active sets, as printed" if name == "tang-exact" else "active sets, exact and the fastest"
 
 
@@ -207,17 +207,16 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
                 "tangential", wanted, "another method", message=f'tangential = "{wanted}": {reason}; use another method'
             )
         return wanted, "requested: an approximate theory; the certificate measures its error"
-    if scene.no_slip and wanted not in MATRIX_FREE:
+    if scene.no_slip and (way.tangential if wanted == "auto" else wanted) not in MATRIX_FREE:
         return "no-slip", "friction is infinite: nothing slips, one linear system"
     if wanted != "auto":
         return wanted, "requested"
     if states_programs(way.tangential):
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
-    if way.tangential in MATRIX_FREE:
-        return way.tangential, f"{_how(way.tangential)}: all of a symmetric contact, cheaper than half by active sets"
-    fails = "; if they fail, the program is solved" if way.fallback != "none" else ""
-    return way.tangential, f"{_how(way.tangential)}{fails}"
+    fails = "; where that fails, the program is solved" if way.fallback != "none" else ""
+    whole = "; a symmetric contact as a whole" if way.tangential in MATRIX_FREE else ""
+    return way.tangential, f"{_how(way.tangential)}{whole}{fails}"
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from varcontact.errors import SceneError
+from varcontact.planning.costs import Cost
 from varcontact.planning.sizes import Sizes
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import (
@@ -54,6 +55,8 @@ class Plan:
         creepages at most, in parts of f Fz, see `varcontact.scene.likeness`; else 0.
     sizes : Sizes, optional
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
+    costs : tuple of Cost
+        Seconds and memory of this plan, then those of other methods; of `varcontact.plan` only.
     """
 
     normal: str
@@ -71,6 +74,7 @@ class Plan:
     fallback: str = "none"
     method: str = "auto"
     left_out: float = 0.0
+    costs: tuple[Cost, ...] = field(default=(), compare=False)
 
     @property
     def closed_form(self) -> bool:
@@ -135,7 +139,7 @@ class Plan:
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
         record = asdict(self)
-        record["special"] = list(self.special)
+        record["special"], record["costs"] = list(self.special), list(record["costs"])
         if self.sizes is not None:
             record["sizes"] |= {"grid": list(self.sizes.grid), "matrices": list(record["sizes"]["matrices"])}
             record["sizes"]["peak"] = self.sizes.peak
@@ -152,8 +156,8 @@ class Plan:
         sizes = dict(record["sizes"]) if record.get("sizes") else None
         if sizes is not None:
             sizes.pop("peak", None)  # follows from the stages
-        special = tuple(record.get("special", ()))
-        return cls(**{**record, "special": special, "sizes": None if sizes is None else Sizes.of_record(sizes)})
+        lists = {"special": tuple(record.get("special", ())), "costs": ()}  # what it took stands beside
+        return cls(**{**record, **lists, "sizes": None if sizes is None else Sizes.of_record(sizes)})
 
     def __str__(self) -> str:
         """The plan in words."""
@@ -211,7 +215,9 @@ def plan(
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     from varcontact.planning.choice import make_plan
+    from varcontact.planning.costs import costs
     from varcontact.planning.expectations import expected_sizes
 
     chosen = make_plan(scene, normal, tangential, coupling, formulation, method)
-    return replace(chosen, sizes=expected_sizes(scene, chosen))
+    chosen = replace(chosen, sizes=expected_sizes(scene, chosen))
+    return replace(chosen, costs=costs(scene, chosen))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from varcontact.planning.costs import Cost
     from varcontact.planning.plan import Plan
     from varcontact.planning.sizes import Sizes
 
@@ -25,7 +26,14 @@ def plan_report(plan: Plan) -> str:
     rows += [("", ""), *((name, f"{getattr(plan, name)}: {plan.reasons[name]}") for name in methods)]
     if plan.sizes is not None:
         rows += [("", ""), *_sizes(plan.sizes)]
+    for i, cost in enumerate(plan.costs):
+        time = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.2g} s"
+        rows.append(("" if i else "time, one core", f"{cost.method} ({_solvers(cost)}): {time}, {_bytes(cost.bytes)}"))
     return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in rows)])
+
+
+def _solvers(cost: Cost) -> str:
+    return cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
 
 
 def _sizes(sizes: Sizes) -> list[tuple[str, str]]:

@@ -57,11 +57,14 @@ ROADS: dict[str, Road] = {
 }
 """By name. With the first any solver may be named."""
 
-MANY = 1000
+MANY = 250
 """Elements in contact beyond which "auto" takes Newton's method without a matrix: docs/methods.md has the seconds."""
 
 MANY_ELEMENTS = Road(
-    "newton", "newton", f"more than {MANY} elements in contact, where it is the fastest by measurement"
+    "newton",
+    "newton",
+    f"more than {MANY} elements in contact, where it is the fastest by measurement",
+    fallback="clarabel",
 )
 """What "auto" stands for with so many elements."""
 

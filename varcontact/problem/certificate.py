@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -19,13 +21,32 @@ from varcontact.problem.gap import (
     tangential_residual,
     worst,
 )
-from varcontact.problem.problem import NormalProblem, TangentialProblem
+from varcontact.problem.problem import TangentialProblem
 
 LEVELS = ("full", "gap", "none")
 """Levels of a certificate: everything; without bounds on the forces; the residuals alone."""
 
 FULL_LIMIT = 10_000
 """Elements with friction up to which "auto" is "full"; beyond it is "gap"."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceBounds:
+    """Bounds on the errors of Fx, Fy and Mz, and the part of them that is for the pressure's own error, (3,) each."""
+
+    whole: np.ndarray
+    pressure_part: np.ndarray
+
+    @classmethod
+    def known(cls, whole: np.ndarray, pressure_part: np.ndarray) -> Callable[[], ForceBounds]:
+        """As a certificate takes them, where there is nothing to compute.
+
+        Parameters
+        ----------
+        whole, pressure_part : ndarray, shape (3,)
+            [force] and, of the moment, [force length].
+        """
+        return partial(cls, whole, pressure_part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +61,6 @@ class Certificate:
         problem. NaN where it is left out.
     relative_gap : float
         The gap by ``sum(g_i |W_i| dx dy)``, the work of the full bound against the rigid shift.
-    force_bound : ndarray, shape (3,)
-        Guaranteed bounds on the errors of Fx, Fy and Mz against the exact solution of the discrete problem, with what
-        rounding can do. Infinite where no such bound is known: for unlike bodies, whose pressure depends on the
-        tractions, under a law of friction, whose coefficient depends on the slip, where S is not found to be positive
-        definite, and where it is left out.
     residual : float
         Natural-map residual, the largest ``|p - Proj(p - E/rho)|`` by the largest traction; the larger of the
         tangential and the normal one. For unlike bodies also what the normal one does to the tractions, which grows
@@ -53,24 +69,65 @@ class Certificate:
         normal one is left out: it is the grid's error, and found in `normal_residual`.
     normal_relative_gap, normal_residual, tangential_residual : float
         The same measures of the two problems.
-    pressure_part : ndarray, shape (3,)
-        What of `force_bound` is for the pressure's own distance from the exact solution of the discrete normal
-        problem. Zero where the pressure is Hertz's closed form, which is what is asked for. NaN where it is not known:
-        then `force_bound` is for the pressure as it is given, as with forces prescribed or infinite friction. In
-        histories both are those of one step, for what the steps before left.
     level : {"full", "gap", "none"}
         What was asked for: everything; no bound on the forces; the residuals alone.
+    bounds : callable
+        Gives the bounds on the forces. Newton's method without a matrix is faster than they are: by default they are
+        computed after it when they are first asked for.
     """
 
     gap: float
     relative_gap: float
-    force_bound: np.ndarray
     residual: float
     normal_relative_gap: float
     normal_residual: float
     tangential_residual: float
-    pressure_part: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    level: str = "full"
+    level: str
+    bounds: Callable[[], ForceBounds] = field(repr=False)
+
+    @cached_property
+    def _bounds(self) -> ForceBounds:
+        return self.bounds()
+
+    @property
+    def force_bound(self) -> np.ndarray:
+        """Guaranteed bounds on the errors of Fx, Fy and Mz, shape (3,), with what rounding can do.
+
+        Against the exact solution of the discrete problem. Infinite where no such bound is known: for unlike bodies,
+        whose pressure depends on the tractions, under a law of friction, whose coefficient depends on the slip, where
+        S is not found to be positive definite, and where it is left out.
+        """
+        return self._bounds.whole
+
+    @property
+    def pressure_part(self) -> np.ndarray:
+        """What of `force_bound` is for the pressure's own distance from the exact one, shape (3,).
+
+        Zero where the pressure is Hertz's closed form, which is what is asked for. NaN where it is not known: then
+        `force_bound` is for the pressure as it is given, as with forces prescribed or infinite friction. In histories
+        both are those of one step, for what the steps before left.
+        """
+        return self._bounds.pressure_part
+
+    def plain(self) -> dict[str, float | str | list[float]]:
+        """All of it as plain data, the bounds among it; what a file keeps.
+
+        Returns
+        -------
+        dict
+            By name: numbers, the level, and two lists of three.
+        """
+        return {
+            "gap": self.gap,
+            "relative_gap": self.relative_gap,
+            "level": self.level,
+            "force_bound": self.force_bound.tolist(),
+            "pressure_part": self.pressure_part.tolist(),
+            "residual": self.residual,
+            "normal_relative_gap": self.normal_relative_gap,
+            "normal_residual": self.normal_residual,
+            "tangential_residual": self.tangential_residual,
+        }
 
 
 def certify_problems(
@@ -81,6 +138,7 @@ def certify_problems(
     rigid: np.ndarray,
     closed_form: bool,
     level: str = "full",
+    lazily: bool = False,
 ) -> Certificate:
     """The certificate of pressures (ny, nx) and tractions (2, ny, nx), given dimensionless.
 
@@ -100,6 +158,8 @@ def certify_problems(
         Whether the pressure is Hertz's, taken as given.
     level : str
         One of `LEVELS`, or "auto".
+    lazily : bool
+        Whether the bounds on forces are left to when they are asked for.
 
     Returns
     -------
@@ -117,8 +177,6 @@ def certify_problems(
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
-    bound = disc.lattice.area * np.abs(_totals(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
-    part = np.zeros(3)
     residual = relative(float(magnitude(stray).max(initial=0.0)), float(magnitude(flat).max()))
     relative_gap, whole = normal_relative, normal_error
     if tangential is not None and tangential.size > 0:
@@ -128,29 +186,47 @@ def certify_problems(
         residual = worst(residual, tangential_residual(tangential, tractions, shifts))
         if level != "none":
             absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
-        if level == "full":
-            own, part = _force_bounds(disc, normal, tangential, pressure, approach, traction, rigid, closed_form)
-            bound = bound + own
-    if level != "full":
-        bound, part = np.full(3, np.inf), np.full(3, np.nan)
     asked_for = closed_form and tangential is not None and tangential.size > 0
-    scales = disc.force * np.array([1.0, 1.0, disc.length])
-    return Certificate(
+    certificate = Certificate(
         gap=absolute * disc.force * disc.displacement,
         relative_gap=relative_gap,
-        force_bound=bound * scales,
         residual=residual if asked_for else worst(residual, whole),
         normal_relative_gap=normal_relative,
         normal_residual=normal_error,
         tangential_residual=residual,
-        pressure_part=part * scales,
         level=level,
+        bounds=partial(_force_bounds, disc, pressure, approach, traction, rigid, closed_form)
+        if level == "full"
+        else ForceBounds.known(np.full(3, np.inf), np.full(3, np.nan)),
     )
+    if not lazily:
+        certificate = replace(certificate, bounds=ForceBounds.known(certificate.force_bound, certificate.pressure_part))
+    return certificate
 
 
 def _force_bounds(
     disc: Discretisation,
-    normal: NormalProblem,
+    pressure: np.ndarray,
+    approach: float,
+    traction: np.ndarray,
+    rigid: np.ndarray,
+    closed_form: bool,
+) -> ForceBounds:
+    """Bounds on the errors of Fx, Fy, Mz, in the scene's units."""
+    scales = disc.force * np.array([1.0, 1.0, disc.length])
+    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
+    bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
+    stray = np.delete(traction.reshape(2, -1), bearing, axis=1)  # all error
+    bound = disc.lattice.area * np.abs(_totals(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
+    part = np.zeros(3)
+    if tangential is not None and tangential.size > 0:
+        own, part = _of_tractions(disc, tangential, pressure, approach, traction, rigid, closed_form)
+        bound = bound + own
+    return ForceBounds(bound * scales, part * scales)
+
+
+def _of_tractions(
+    disc: Discretisation,
     tangential: TangentialProblem,
     pressure: np.ndarray,
     approach: float,
@@ -158,14 +234,14 @@ def _force_bounds(
     rigid: np.ndarray,
     closed_form: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds on the errors of Fx, Fy, Mz, and what of them is for the pressure's own error, (3,) each."""
+    """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the pressure, (3,) each."""
     if disc.K != 0 or disc.law is not None:
         return unknown(outputs_of(tangential)), np.full(3, np.nan)
     if closed_form:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
     error = None
     if not (tangential.no_slip or tangential.free):
-        error = pressure_error(normal, pressure.ravel(), approach)
+        error = pressure_error(disc.normal_problem(), pressure.ravel(), approach)
     if error is None:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.full(3, np.nan)
     wider = disc.tangential_problem(pressure, acting=traction, possible=error.possible.reshape(pressure.shape))

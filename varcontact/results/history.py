@@ -156,21 +156,24 @@ class History(Sequence[Solution]):
 
         return dataset(self)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a netCDF file; `varcontact.load` reads it back, and `solve` with it as `store` goes on from it.
 
         Parameters
         ----------
         path : str or Path
+            Ends in ``.nc``. A history that is there is replaced, unless a run is just adding to it.
+        overwrite : bool
+            Whether any other file that is there is replaced as well.
 
         Raises
         ------
         OutputError
-            If the file cannot be written, or its name does not end in ``.nc``.
+            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
         """
         from varcontact.io.history_file import save
 
-        save(self, path)
+        save(self, path, overwrite)
 
     def plot(self) -> Figure:
         """Picture of the forces over the distance rolled, and of stick and slip along the middle of the contact."""

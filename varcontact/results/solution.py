@@ -212,7 +212,6 @@ class Solution:
 
         What is not known (an infinite bound), or no number, is None.
         """
-        certificate = self.certificate
         return {
             "normal_force": known(self.normal_force),
             "force": [known(F) for F in self.force],
@@ -222,17 +221,7 @@ class Solution:
             "power": known(self.power),
             "friction_work": known(self.friction_work),
             "elements": self.elements,
-            "certificate": {
-                "gap": known(certificate.gap),
-                "relative_gap": known(certificate.relative_gap),
-                "level": certificate.level,
-                "force_bound": [known(bound) for bound in certificate.force_bound],
-                "pressure_part": [known(part) for part in certificate.pressure_part],
-                "residual": known(certificate.residual),
-                "normal_relative_gap": known(certificate.normal_relative_gap),
-                "normal_residual": known(certificate.normal_residual),
-                "tangential_residual": known(certificate.tangential_residual),
-            },
+            "certificate": {name: _plain(value) for name, value in self.certificate.plain().items()},
             "converged": self.converged,
             "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
             "road": self.plan.method,
@@ -263,21 +252,24 @@ class Solution:
 
         return dataset(self)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
 
         Parameters
         ----------
         path : str or Path
+            Ends in ``.nc``. A solution that is there is replaced.
+        overwrite : bool
+            Whether any other file that is there is replaced as well.
 
         Raises
         ------
         OutputError
-            If the file cannot be written, or its name does not end in ``.nc``.
+            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
         """
         from varcontact.io.solution_file import save
 
-        save(self, path)
+        save(self, path, overwrite=overwrite)
 
     def sensitivity(self) -> np.ndarray:
         """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.
@@ -349,3 +341,10 @@ def known(value: float) -> float | None:
     value : float
     """
     return float(value) if np.isfinite(value) else None
+
+
+def _plain(value: float | str | list[float]) -> Any:
+    """A word, a number or several, for JSON."""
+    if isinstance(value, str):
+        return value
+    return [known(each) for each in value] if isinstance(value, list) else known(value)

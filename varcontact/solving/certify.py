@@ -56,7 +56,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
         disc = disc.rubbing(coefficient(disc, state))
     with steps.clock("certificate"):
         fields = state.pressure, state.approach, state.traction, state.rigid
-        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify)
+        lazily = plan.matrix_free and steps.certify == "auto"
+        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}

@@ -21,6 +21,7 @@ from varcontact.problem.problem import NormalProblem, RawSolution, TangentialPro
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
+from varcontact.solvers.matrix_free.drive import DENSE
 from varcontact.solvers.registry import (
     NormalSolver,
     Problem,
@@ -193,9 +194,9 @@ def _polished(
 
 
 def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
-    """Active sets, and the polished answer of a solver of programs where they miss the tolerance.
+    """Another solver, and the polished answer of a solver of programs where that misses the tolerance.
 
-    Without a convex program, or memory for it, theirs is the answer all the same.
+    Without a convex program, or with too many elements for it, its own is the answer all the same.
 
     Parameters
     ----------
@@ -207,7 +208,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
 
     def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
         raw = solver(problem, settings, start)
-        if tangential_residual(problem, raw.traction, raw.rigid) <= settings.tol:
+        if problem.size > DENSE or tangential_residual(problem, raw.traction, raw.rigid) <= settings.tol:
             return raw
         formulation = "complementary" if problem.symmetric else "gap"
         try:

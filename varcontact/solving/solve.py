@@ -120,6 +120,8 @@ def solve(
         problems as it poses them; what the whole lacks stands in the certificate.
     TooLarge
         If the matrices would not fit into memory.
+    OutputError
+        If the store cannot be written, holds something else, or another run adds to it.
 
     Examples
     --------

@@ -12,6 +12,7 @@ import numpy as np
 from varcontact.errors import NotConverged, Saturated
 from varcontact.machine.memory import need
 from varcontact.planning import memory
+from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import project, residuals
@@ -91,7 +92,7 @@ class Steps:
             if elements.size == 0:
                 raise out_of_reach(disc.surface, disc.approach, disc.grid)
             peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size)
-            need("the normal problem", peak, "a grid with fewer elements would fit")
+            need("the normal problem", peak, instead(self.plan.normal, elements.size))
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
@@ -207,7 +208,7 @@ class Steps:
         need(
             "the tangential problem",
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
-            "a grid with fewer elements would fit",
+            instead(self.plan.tangential, problem.size, problem.components),
         )
         return self._tangential_road(problem, self._settings("tangential", tol), start)
 

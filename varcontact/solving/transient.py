@@ -6,7 +6,7 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
@@ -14,8 +14,9 @@ from typing import cast
 import numpy as np
 
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
+from varcontact.io.history_file import Stored
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate
+from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.problem.contact_grid import common_grid, enlarged
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
@@ -67,26 +68,35 @@ def solve_transient(
     Interrupted
         With the steps that were finished.
     """
-    from varcontact.io.history_file import Stored
+    if not isinstance(_motion(scene).start, Solution | None):
+        raise SceneError("motion.start", _motion(scene).start, "a Solution")
+    steps = Steps(plan, tol, polish, Clock(), certify=certify)
+    if store is None:
+        return _solved(scene, steps, progress, None)
+    with Stored.recording(Path(store), scene, plan, tol, polish) as stored:
+        return _solved(scene, steps, progress, stored)
+
+
+def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, recording: Stored | None) -> History:
+    """The steps that are not solved yet, in memory or in the file that they are recorded in."""
     from varcontact.solving.remeasured import with_measured_steps
 
-    motion = _motion(scene)
-    if not isinstance(motion.start, Solution | None):
-        raise SceneError("motion.start", motion.start, "a Solution")
-    stored = None if store is None else with_measured_steps(Stored.opened(Path(store), scene, plan, tol, polish))
-    steps = Steps(plan, tol, polish, Clock(), certify=certify)
+    motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
     contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
     march = marching_on(scene, contacts[0], grid, steps)
-    solutions: MutableSequence[Solution] | Stored = [] if stored is None else stored
-    history = History(scene, grid, solutions, {"tol": tol, "polish": polish})
+    in_memory: list[Solution] = []
+    history = History(scene, grid, in_memory if stored is None else stored, {"tol": steps.tol, "polish": steps.polish})
     before = march.start() if len(history) == 0 else history[-1]
     for k in range(len(history), motion.steps):
         try:
             if progress is not None:
                 progress(f"{k} of {motion.steps} steps")
             before = march.step(k, before)
-            solutions.append(before)
+            if stored is None:
+                in_memory.append(before)
+            else:
+                stored.put(k, before)
         except VarcontactError as error:
             raise error.in_step(k, history) from error.__cause__
         except KeyboardInterrupt:
@@ -330,7 +340,7 @@ def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Soluti
     if size > 0:
         raise Saturated(size, 0.0)
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
-    exact = Certificate(0.0, 0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0, np.zeros(3))
+    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,7 +21,8 @@ from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import available, load_packages, normal_methods, states_programs, tangential_methods
 from varcontact.solving.solve import solve_many
-from varcontact.study.store import COLUMNS, identity, keep, stored
+from varcontact.study.answers import Answer, distances, forget_answers, keep_answers, kept_answers
+from varcontact.study.store import COLUMNS, WORDS, Table, identity
 from varcontact.theories.methods import THEORIES
 
 if TYPE_CHECKING:
@@ -64,8 +66,7 @@ def compare(
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file: scenes that it has, solved by the same methods, are not solved again; each further scene is
-        added when it is finished.
+        A CSV file, written after each method: what it has of the same scenes and methods is not solved again.
     progress : callable, optional
         Told scene and method.
 
@@ -84,9 +85,11 @@ def compare(
     Raises
     ------
     SceneError
-        For a method that does not exist or a scene that is a history, before any work starts.
+        For a method that does not exist, a scene that is a history or a store of another study, before any work starts.
+    OutputError
+        If the store cannot be written, or another run adds to it.
     Interrupted
-        By Ctrl-C; its `partial` is the table of the scenes that are finished.
+        By Ctrl-C; its `partial` is the table of what is finished. The distances of a scene come with its last method.
 
     Examples
     --------
@@ -98,36 +101,26 @@ def compare(
     >>> table["outcome"].tolist(), bool((table["force_distance"] < [1e-6, 1e-6, 0.15]).all())
     (['solved', 'solved', 'approximate'], True)
     """
-    import pandas as pd
-
     tol, progress = checks.positive("tol", tol), checks.progress(progress)
     named = _named(scenes)
     if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise SceneError("methods", methods, "a list of names")
-    if not (store is None or isinstance(store, (str, Path))):
-        raise SceneError("store", store, "the name of a file")
     chosen = [Method.named(method) for method in methods]
     if not chosen or not named:
         empty = "methods" if named else "scenes"
         raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name at least one")
-    identities = {name: identity(scene, tol) for name, scene in named.items()}
-    done = stored(store, [method.name for method in chosen], identities)
-
-    def table() -> pd.DataFrame:
-        return pd.DataFrame([row for row in done if row["scene"] in named], columns=list(COLUMNS))
-
-    for name, scene in named.items():
-        if any(row["scene"] == name for row in done):
-            continue
-        try:
-            rows = _compared(name, scene, chosen, tol, progress)
-        except KeyboardInterrupt:
-            finished = table()
-            raise Interrupted(finished, f" after {finished['scene'].nunique()} of {len(named)} scenes") from None
-        done += [{**row, "identity": identities[name]} for row in rows]
-        if store is not None:
-            keep(store, done)
-    return table()
+    with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
+        comparison = _Comparison(table, chosen, tol, progress)
+        comparison.check_same({name: identity(scene, tol) for name, scene in named.items()})
+        for name, scene in named.items():
+            try:
+                comparison.solve(name, scene)
+            except KeyboardInterrupt:
+                done, begun = len(comparison.finished() & set(named)), len(comparison.rows(name))
+                part = f" and {begun} of {len(chosen)} methods of the next" if begun else ""
+                finished = f" after {done} of {len(named)} scenes{part}"
+                raise Interrupted(comparison.table(named), finished) from None
+        return comparison.table(named)
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
@@ -258,24 +251,76 @@ def _partner(name: str) -> str:
     return "auto" if name in THEORIES else name
 
 
-def _compared(
-    name: str, scene: Scene, methods: list[Method], tol: float, progress: Callable[[str], None] | None
-) -> list[dict[str, Any]]:
-    """The rows of one scene."""
-    rows, solutions = [], []
-    for method in methods:
-        if progress is not None:
-            progress(f"{name}: {method.name}")
-        row, solution = _run(scene, method, tol)
-        rows.append({"scene": name, "method": method.name, **row})
-        solutions.append(solution)
-    exact = [sol for sol, row in zip(solutions, rows, strict=True) if sol is not None and row["outcome"] == "solved"]
-    if exact:
-        best = min(exact, key=lambda sol: sol.certificate.residual)
-        for row, solution in zip(rows, solutions, strict=True):
-            if solution is not None and solution.grid == best.grid:
-                row |= _distances(solution, best)
-    return rows
+@dataclass(frozen=True)
+class _Comparison:
+    """A table of scenes by the same methods, to which each method's row is added when it has its answer."""
+
+    kept: Table
+    methods: list[Method]
+    tol: float
+    progress: Callable[[str], None] | None
+
+    def rows(self, name: str) -> list[dict[str, Any]]:
+        """Those of a scene."""
+        return [row for row in self.kept.rows if row["scene"] == name]
+
+    def finished(self) -> set[str]:
+        """Scenes that have all methods. Of another one, begun and left, the answers are no longer kept."""
+        counts = Counter(row["scene"] for row in self.kept.rows)
+        return {scene for scene, count in counts.items() if count == len(self.methods)}
+
+    def table(self, names: Iterable[str]) -> pd.DataFrame:
+        """The rows of some scenes."""
+        import pandas as pd
+
+        chosen = set(names)
+        return pd.DataFrame([row for row in self.kept.rows if row["scene"] in chosen], columns=list(COLUMNS))
+
+    def check_same(self, identities: dict[str, str]) -> None:
+        """Refuse rows of other methods, or of other scenes by the same names; the last scene may lack methods."""
+        names = [method.name for method in self.methods]
+        scenes = list(dict.fromkeys(row["scene"] for row in self.kept.rows))
+        for scene in scenes:
+            found = [row["method"] for row in self.rows(scene)]
+            if found != (names[: len(found)] if scene == scenes[-1] else names):
+                raise self._refused(
+                    "compares other methods, or the same in another order",
+                    "a table by the same methods, in the same order",
+                )
+        for row in self.kept.rows:
+            if identities.get(row["scene"], row["identity"]) != row["identity"]:
+                name = row["scene"]
+                raise self._refused(f"holds another scene named {name!r}", f"a table with the same scene {name!r}")
+
+    def _refused(self, what: str, allowed: str) -> SceneError:
+        store = str(self.kept.path)
+        return SceneError(
+            "store", store, f"{allowed}, or a new file", message=f"store = {store!r} {what}; name a new file"
+        )
+
+    def solve(self, name: str, scene: Scene) -> None:
+        """A scene by the methods whose rows are not there yet; when all are, each has its distance from the best."""
+        store, key = self.kept.path, identity(scene, self.tol)
+        rows = self.rows(name)
+        if len(rows) == len(self.methods):
+            return
+        answers = kept_answers(store, key)[: len(rows)] if store is not None else []
+        if len(answers) < len(rows):  # without the answers the rows are of no use
+            rows, answers = [], []
+        for method in self.methods[len(rows) :]:
+            if self.progress is not None:
+                self.progress(f"{name}: {method.name}")
+            row, solution = _run(scene, method, self.tol)
+            rows = [*rows, {"scene": name, "method": method.name, **row, "identity": key}]
+            answers.append(None if solution is None else Answer.of(solution))
+            finished = len(rows) == len(self.methods)
+            if store is not None and not finished:
+                keep_answers(store, key, answers)
+            whole = self.finished()
+            others = [each for each in self.kept.rows if each["scene"] in whole]
+            self.kept.write([*others, *(distances(rows, answers) if finished else rows)])
+        if store is not None:
+            forget_answers(store)
 
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
@@ -377,17 +422,3 @@ def _called(sol: Solution) -> str:
         for problem, solvers in sol.calls.items()
     }
     return "; ".join(f"{problem}: {count}" for problem, count in counts.items())
-
-
-def _distances(sol: Solution, best: Solution) -> dict[str, Any]:
-    """How far from the best certified solution of the scene."""
-    bound = best.traction_bound
-    carried = float(bound.sum() * best.grid.area)
-    if not 0 < carried < np.inf:  # no friction or no slip: by the pressures
-        away = float(np.abs(sol.pressure - best.pressure).max() / best.pressure.max())
-        return {"traction_distance": away, "misclassified": int(np.sum(sol.state != best.state))}
-    return {
-        "force_distance": float(np.hypot(*(sol.force - best.force)) / carried),
-        "traction_distance": float(np.hypot(*(sol.traction - best.traction)).max() / bound.max()),
-        "misclassified": int(np.sum(sol.state != best.state)),
-    }

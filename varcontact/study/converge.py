@@ -23,7 +23,7 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.solve import solve
 from varcontact.study.compare import Method, attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
-from varcontact.study.store import identity, keep, read_rows
+from varcontact.study.store import Table, identity
 
 DEFAULT_METHOD = "tang-safeguarded"
 
@@ -73,7 +73,7 @@ def converge(
     Interrupted
         On Ctrl-C: its `partial` is the Convergence of what was finished.
     OutputError
-        If the store cannot be written; it is left as it was.
+        If the store cannot be written, or another run adds to it; it is left as it was.
 
     Notes
     -----
@@ -98,38 +98,35 @@ def converge(
         raise SceneError("method", method, "one at least", message="no method to study: name at least one")
     offsets, tol = checks.whole("offsets", offsets), checks.positive("tol", tol)
     progress = checks.progress(progress)
-    if not (store is None or isinstance(store, (str, Path))):
-        raise SceneError("store", store, "the name of a file")
     _check_free_of_one_grid(scene)
     key = identity(replace(scene, grid=_spec(scene, 1)), tol)
-    rows = read_rows(store, COLUMNS, WORDS, "a table of an earlier study of convergence")
-    if any(row["identity"] != key for row in rows):
-        raise SceneError(
-            "store",
-            str(store),
-            "a table of the same scene and tol, or a new file",
-            message=f"store = {str(store)!r} holds a study of another scene or tol; name a new file",
-        )
     wanted = [(n, each, i) for n in numbers for each in methods for i in range(offsets)]
-    known = {(row["cells"], row["method"], row["offset"]) for row in rows}
     names = [each.name for each in methods]
-    try:
-        box = contact_of(scene)
-        for done, (n, each, i) in enumerate(wanted):
-            if (n, each.name, i) in known:
-                continue
-            if progress is not None:
-                progress(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
-            place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-            on_grid = replace(scene, grid=lattice(scene, box, n, place))
-            row = _traced(on_grid, each, tol) if i == 0 else _solved(on_grid, each, tol)
-            rows.append({"method": each.name, "cells": n, "offset": i, **row, **_staircase(on_grid), "identity": key})
-            if store is not None:
-                keep(store, rows, COLUMNS)
-    except KeyboardInterrupt:
-        finished = f" after {len(rows)} of {len(wanted)} solves"
-        raise Interrupted(Convergence.of(rows, numbers, names, offsets), finished) from None
-    return Convergence.of(rows, numbers, names, offsets)
+    with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
+        if any(row["identity"] != key for row in table.rows):
+            raise SceneError(
+                "store",
+                str(store),
+                "a table of the same scene and tol, or a new file",
+                message=f"store = {str(store)!r} holds a study of another scene or tol; name a new file",
+            )
+        known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
+        try:
+            box = contact_of(scene)
+            for done, (n, each, i) in enumerate(wanted):
+                if (n, each.name, i) in known:
+                    continue
+                if progress is not None:
+                    progress(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
+                place = (0.0, 0.0) if offsets == 1 else offset(n, i)
+                on_grid = replace(scene, grid=lattice(scene, box, n, place))
+                row = _traced(on_grid, each, tol) if i == 0 else _solved(on_grid, each, tol)
+                row |= {"method": each.name, "cells": n, "offset": i, **_staircase(on_grid), "identity": key}
+                table.add(row)
+        except KeyboardInterrupt:
+            finished = f" after {len(table.rows)} of {len(wanted)} solves"
+            raise Interrupted(Convergence.of(table.rows, numbers, names, offsets), finished) from None
+    return Convergence.of(table.rows, numbers, names, offsets)
 
 
 def _refining(cells: Iterable[int]) -> list[int]:

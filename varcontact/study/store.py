@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
-from varcontact.errors import SceneError
+from varcontact.errors import OutputError, SceneError
+from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
 from varcontact.io.scene_file import scene_to
-from varcontact.io.solution_file import write_whole
 from varcontact.results.solution import known
 from varcontact.scene.scene import Scene
 
@@ -51,7 +53,7 @@ COLUMNS = (
 LATER = ("calls",)
 """Columns that tables of an earlier version do not have: they are read all the same."""
 
-_WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
+WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 
 def identity(scene: Scene, tol: float) -> str:
@@ -67,51 +69,12 @@ def identity(scene: Scene, tol: float) -> str:
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 
-def stored(store: str | Path | None, methods: list[str], identities: dict[str, str]) -> list[dict[str, Any]]:
-    """Rows of an earlier run: whole scenes, the same by the same methods.
-
-    Parameters
-    ----------
-    store : str, Path or None
-        The table file.
-    methods : list of str
-    identities : dict of str
-        By the name of the scene, as `identity` gives them.
-
-    Raises
-    ------
-    SceneError
-        If the file holds other methods or other scenes.
-    """
-    rows = read_rows(store, COLUMNS, _WORDS, "a table of an earlier comparison")
-    scenes = dict.fromkeys(row["scene"] for row in rows)
-    for scene in scenes:
-        if [row["method"] for row in rows if row["scene"] == scene] != methods:
-            raise SceneError(
-                "store",
-                str(store),
-                "a table by the same methods, in the same order, or a new file",
-                message=f"store = {str(store)!r} compares other methods, or the same in another order; name a new file",
-            )
-    for row in rows:
-        if identities.get(row["scene"], row["identity"]) != row["identity"]:
-            raise SceneError(
-                "store",
-                str(store),
-                f"a table with the same scene {row['scene']!r}, or a new file",
-                message=f"store = {str(store)!r} holds another scene named {row['scene']!r}; name a new file",
-            )
-    return rows
-
-
-def read_rows(
-    store: str | Path | None, columns: Sequence[str], words: Sequence[str], what: str
-) -> list[dict[str, Any]]:
+def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: str) -> list[dict[str, Any]]:
     """Rows of a table file that has these columns, some of them words; none where there is no file yet.
 
     Parameters
     ----------
-    store : str, Path or None
+    store : Path
         The table file.
     columns : sequence of str
     words : sequence of str
@@ -126,15 +89,8 @@ def read_rows(
     """
     import pandas as pd
 
-    if store is None or not Path(store).exists():
+    if not store.exists() or store.stat().st_size == 0:
         return []
-    if not Path(store).is_file():
-        raise SceneError(
-            "store",
-            str(store),
-            f"{what}, or a new file",
-            message=f"store = {str(store)!r} is not a file; name {what}, or a new file",
-        )
     try:
         # a scene may be called "NA": only empty figures are missing
         table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
@@ -154,25 +110,84 @@ def read_rows(
     return rows
 
 
-def keep(store: str | Path, rows: list[dict[str, Any]], columns: Sequence[str] = COLUMNS) -> None:
-    """Write all rows there are, or leave the file as it was.
+@dataclass
+class Table:
+    """The rows of a study, kept in a file if there is one, which is written anew whenever some are added.
 
-    Parameters
+    Attributes
     ----------
-    store : str or Path
-        The table file.
-    rows : list of dict
+    path : Path or None
     columns : sequence of str
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
+    rows : list of dict
     """
-    import pandas as pd
 
-    content = pd.DataFrame(rows, columns=list(columns)).to_csv(index=False).encode()
-    write_whole("store", Path(store), content)
+    path: Path | None
+    columns: Sequence[str]
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    _content: bytes | None = None
+
+    @classmethod
+    @contextmanager
+    def opened(
+        cls, store: str | Path | None, columns: Sequence[str], words: Sequence[str], what: str
+    ) -> Iterator[Self]:
+        """The rows that a file has already, to be added to by nobody else meanwhile; without a file, none.
+
+        Parameters
+        ----------
+        store : str or Path or None
+        columns, words : sequence of str
+            Its columns, and those of them that are words.
+        what : str
+            What it is, for messages.
+
+        Raises
+        ------
+        SceneError
+            If the file is something else.
+        OutputError
+            If it cannot be written, or another study adds to it.
+        """
+        if not (store is None or isinstance(store, (str, Path))):
+            raise SceneError("store", store, "the name of a file")
+        if store is None:
+            yield cls(None, columns)
+            return
+        path = Path(store)
+        check_ending("store", path, ".csv")
+        check_writable("store", path)
+        with only_writer("store", path):
+            rows = read_rows(path, columns, words, what)
+            yield cls(path, columns, rows, path.read_bytes() if path.exists() else None)
+
+    def write(self, rows: list[dict[str, Any]]) -> None:
+        """Write other rows in place of those there are, or leave the file as it was.
+
+        Parameters
+        ----------
+        rows : list of dict
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written, or is no longer as it was left: nobody else's changes are written over.
+        """
+        self.rows = rows
+        if self.path is None:
+            return
+        import pandas as pd
+
+        if (self.path.read_bytes() if self.path.exists() else None) != self._content:
+            reason = "has been changed by something else since this study wrote it; what was added since is not in it"
+            raise OutputError("store", self.path, reason)
+        content = pd.DataFrame(self.rows, columns=list(self.columns)).to_csv(index=False).encode()
+        with replacing("store", self.path) as file:
+            file.write(content)
+        self._content = content
+
+    def add(self, *rows: dict[str, Any]) -> None:
+        """Write some more `rows`, see `write`."""
+        self.write([*self.rows, *rows])
 
 
 def as_json(table: pd.DataFrame) -> str:

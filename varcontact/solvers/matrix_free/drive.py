@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact.checks import wrong_shape
 from varcontact.problem.problem import RawSolution
+from varcontact.solvers.matrix_free.newton import MAX_STEPS
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
 
@@ -19,6 +20,9 @@ ROUNDED = 0.9
 """Part of the tolerance to reach, as the certificate rounds differently."""
 DENSE = 2000
 """Elements up to which a problem that Newton's method leaves unsolved is given to dense active sets."""
+REFINED, LEAST, REFINING = 1e-3, 1e-12, 4
+"""Part of the tolerance that a solved problem of so few elements is refined to, the least residual that is asked for,
+and the steps that may take: a tenth of the time, which leaves hardly more than rounding."""
 
 
 class Posed(Protocol):
@@ -41,7 +45,7 @@ class Posed(Protocol):
     def approached(self) -> tuple[Point, int]:
         """Where coarser grids lead, and the Newton steps taken there."""
 
-    def solved(self, at: Point, tol: float) -> RawSolution:
+    def solved(self, at: Point, tol: float, most: int = MAX_STEPS) -> RawSolution:
         """By Newton's method from a point.
 
         Parameters
@@ -50,6 +54,8 @@ class Posed(Protocol):
             In units of the kernel, in single precision.
         tol : float
             Residual to be reached [-].
+        most : int
+            Newton steps.
 
         Returns
         -------
@@ -89,8 +95,13 @@ def driven(
         raw = posed.solved(at, tol)
         spent += steps + raw.iterations
     raw = replace(raw, iterations=spent)
-    if raw.solved or size > DENSE:
+    if size > DENSE:
         return raw
+    if raw.solved:
+        fine = posed.solved(posed.begun(raw), max(REFINED * tol, LEAST), REFINING)
+        if not residual(fine) < residual(raw):
+            return raw
+        return replace(fine, iterations=spent + fine.iterations, status=raw.status, solved=True)
     other = dense(raw)
     if not (_finite(other) and residual(other) < residual(raw)):
         return raw

@@ -186,7 +186,9 @@ def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Po
     return Point(traction, _shift(conditions)(traction, rigid), rigid, NOISE)
 
 
-def newton(conditions: Conditions, at: Point, tol: float, tally: Tally, finest: Finest | None = None) -> Result:
+def newton(
+    conditions: Conditions, at: Point, tol: float, tally: Tally, finest: Finest | None = None, most: int = MAX_STEPS
+) -> Result:
     """Solve a contact problem on one grid.
 
     Parameters
@@ -200,11 +202,13 @@ def newton(conditions: Conditions, at: Point, tol: float, tally: Tally, finest: 
         Where calls of Tseng's splitting are counted.
     finest : Finest, optional
         Where the answer is to be judged in double precision; else single precision is enough.
+    most : int
+        Steps.
     """
     goal, damping, idle, guards = tol, 0.0, 0, 0
     best, least = at, np.inf
     room = Room.of(at.traction.size, conditions.forces)
-    for count in range(MAX_STEPS):
+    for count in range(most):
         at, now = _seen(conditions, at, goal, finest)
         if count == 0 or damping > 0:
             at, now = _balanced(conditions, at, now, in_any_case=count == 0)
@@ -232,7 +236,7 @@ def newton(conditions: Conditions, at: Point, tol: float, tally: Tally, finest: 
         at = replace(at, noise=noise)
         damping = damped(damping, part, merit / now.merit)
         idle = idle + 1 if merit >= IDLE * now.merit else max(idle - 1, 0)
-    return Result(_admissible(conditions, best, finest), "MaxIterations", MAX_STEPS)
+    return Result(_admissible(conditions, best, finest), "MaxIterations", most)
 
 
 def _seen(conditions: Conditions, at: Point, goal: float, finest: Finest | None) -> tuple[Point, _Measure]:

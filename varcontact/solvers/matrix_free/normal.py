@@ -18,7 +18,7 @@ from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven
 from varcontact.solvers.matrix_free.kernel import Kernel, kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces, Step
 from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
-from varcontact.solvers.matrix_free.newton import newton, point
+from varcontact.solvers.matrix_free.newton import EXACT, MAX_STEPS, newton, point
 from varcontact.solvers.matrix_free.preconditioner import Circulant, circulant
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
@@ -224,10 +224,11 @@ class _Posed:
         return NormalConditions(kernel(operator, shape), circulant(operator, shape), known, within, forces)
 
     def begun(self, start: RawSolution) -> Point:
-        """From given pressures."""
+        """From given pressures, which may be near the solution: their distance is in double precision."""
         rigid = -start.rigid / self.displacement if self.problem.approach is None else np.zeros(1)
         pressure = self.box.field(np.maximum(start.traction, 0.0)[None]) / self.load
-        return point(self.conditions, pressure, rigid.reshape(1, 1, 1))
+        rigid = rigid.reshape(1, 1, 1)
+        return Point(pressure, self.shift(pressure, rigid), rigid, EXACT)
 
     def approached(self) -> tuple[Point, int]:
         """From coarser grids; also the Newton steps taken there."""
@@ -244,9 +245,9 @@ class _Posed:
             coarse, steps = fine, steps + result.steps
         return at, steps
 
-    def solved(self, at: Point, tol: float) -> RawSolution:
+    def solved(self, at: Point, tol: float, most: int = MAX_STEPS) -> RawSolution:
         """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self.tally, self)
+        result = newton(self.conditions, at, tol, self.tally, self, most)
         pressure, approach = self._physical(result.at.traction, result.at.rigid)
         return RawSolution(pressure, approach, result.steps, result.status, result.status == "Solved")
 

@@ -16,7 +16,7 @@ from varcontact.solvers.matrix_free.kernel import kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces
 from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
 from varcontact.solvers.matrix_free.linearisation import TangentialConditions
-from varcontact.solvers.matrix_free.newton import newton, point
+from varcontact.solvers.matrix_free.newton import EXACT, MAX_STEPS, newton, point
 from varcontact.solvers.matrix_free.preconditioner import circulant
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
@@ -128,9 +128,10 @@ class _Posed:
         return TangentialConditions(kernel(operator, shape), circulant(operator, shape), known, bound, forces)
 
     def begun(self, start: RawSolution) -> Point:
-        """From given tractions."""
+        """From given tractions, which may be near the solution: their shift is in double precision."""
         traction = self.box.field(project(start.traction, self.problem.bound)) / self.load
-        return point(self.conditions, traction, np.reshape(start.rigid, (-1, 1, 1)) / self.displacement)
+        rigid = np.reshape(start.rigid, (-1, 1, 1)) / self.displacement
+        return Point(traction, self.shift(traction, rigid), rigid, EXACT)
 
     def approached(self) -> tuple[Point, int]:
         """From coarser grids, the coarsest begun without traction; also the Newton steps taken there."""
@@ -151,9 +152,9 @@ class _Posed:
             coarse, steps = fine, steps + result.steps
         return at, steps
 
-    def solved(self, at: Point, tol: float) -> RawSolution:
+    def solved(self, at: Point, tol: float, most: int = MAX_STEPS) -> RawSolution:
         """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self.tally, self)
+        result = newton(self.conditions, at, tol, self.tally, self, most)
         traction, rigid = self._physical(result.at.traction, result.at.rigid)
         return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
 

@@ -1,0 +1,233 @@
+"""Outputs never destroy: what is written over, what is refused, and what a killed program leaves."""
+
+import contextlib
+import dataclasses
+import os
+import stat
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.command import run
+from varcontact.io.outputs import check_writable, only_writer, replacing, write_whole
+
+SCENE = """
+normal_force = 1.0
+friction = 0.3
+bodies = { G = 1.0, nu = 0.28 }
+surface = { kind = "paraboloids", Rx = 100.0, Ry = 100.0 }
+grid = { nx = 6, ny = 6 }
+motion = { kind = "steady", vx = 0.05 }
+"""
+HISTORY = SCENE.replace('"steady", vx = 0.05', '"transient", steps = 2, dq = 0.1, Fx = -0.1')
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "history.toml").write_text(HISTORY)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def solution():
+    surface = vc.Paraboloids(Rx=100.0, Ry=100.0)
+    return vc.solve(
+        vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=surface, normal_force=1.0, grid=vc.Grid(nx=6, ny=6))
+    )
+
+
+COMMANDS = {
+    "solution": ("a.nc", ("solve", "scene.toml", "--out", "a.nc")),
+    "history": ("a.nc", ("solve", "history.toml", "--out", "a.nc")),
+    "comparison": ("a.csv", ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv")),
+    "convergence": ("a.csv", ("converge", "scene.toml", "--cells", "4,5", "--offsets", "1", "--store", "a.csv")),
+    "picture": ("a.svg", ("solve", "scene.toml", "--plot", "a.svg")),
+}
+
+
+@pytest.fixture(params=COMMANDS)
+def command(request):
+    """The file that a command writes, and the command."""
+    return COMMANDS[request.param]
+
+
+def refused(done, words):
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_device_is_left_alone(folder, command):
+    """Under a fitting name: a symbolic link to it. Today's own name for nothing is still a device afterwards."""
+    name, arguments = command
+    (folder / name).symlink_to(os.devnull)
+    refused(run(*arguments, folder=folder), "is a device or a pipe, not a file")
+    assert (folder / name).is_symlink() and stat.S_ISCHR(os.stat(os.devnull).st_mode)
+
+
+def test_a_pipe_is_left_alone(folder, command):
+    name, arguments = command
+    os.mkfifo(folder / name)
+    refused(run(*arguments, folder=folder), "is a device or a pipe, not a file")
+    assert (folder / name).is_fifo()
+
+
+@pytest.mark.parametrize("link", [os.symlink, os.link])
+def test_the_scene_is_not_written_over(folder, command, link):
+    """Whatever name it has, and even by force."""
+    name, arguments = command
+    before = (folder / arguments[1]).read_bytes()
+    link(folder / arguments[1], folder / name)
+    refused(run(*arguments, "--force", folder=folder), f"is the same file as '{arguments[1]}', which would be lost")
+    assert (folder / arguments[1]).read_bytes() == before
+
+
+def test_a_link_stays_and_its_file_is_written(folder, command):
+    """One to nothing as well: then the file is made."""
+    name, arguments = command
+    (folder / "elsewhere").mkdir()
+    (folder / name).symlink_to(os.path.join("elsewhere", name))
+    for _ in range(2):
+        done = run(*arguments, folder=folder)
+        assert done.returncode == 0, done.stderr
+        assert os.readlink(folder / name) == os.path.join("elsewhere", name)
+        assert os.listdir(folder / "elsewhere") == [name] and (folder / "elsewhere" / name).stat().st_size > 100
+
+
+def test_a_file_of_somebody_else_is_left_alone(folder, command):
+    """By force solutions and pictures are written over it; tables and histories never are."""
+    name, arguments = command
+    (folder / name).write_text("my,own\n1,2\n")
+    refused(run(*arguments, folder=folder), "")
+    assert (folder / name).read_text() == "my,own\n1,2\n"
+    forced = run(*arguments, "--force", folder=folder)
+    if name == "a.csv" or "history.toml" in arguments:
+        refused(forced, "is not a table of" if name == "a.csv" else "exists already and holds no history")
+        assert (folder / name).read_text() == "my,own\n1,2\n"
+    else:
+        assert forced.returncode == 0, forced.stderr
+        assert b"my,own" not in (folder / name).read_bytes()
+
+
+def test_what_varcontact_wrote_is_written_again(folder, command):
+    """No force is needed for it, nor for an empty file."""
+    name, arguments = command
+    (folder / name).touch()
+    (folder / name).chmod(0o640)
+    for _ in range(2):
+        done = run(*arguments, folder=folder)
+        assert done.returncode == 0, done.stderr
+    assert stat.S_IMODE((folder / name).stat().st_mode) == 0o640, "its permissions are kept"
+    assert sorted(os.listdir(folder)) == sorted([name, "history.toml", "scene.toml"]), "nothing else is left"
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg", "eps"])
+def test_pictures_are_known_by_what_they_say(folder, ending):
+    """One that varcontact drew is drawn again; one that matplotlib drew for somebody else needs force."""
+    from matplotlib.figure import Figure
+
+    command = ("solve", "scene.toml", "--plot", f"a.{ending}")
+    assert [run(*command, folder=folder).returncode for _ in range(2)] == [0, 0]
+    Figure().savefig(folder / f"a.{ending}")
+    before = (folder / f"a.{ending}").read_bytes()
+    refused(run(*command, folder=folder), f"--plot = 'a.{ending}': exists already and is no picture of varcontact's")
+    assert (folder / f"a.{ending}").read_bytes() == before
+
+
+def test_the_picture_is_not_written_over_the_solution(folder):
+    (folder / "a.png").symlink_to("a.nc")
+    refused(run("solve", "scene.toml", "--out", "a.nc", "--plot", "a.png", folder=folder), "is the same file as 'a.nc'")
+    assert sorted(os.listdir(folder)) == ["a.png", "history.toml", "scene.toml"]
+
+
+def test_a_history_is_not_written_over_by_a_solution(folder):
+    """Nor the other way round: each may be days of work."""
+    run("solve", "history.toml", "--out", "a.nc", folder=folder)
+    before = (folder / "a.nc").read_bytes()
+    refused(
+        run("solve", "scene.toml", "--out", "a.nc", folder=folder),
+        "--out = 'a.nc': exists already and is no solution of varcontact's; name another file, or add --force",
+    )
+    assert (folder / "a.nc").read_bytes() == before
+    assert run("solve", "scene.toml", "--out", "a.nc", "--force", folder=folder).returncode == 0
+    refused(run("solve", "history.toml", "--out", "a.nc", folder=folder), "exists already and holds no history")
+
+
+def test_a_solution_is_saved_over_a_solution_only(solution, tmp_path):
+    path = tmp_path / "a.nc"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n and more")
+    with pytest.raises(vc.OutputError, match=r"no solution of varcontact's; name another file, or give overwrite=True"):
+        solution.save(path)
+    solution.save(path, overwrite=True)
+    solution.save(path)
+    np.testing.assert_array_equal(vc.load(path).pressure, solution.pressure)
+
+
+def test_links_in_a_ring_are_refused(tmp_path):
+    (tmp_path / "a.nc").symlink_to("b.nc")
+    (tmp_path / "b.nc").symlink_to("a.nc")
+    with pytest.raises(vc.OutputError, match="cannot be written"):
+        check_writable("--out", tmp_path / "a.nc")
+
+
+def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):
+    """Each file holds its own solution; one that all write holds the whole of one of them."""
+    solutions = [vc.solve(dataclasses.replace(solution.scene, normal_force=1.0 + i)) for i in range(4)]
+    failed = []
+
+    def save(i):
+        try:
+            for _ in range(5):
+                solutions[i].save(tmp_path / f"{i}.nc")
+                solutions[i].save(tmp_path / "all.nc")
+        except Exception as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=save, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed
+    assert [vc.load(tmp_path / f"{i}.nc").normal_force for i in range(4)] == [sol.normal_force for sol in solutions]
+    assert vc.load(tmp_path / "all.nc").normal_force in [sol.normal_force for sol in solutions]
+    assert sorted(os.listdir(tmp_path)) == ["0.nc", "1.nc", "2.nc", "3.nc", "all.nc"]
+
+
+def test_an_error_leaves_the_old_file(tmp_path):
+    path = tmp_path / "a.csv"
+    write_whole("store", path, b"old")
+    with contextlib.suppress(KeyboardInterrupt), replacing("store", path) as file:
+        file.write(b"ne")
+        raise KeyboardInterrupt
+    assert (path.read_bytes(), os.listdir(tmp_path)) == (b"old", ["a.csv"])
+
+
+KILLED = """
+import os, signal
+from pathlib import Path
+from varcontact.io.outputs import only_writer, replacing
+with only_writer("store", Path("run.nc")), replacing("store", Path("run.nc")) as file:
+    file.write(b"half")
+    file.flush()
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_program_left_is_cleared_by_the_next(tmp_path):
+    """But not what somebody is writing whose file's name only begins the same."""
+    path, other = tmp_path / "run.nc", tmp_path / "run.nc.nc"
+    subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, check=False)
+    assert len(os.listdir(tmp_path)) == 2, "the lock file and the half-written one"
+    with only_writer("store", other), replacing("store", other) as file:
+        file.write(b"other")
+        write_whole("store", path, b"whole")
+    assert {name: (tmp_path / name).read_bytes() for name in os.listdir(tmp_path)} == {
+        "run.nc": b"whole",
+        "run.nc.nc": b"other",
+    }

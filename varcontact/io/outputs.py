@@ -1,0 +1,250 @@
+"""Files written safely: whole or not at all, by one writer at a time, and never over what is somebody else's.
+
+- Only regular files are written. A symbolic link stays, and the file that it names is written.
+- A file that is there already is replaced only if it holds what varcontact wrote, of the same kind: a solution by a
+  solution, a history by a history, a picture by a picture. Stores, to which a study adds, are never replaced.
+- The new content is written under another name, forced to the disk, and renamed. Killed in between, the program leaves
+  the old file as it was, and the next to write that file clears away the rest.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+from uuid import uuid4
+
+from varcontact.errors import OutputError
+from varcontact.machine.locks import Held, beside, locked
+
+FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}
+PATIENCE = 10.0
+"""Seconds for which a file that is written at once waits for another that is just being written in its place."""
+
+
+def check_ending(field: str, path: Path, ending: str) -> None:
+    """Refuse a name that promises another format than the one that is written.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    ending : str
+        As ".nc".
+
+    Raises
+    ------
+    OutputError
+        If it has another.
+    """
+    if path.suffix.lower() != ending:
+        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
+
+
+def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
+    """Refuse what could not, or must not, be written, before any work is done for it.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    inputs : iterable of Path
+        Files that have to stay: what is read, and what else is written.
+
+    Raises
+    ------
+    OutputError
+        If there is no such folder, the name is that of a device, a pipe or a folder, it may not be written, or it is
+        one of the inputs, under whatever name.
+    """
+    try:
+        target = path.resolve()
+        folder = target.parent
+        if not folder.is_dir():
+            raise OutputError(field, path, f"there is no folder {str(folder if path.is_symlink() else path.parent)!r}")
+        there = _kind(field, path)
+        for other in inputs:
+            if _same(target, other):
+                reason = f"is the same file as {str(other)!r}, which would be lost; name another file"
+                raise OutputError(field, path, reason)
+        if not os.access(folder, os.W_OK) or (there and not os.access(target, os.W_OK)):
+            raise OutputError(field, path, "may not be written")
+        with suppress(FileNotFoundError):
+            _part(target).stat()  # the longest name there will be
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OutputError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring; ValueError: a null character
+        raise _unwritable(field, path, error) from None
+
+
+def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], bool], overwrite: bool) -> None:
+    """Refuse to write over a file that varcontact did not write, unless that is wanted.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error; an option of the command line begins with hyphens.
+    path : Path
+    kind : str
+        What is to be written, in a word.
+    ours : callable
+        Whether a file is one of that kind that varcontact wrote.
+    overwrite : bool
+        Whether any file may be replaced.
+
+    Raises
+    ------
+    OutputError
+        If the file is another. An empty one is nobody's.
+    """
+    try:
+        if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
+            return
+    except OSError as error:
+        raise _unwritable(field, path, error) from None
+    how = "add --force" if field.startswith("-") else "give overwrite=True"
+    raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
+
+
+@contextmanager
+def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]:
+    """Be the only one to write a file while a block runs; what killed writers left of it is cleared away.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    patience : float
+        Seconds to wait for another writer.
+
+    Raises
+    ------
+    OutputError
+        If there is another writer, in this or another process.
+    """
+    target = path.resolve()
+    with ExitStack() as held:
+        try:
+            held.enter_context(locked(target, patience))
+            _clear(target)
+        except Held as other:
+            reason = f"is being written by {other.holder}; wait until that is done, or name another file"
+            raise OutputError(field, path, reason) from None
+        except OSError as error:
+            raise _unwritable(field, path, error) from None
+        yield
+
+
+@contextmanager
+def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
+    """A new file, open for writing, that takes the place of another when the block ends well.
+
+    Whatever ends it in between, the old file stays as it was. The block should be within one of `only_writer`.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    target = path.resolve()
+    part = _part(target)
+    try:
+        there = _kind(field, path)
+        with part.open("xb") as file:  # not by tempfile, whose files nobody else may read
+            if there:
+                part.chmod(stat.S_IMODE(target.stat().st_mode))
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, target)
+        _sync_folder(target.parent)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise _unwritable(field, path, error) from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_whole(field: str, path: Path, content: bytes) -> None:
+    """Write a file at once, whole or not at all.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    content : bytes
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written, or belongs to a study that is going on; an old one stays as it was.
+    """
+    with only_writer(field, path, PATIENCE), replacing(field, path) as file:
+        file.write(content)
+
+
+def _kind(field: str, path: Path) -> bool:
+    """Whether a file is there; anything but a regular one is refused."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return False
+    if stat.S_ISDIR(mode):
+        raise OutputError(field, path, "is a folder")
+    if not stat.S_ISREG(mode):
+        raise OutputError(field, path, "is a device or a pipe, not a file")
+    return True
+
+
+def _same(target: Path, other: Path) -> bool:
+    """Whether two names are of one file."""
+    try:
+        return target.samefile(other)
+    except OSError:  # one of them is not there
+        return target == other.resolve()
+
+
+def _part(target: Path) -> Path:
+    """A name that nobody else has, on whatever machine: process numbers repeat in containers."""
+    return beside(target, f"{uuid4().hex[:12]}.part")
+
+
+def _clear(target: Path) -> None:
+    """Remove what killed writers left; only who holds the lock may."""
+    name = re.compile(re.escape(beside(target, "").name) + r"[0-9a-f]{12}\.part")
+    with os.scandir(target.parent) as entries:
+        left = [entry.path for entry in entries if name.fullmatch(entry.name)]
+    for part in left:
+        Path(part).unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Force a new name to the disk, where folders can be opened for that."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _unwritable(field: str, path: Path, error: Exception) -> OutputError:
+    return OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})")
