@@ -22,17 +22,13 @@ from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.registry import MATRIX_FREE, NormalSolver, TangentialSolver
+from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
+from varcontact.solving.accuracy import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.timing import Clock
-
-FIRST, SEEN = 1e-3, 0.01
-"""Residuals asked of matrix-free methods within passes: in the first one, and by the residual of the pass before."""
-NEARLY, EXACTEST = 0.5, 1e-12
-"""Part of the tolerance at which their passes end; the least residual that is asked of them."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +92,8 @@ class Steps:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = self._normal_road(problem, self._settings("normal", self._enough_pressure(disc, state)), start)
+            enough = enough_pressure(self.plan, disc, state, self.tol)
+            raw = self._normal_road(problem, self._settings("normal", enough, self.plan.loops), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -133,7 +130,8 @@ class Steps:
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
             _check_force(problem, disc.force)
-            raw = self._tractions(problem, state, self._enough_traction(disc, state))
+            enough = enough_traction(self.plan, disc, state, self.tol)
+            raw = self._tractions(problem, state, self._settings("tangential", enough, in_passes(self.plan, disc)))
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
             traction, rigid = problem.on_grid(raw.traction, raw.rigid)
@@ -191,7 +189,7 @@ class Steps:
             **_answered(replace(state, solved_by={**state.solved_by, "normal": pressed.solver}), "tangential", rubbed),
         )
 
-    def _tractions(self, problem: TangentialProblem, state: ContactState, tol: float) -> RawSolution:
+    def _tractions(self, problem: TangentialProblem, state: ContactState, settings: Settings) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
             return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves")
         start = None
@@ -200,17 +198,17 @@ class Steps:
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
         mirror = None if self.plan.matrix_free else mirror_of(problem)
         if mirror is None:
-            return self._solved(problem, start, tol)
+            return self._solved(problem, start, settings)
         halved = None if start is None else mirror.fold_solution(start)
-        return mirror.unfold(self._solved(mirror.fold(problem), halved, tol))
+        return mirror.unfold(self._solved(mirror.fold(problem), halved, settings))
 
-    def _solved(self, problem: TangentialProblem, start: RawSolution | None, tol: float) -> RawSolution:
+    def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
         need(
             "the tangential problem",
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             instead(self.plan.tangential, problem.size, problem.components),
         )
-        return self._tangential_road(problem, self._settings("tangential", tol), start)
+        return self._tangential_road(problem, settings, start)
 
     @cached_property
     def _normal_road(self) -> NormalSolver:
@@ -224,32 +222,8 @@ class Steps:
     def _joint_road(self) -> JointSolver:
         return joint_road(self.plan, self.polish)
 
-    @property
-    def whole_tol(self) -> float:
-        """The residual of the whole at which passes end: matrix-free methods are exact to what is asked, not beyond."""
-        return self.tol * (NEARLY if self.plan.matrix_free else 0.1)
-
-    def _enough_pressure(self, disc: Discretisation, state: ContactState) -> float:
-        """The residual to ask of pressures, of which tractions see the part K by friction more."""
-        if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
-            return self.tol
-        rubbed = float(np.abs(state.traction).max()) / float(state.pressure.max())
-        return max(self._seen(state) * min(1.0, rubbed / abs(disc.K)), EXACTEST)
-
-    def _enough_traction(self, disc: Discretisation, state: ContactState) -> float:
-        """The residual to ask of tractions."""
-        if not (self.plan.matrix_free and (self.plan.loops or disc.law is not None)):
-            return self.tol
-        if disc.law is not None and not disc.law.continuous:  # who slips for once, slips for good
-            return 0.1 * self.tol
-        return self._seen(state)
-
-    def _seen(self, state: ContactState) -> float:
-        """No more than the next pass sees, after the last one's residual."""
-        return max(SEEN * state.passes[-1][1], 0.1 * self.tol) if state.passes else FIRST
-
-    def _settings(self, problem: str, tol: float) -> Settings:
-        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem))
+    def _settings(self, problem: str, tol: float, rough: bool = False) -> Settings:
+        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough)
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
@@ -270,7 +244,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
     if not steps.plan.rubs:
         return start
     if disc.law is None:
-        return _coupled(disc, steps, start, steps.whole_tol)
+        return _coupled(disc, steps, start, WHOLE * steps.tol)
     if steps.plan.theory is not None:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
 
@@ -278,7 +252,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
         return _coupled(disc, steps, state, tol)
 
     judge = _tangential if not steps.plan.loops else _whole
-    return under_law(disc, solve, judge, start, steps.start, tol=steps.whole_tol)
+    return under_law(disc, solve, judge, start, steps.start, tol=WHOLE * steps.tol)
 
 
 def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
