@@ -7,9 +7,15 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 
 from tests.extremes.worker import Worker
-from tests.fuzz.outcome import FAILED, VERDICTS, Outcome
+from tests.fuzz.outcome import FAILED, PASSED, VERDICTS, Outcome
 
-CAMPAIGNS = {"scenes": "solving", "certificates": "certificates", "files": "files", "arguments": "arguments"}
+CAMPAIGNS = {
+    "scenes": "solving",
+    "certificates": "certificates",
+    "newton": "newton",
+    "files": "files",
+    "arguments": "arguments",
+}
 """The campaigns by name, and the module whose `case` draws and judges one."""
 
 
@@ -32,4 +38,6 @@ def report(campaign: str, outcomes: list[Outcome]) -> str:
     """How many there were of each verdict."""
     counts = Counter(outcome.verdict for outcome in outcomes)
     parts = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict] or verdict == FAILED)
-    return f"{campaign}: {len(outcomes)} cases: {parts}"
+    ways = Counter(outcome.reason for outcome in outcomes if outcome.verdict == PASSED and outcome.reason)
+    lines = [f"  {count} by {way}" for way, count in ways.most_common()]
+    return "\n".join([f"{campaign}: {len(outcomes)} cases: {parts}", *lines])

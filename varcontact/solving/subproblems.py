@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import NotConverged, Saturated
-from varcontact.machine.memory import need
+from varcontact.machine.memory import SMALLER, need
 from varcontact.planning import memory
 from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
@@ -87,7 +87,7 @@ class Steps:
             elements = problem.operator.elements
             if elements.size == 0:
                 raise out_of_reach(disc.surface, disc.approach, disc.grid)
-            peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size)
+            peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size, memory.NORMAL_BYTES)
             need("the normal problem", peak, instead(self.plan.normal, elements.size))
             start = None
             if np.any(state.pressure):
@@ -171,7 +171,7 @@ class Steps:
             return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
         peak = memory.peak(self.plan.tangential, "complementary", size)
-        need("the joint program", peak, "a grid with fewer elements would fit")
+        need("the joint program", peak, SMALLER)
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
