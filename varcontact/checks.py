@@ -66,7 +66,7 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
         raise SceneError(field, value, allowed)
     try:
         result = float(value)
-    except (TypeError, ValueError, OverflowError):
+    except Exception:  # whatever an object makes of it
         raise SceneError(field, value, allowed) from None
     if math.isnan(result):
         raise SceneError(field, value, allowed)
@@ -249,7 +249,11 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
         if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
             raise SceneError(field, value, allowed)
         result = np.array(given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
+    except SceneError:
+        raise
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
+    except Exception:  # whatever an object makes of it
         raise SceneError(field, value, allowed) from None
     if result.ndim != ndim or result.size == 0:
         raise wrong_shape(field, result.shape, allowed)
@@ -288,7 +292,7 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
     """
     try:
         given = np.asarray(value)
-    except ValueError:
+    except Exception:  # whatever an object makes of it
         raise SceneError(field, value, allowed) from None
     if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
         raise SceneError(field, value, allowed)
@@ -473,6 +477,8 @@ def nearest(value: Any, names: Iterable[str]) -> str:
         To be added to a message.
     """
     known = list(names)
-    other_case = [name for name in known if name.lower() == str(value).lower()]
-    close = other_case or difflib.get_close_matches(str(value), known, n=1, cutoff=0.5)
+    if not isinstance(value, str):
+        return ""
+    other_case = [name for name in known if name.lower() == value.lower()]
+    close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
     return f" (did you mean {close[0]}?)" if close else ""

@@ -68,7 +68,7 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     """
     from scipy.special import elliprd, elliprf, elliprg
 
-    positive("axial_ratio", axial_ratio)
+    axial_ratio = positive("axial_ratio", axial_ratio)
     if axial_ratio > 1:
         raise SceneError("axial_ratio", axial_ratio, "in (0, 1]")
     k2 = axial_ratio**2  # complementary parameter
@@ -333,7 +333,7 @@ def _contact(
     per_force = _normal_constant(bodies) * elliptic_integrals(min(a, b) / max(a, b)).K / max(a, b)
     if approach is None:
         assert force is not None
-        approach = per_force * force
+        approach = per_force * float(force)
     elif force is None:
-        force = approach / per_force
-    return HertzContact(a, b, approach, force, 1.5 * force / (math.pi * a * b), Rx, Ry)
+        force = float(approach) / per_force
+    return HertzContact(a, b, float(approach), float(force), 1.5 * float(force) / (math.pi * a * b), Rx, Ry)

@@ -171,8 +171,10 @@ def friction_limit(contact: LineContact, friction: float) -> float:
     Raises
     ------
     SceneError
-        If the bodies are unlike (K not 0), or friction is not positive.
+        If it is no `LineContact`, the bodies are unlike (K not 0), or friction is not positive.
     """
+    if not isinstance(contact, LineContact):
+        raise SceneError("contact", contact, "a LineContact, from line_contact")
     if contact.bodies.K != 0:
         raise SceneError(
             "bodies.K",
