@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
 from varcontact.io.scene_file import scene_to
+from varcontact.machine.interrupts import imported
 from varcontact.results.solution import known
 from varcontact.scene.scene import Scene
 
@@ -148,6 +149,7 @@ class Table:
         OutputError
             If it cannot be written, or another study adds to it.
         """
+        imported("pandas")  # now: after Ctrl-C it would be waited for
         if not (store is None or isinstance(store, (str, Path))):
             raise SceneError("store", store, "the name of a file")
         if store is None:
