@@ -105,24 +105,27 @@ def computable(field: str, value: float) -> float:
     return value
 
 
-def whole(field: str, value: Any, least: int = 1) -> int:
-    """A whole number of at least `least`.
+def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
+    """A whole number of at least `least`, and at most `most`.
 
     Parameters
     ----------
     field : str
         Name of the entry, for the message.
     value : object
-    least : int
+    least, most : int
+        None: there is no upper limit.
+    why : str
+        What goes on the message where there is an upper limit.
 
     Raises
     ------
     SceneError
-        If it is not a whole number, or too small.
+        If it is not a whole number, too small or too large.
     """
-    allowed = f"a whole number, {least} or more"
+    allowed = f"a whole number, {least} or more" if most is None else f"a whole number from {least} to {most}{why}"
     result = number(field, value, allowed)
-    if result != int(result) or result < least:
+    if result != int(result) or result < least or (most is not None and result > most):
         raise SceneError(field, value, allowed)
     return int(result)
 

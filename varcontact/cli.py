@@ -34,6 +34,8 @@ class _Commands(TyperGroup):
             _fail(error, NOT_SOLVED)
         except VarcontactError as error:
             _fail(error, BAD_INPUT)
+        except MemoryError as error:
+            _fail(f"out of memory ({error or 'nothing is left'}); a smaller problem would fit", BAD_INPUT)
         except KeyboardInterrupt:
             _fail("interrupted; nothing is kept, and the same command starts again from the beginning", INTERRUPTED)
 
@@ -53,8 +55,8 @@ app = typer.Typer(
     "  varcontact plan scene.toml\n\n"
     "  varcontact compare scene.toml --methods convex,kalker,fastsim\n\n"
     "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
-    "Exit status: 0 solved, 2 bad input, 3 not solved to tolerance (the best iterate is reported), "
-    "130 interrupted (standard error says what is kept).",
+    "Exit status: 0 solved, 2 bad input, or too large for the memory, 3 not solved to tolerance (the best iterate is "
+    "reported), 130 interrupted (standard error says what is kept).",
 )
 
 
@@ -170,6 +172,7 @@ def plan(
 ) -> None:
     """Say what a scene requires, and why, without solving it: methods, elements, matrices, memory."""
     from varcontact.io.scene_file import read_scene
+    from varcontact.planning.expectations import check_sizes
     from varcontact.planning.plan import plan as plan_scene
 
     described, options = read_scene(scene)
@@ -178,6 +181,8 @@ def plan(
     chosen = {name: options.get(name, "auto") if value is None else value for name, value in given.items()}
     planned = plan_scene(described, **chosen)
     _print(json.dumps(planned.summary(), indent=2, allow_nan=False) if as_json else str(planned))
+    if planned.sizes is not None:
+        check_sizes(planned, planned.sizes)
 
 
 @app.command(
@@ -265,7 +270,7 @@ def converge(
 
     _check_outputs(store, plot, [scene], force, name_of_out="--store")
     described, _ = read_scene(scene)
-    grids: list[Any] = [int(n) if n.strip().isdigit() else n for n in cells.split(",")]
+    grids: list[Any] = [int(n) if n.strip().isdecimal() and len(n) < 20 else n for n in cells.split(",")]
     methods = [name for name in method.split(",") if name.strip()]
 
     def work(progress: Any) -> Any:

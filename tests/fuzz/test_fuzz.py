@@ -11,11 +11,12 @@ from tests.fuzz.certificates import bounded, outputs, within_gap
 from tests.fuzz.harness import attempt
 from tests.fuzz.judge import faults
 from tests.fuzz.outcome import FAILED, PASSED
+from varcontact.problem.certificate import ForceBounds
 
 SEED = 20
 
 
-CASES = {"scenes": 60, "certificates": 40}
+CASES = {"scenes": 60, "certificates": 40, "newton": 40}
 TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
 
 
@@ -65,6 +66,7 @@ def test_the_judge_of_certificates_notices():
     moved = Held(dataclasses.replace(exact, traction=traction), None)
     assert bounded(certificate, exact, away) == within_gap(Held(exact, None), moved, certificate) == []
     part = np.abs(away - outputs(exact.grid, exact.traction))[0] / certificate.force_bound[0]
-    small = dataclasses.replace(certificate, force_bound=0.99 * part * certificate.force_bound, gap=0.0)
+    bounds = ForceBounds.known(0.99 * part * certificate.force_bound, certificate.pressure_part)
+    small = dataclasses.replace(certificate, bounds=bounds, gap=0.0)
     assert bounded(small, exact, away)
     assert within_gap(Held(exact, None), moved, small)

@@ -312,3 +312,12 @@ def test_print_is_short(rolling):
     assert str(found) == f"SubsurfaceStress(body 2, points of shape {shape}, z from -1 to 0, {largest})"
     assert str(vc.stress(sol, np.zeros((3, 0)))) == "SubsurfaceStress(body 1, no points)"
     assert str(vc.stress(sol, [0.0, 0.0, 0.5])).startswith("SubsurfaceStress(body 1, points of shape (), z from 0.5")
+
+
+def test_stress_that_does_not_fit_is_refused(unlike, monkeypatch):
+    """Before the work, with what would fit: fewer depths, or with one depth fewer elements."""
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 2300.0 * unlike.grid.size)
+    with pytest.raises(vc.TooLarge, match="fewer depths at a time would fit"):
+        vc.stress_below(unlike, [0.1, 0.2])
+    with pytest.raises(vc.TooLarge, match="a grid with fewer elements would fit"):
+        vc.stress_below(unlike, 0.1)

@@ -618,3 +618,27 @@ def test_the_program_where_active_sets_fail(check_kkt):
     assert sol.certificate.residual < 1e-10
     check_kkt(sol, 1e-8)
     np.testing.assert_allclose(sol.traction, vc.solve(scene, tangential="clarabel").traction, rtol=0, atol=1e-9)
+
+
+def test_progress_of_newton_tells_grids_steps_and_residuals(rolling):
+    told = []
+    sol = vc.solve(rolling(grid=vc.Grid(nx=32, ny=32)), tangential="newton", progress=told.append)
+    lines = [line for line in told if line.startswith("tangential: ")]
+    coarse, fine = (f"tangential: {size[1]} x {size[0]} elements, step " for size in ((16, 16), (32, 32)))
+    assert lines[0].startswith(coarse + "0, residual 1.0e+00")
+    assert lines[-1].startswith(fine) and float(lines[-1].split()[-1]) < 1e-8
+    assert sum(line.startswith(fine) for line in lines) <= sol.iterations["tangential"] + 2
+
+
+def test_failure_tells_of_a_mesh_that_is_not_monotone_whatever_its_size(rolling, monkeypatch):
+    """Beyond the size up to which bounds are computed, too: then the reason is looked for."""
+    monkeypatch.setattr("varcontact.problem.certificate.FULL_LIMIT", 0)
+    scene = rolling(
+        bodies=vc.Bodies(G=1.0, nu=0.5),
+        surface=vc.Ellipse(1.0, 1.0),
+        motion=vc.Steady(vx=0.02, vy=0.01, spin=0.02, dq=0.2146 * 2 / 42),
+        grid=vc.Grid(nx=42, ny=42),
+    )
+    assert vc.solve(scene).certificate.level == "gap"
+    with pytest.raises(vc.NotConverged, match=r"not positive definite, .* motion\.dq = 0\.0102 is too short"):
+        vc.solve(scene, tangential="newton", tol=1e-16)

@@ -1,5 +1,7 @@
 """The creep-force line: Kalker's and the original, their inverse, their tractions."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -61,6 +63,19 @@ def test_original_coefficients_by_quadrature(ratio):
     found = vermeulen_johnson_coefficients(a, b, nu)
     assert found.C11 == pytest.approx(2 * np.pi / (a**2 * b * along), rel=1e-9)
     assert found.C22 == pytest.approx(2 * np.pi / (a**2 * b * across), rel=1e-9)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.28, 0.5])
+@pytest.mark.parametrize("ratio", [1e-6, 1e-30, 1e-200])
+def test_original_coefficients_of_slender_contacts(ratio, nu):
+    """Their limits: long ones with a logarithm of the axial ratio, wide ones those of line contact."""
+    logarithm = math.log(4 / ratio)
+    long = vermeulen_johnson_coefficients(1e100, 1e100 * ratio, nu)
+    assert long.C11 == pytest.approx(math.pi / (ratio * (logarithm - 1 - nu)), rel=2 * ratio + 1e-14)
+    assert long.C22 == pytest.approx(math.pi / (ratio * ((1 - nu) * (logarithm - 1) + nu)), rel=2 * ratio + 1e-14)
+    wide = vermeulen_johnson_coefficients(1e100 * ratio, 1e100, nu)
+    assert wide.C11 == pytest.approx(math.pi / (1 - nu), rel=1e-5 * ratio**0.5 + 1e-14)
+    assert wide.C22 == pytest.approx(math.pi, rel=1e-5 * ratio**0.5 + 1e-14)
 
 
 def test_original_line_is_stiffer_than_the_linear_theory():

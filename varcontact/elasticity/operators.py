@@ -12,8 +12,11 @@ from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.scene.grid import Grid
 
-REMEMBERED = 3
-"""Number of restricted operators that an operator keeps."""
+REMEMBERED = 2
+"""Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""
+
+ROWS_AT_ONCE = 64
+"""Rows of elements of a dense matrix that are assembled in one go."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,14 +51,18 @@ class GridOperator:
         ny, nx = self.shape
         loaded = elements if loaded is None else loaded
         (iy, ix), (jy, jx) = np.divmod(elements, nx), np.divmod(loaded, nx)
-        offset = (iy * (2 * nx - 1) + ix)[:, None] - (jy * (2 * nx - 1) + jx) + (ny - 1) * (2 * nx - 1) + nx - 1
+        place, back = iy * (2 * nx - 1) + ix, jy * (2 * nx - 1) + jx - (ny - 1) * (2 * nx - 1) - nx + 1
         rows, columns = self.table.shape[:2]
-        n, m = offset.shape
-        matrix = np.empty((rows * n, columns * m))
-        for i in range(rows):
-            for j in range(columns):
-                np.take(self.table[i, j].ravel(), offset, out=matrix[i * n : (i + 1) * n, j * m : (j + 1) * m])
-        return matrix
+        n, m = elements.size, loaded.size
+        tables = self.table.reshape(rows, columns, -1)
+        matrix = np.empty((rows, n, columns, m))
+        for first in range(0, n, ROWS_AT_ONCE):  # their offsets take as much memory as a block of the matrix
+            part = slice(first, first + ROWS_AT_ONCE)
+            offset = place[part, None] - back
+            for i in range(rows):
+                for j in range(columns):
+                    matrix[i, part, j] = tables[i, j].take(offset)
+        return matrix.reshape(rows * n, columns * m)
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions on the whole grid, by zero-padded FFT.
@@ -110,6 +117,12 @@ class GridOperator:
             kept[:] = [operator, *(one for one in kept if one is not operator)][:REMEMBERED]
         return operator
 
+    def forget(self) -> None:
+        """Let go of the restricted operators that are remembered, and of their matrices."""
+        self.__dict__.pop("_kept", None)
+        for part in self.__dict__.pop("_parts", {}).values():
+            part.forget()
+
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
         return _fft_shape(*self.shape)
@@ -158,9 +171,9 @@ class RestrictedOperator:
         """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's ``cho_solve``."""
         from scipy.linalg import cho_factor
 
-        matrix = self.grid_operator.dense(self.elements)
-        lower: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
-        return lower
+        matrix = self.grid_operator.dense(self.elements).T  # which is the same, in the order that LAPACK has: no copy
+        factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
+        return factor
 
     @cached_property
     def diagonal(self) -> float:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, overload
 
 import numpy as np
 
-from varcontact.errors import OutputError, SceneError, VarcontactError
+from varcontact.errors import OutputError, SceneError
 from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
 from varcontact.io.outputs import (
     PATIENCE,
@@ -30,7 +30,7 @@ from varcontact.io.outputs import (
     replacing,
 )
 from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import AS_STORED, assembled, first_line, solution_from_bytes
+from varcontact.io.solution_file import AS_STORED, IMPOSSIBLE, assembled, first_line, solution_from_bytes
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -138,13 +138,13 @@ class Stored(Sequence[Solution]):
 
     def _read(self, k: int) -> Solution:
         """Step k as it is in the file."""
-        with _file(self.path) as file:
-            grid = Grid(**json.loads(file.grid))
-            names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
-            fields = {name: _native(file.variables[name][k]) for name in names}
-            record = file.variables["record"][k].tobytes()
-        approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
         with self._damaged_in(k):
+            with _file(self.path) as file:
+                grid = Grid(**json.loads(file.grid))
+                names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
+                fields = {name: _native(file.variables[name][k]) for name in names}
+                record = file.variables["record"][k].tobytes()
+            approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
             step = self.scene.step(k, grid)
             return assembled(step, grid, self.plan, fields, approach, creepage, json.loads(record))
 
@@ -153,7 +153,7 @@ class Stored(Sequence[Solution]):
         """Errors become those of a file that is damaged in step k."""
         try:
             yield
-        except (KeyError, TypeError, ValueError, VarcontactError) as error:
+        except IMPOSSIBLE as error:
             raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
 
     def series(self, name: str) -> np.ndarray:
@@ -347,7 +347,7 @@ def _stored(path: Path) -> Stored:
             if "start" in file.variables:
                 start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
                 scene = replace(scene, motion=replace(_motion(scene), start=start))
-        except (AttributeError, KeyError, TypeError, ValueError, VarcontactError) as error:
+        except IMPOSSIBLE as error:
             raise OutputError("path", path, f"is damaged ({first_line(error)})") from None
     return Stored(path, scene, plan, settings)
 

@@ -14,6 +14,7 @@ from varcontact.errors import OutputError, VarcontactError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
+from varcontact.io.seal import sealed, unsealed
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.solution import Solution, plain_calls
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from varcontact.results.history import History
 
 FORMAT = "varcontact solution 1"
+IMPOSSIBLE = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError, VarcontactError)
+"""What making a solution from a record that is damaged may raise."""
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
 FIELDS = {
@@ -180,10 +183,10 @@ def read(path: str | Path) -> Solution | History:
         raise OutputError("path", path, f"cannot be read ({error})") from None
     if stored_steps:
         return load_history(Path(path))
-    data = _data(path, path)
+    data = _data(path, Path(path).read_bytes())
     try:
         return replace(solution_from(data), note=AS_STORED)
-    except (KeyError, TypeError, ValueError, VarcontactError) as error:
+    except IMPOSSIBLE as error:
         raise damaged(path, error) from None
 
 
@@ -204,12 +207,16 @@ def damaged(path: str | Path, error: Exception) -> OutputError:
     return OutputError("path", path, f"is damaged ({first_line(error)})")
 
 
-def _data(path: str | Path, content: Any) -> xr.Dataset:
-    """The dataset in a file, or in the bytes of one."""
+def _data(path: str | Path, content: bytes) -> xr.Dataset:
+    """The dataset in the bytes of a file."""
     import xarray as xr
 
     try:
-        with xr.open_dataset(content, engine="h5netcdf") as opened:
+        whole = unsealed(content)
+    except ValueError as error:
+        raise damaged(path, error) from None
+    try:
+        with xr.open_dataset(io.BytesIO(whole), engine="h5netcdf") as opened:
             data: xr.Dataset = opened.load()
     except (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError) as error:  # all seen from HDF5
         raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
@@ -227,7 +234,7 @@ def solution_to_bytes(sol: Solution) -> bytes:
     """
     buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
     dataset(sol).to_netcdf(buffer, engine="h5netcdf")
-    return buffer.getvalue()
+    return sealed(buffer.getvalue())
 
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
@@ -245,7 +252,7 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
     OutputError
         If it holds no solution.
     """
-    return solution_from(_data(path, io.BytesIO(content)))
+    return solution_from(_data(path, content))
 
 
 def solution_from(data: xr.Dataset) -> Solution:

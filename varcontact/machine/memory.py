@@ -7,6 +7,9 @@ from pathlib import Path
 
 from varcontact.errors import TooLarge
 
+SMALLER = "a grid with fewer elements would fit"
+"""What would fit, where it is the grid that takes the memory."""
+
 
 def available() -> float:
     """Bytes of memory that this process can still take.

@@ -30,6 +30,12 @@ class _Limit:
         self._lock, self._inside = Lock(), 0
         self._lowered: Any = None
 
+    def hold(self) -> None:
+        self._lock.acquire()
+
+    def release(self) -> None:
+        self._lock.release()
+
     def enter(self) -> None:
         with self._lock:
             if self._inside == 0:
@@ -44,6 +50,8 @@ class _Limit:
 
 
 _LIMIT = _Limit()
+if hasattr(os, "register_at_fork"):  # a child forked while another thread holds the lock would wait for it for ever
+    os.register_at_fork(before=_LIMIT.hold, after_in_parent=_LIMIT.release, after_in_child=_LIMIT.release)
 
 
 @contextmanager

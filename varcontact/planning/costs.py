@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from varcontact.errors import SceneError
+from varcontact.machine.memory import SMALLER
 from varcontact.planning import memory
 from varcontact.planning.roads import ROADS
 from varcontact.scene.motion import Transient
@@ -124,11 +125,10 @@ def instead(method: str, elements: int, components: int = 1) -> str:
     components : int
         Of a traction.
     """
-    fewer = "a grid with fewer elements would fit"
-    if method in MATRIX_FREE:
-        return fewer
+    if method in MATRIX_FREE or elements == 0:
+        return SMALLER
     taken = memory.peak("newton", "", components * elements)
-    return f'"newton" needs about {taken / 2**30:.2g} GiB and {seconds_of("newton", "", elements):.2g} s; or {fewer}'
+    return f'"newton" needs about {taken / 2**30:.2g} GiB and {seconds_of("newton", "", elements):.2g} s; or {SMALLER}'
 
 
 def _cost(scene: Scene, plan: Plan) -> Cost:

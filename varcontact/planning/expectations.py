@@ -6,6 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.machine import memory
+from varcontact.machine.memory import need
+from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
 from varcontact.problem.contact_grid import enlarged, known_grid, wanted_grid
@@ -57,6 +60,51 @@ def expected_sizes(scene: Scene, plan: Plan) -> Sizes:
         moves = plan.loops
         counted = _at_most(scene, plan, grid.size if moves else _reachable(disc))
     return sizes_of(scene, plan, grid.shape, grid.sides, counted)
+
+
+def check_fits(scene: Scene, plan: Plan) -> None:
+    """Refuse what is known not to fit into memory, before any work is done for it.
+
+    Where the contact is not known before it is solved for, the solvers' own problems are held to what there is.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+        Without sizes.
+
+    Raises
+    ------
+    TooLarge
+        If the sizes are known, and need more memory than is available.
+    """
+    spec = wanted_grid(scene)
+    more = 0 if spec.explicit else 2 * spec.margin
+    shape = spec.rows + (0 if spec.line else more), spec.nx + more
+    if sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1])).peak <= memory.available():
+        return
+    check_sizes(plan, expected_sizes(scene, plan))
+
+
+def check_sizes(plan: Plan, sizes: Sizes) -> None:
+    """Refuse sizes that are known, and need more memory than there is.
+
+    Parameters
+    ----------
+    plan : Plan
+    sizes : Sizes
+
+    Raises
+    ------
+    TooLarge
+        Naming the stage that needs most, and what fits.
+    """
+    if not sizes.exact:
+        return
+    stage = sizes.hungriest
+    method, problem = (plan.normal, "normal") if stage == "normal" else (plan.tangential, "tangential")
+    what = f"the {stage} problem" if stage in sizes.elements else f"the {stage}"
+    need(what, sizes.peak, instead(method, sizes.elements.get(problem, 0), 1 if stage == "normal" else 2))
 
 
 def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:

@@ -198,7 +198,7 @@ def plan(
     SolverUnavailable
         If the package of a method is not installed.
     TooLarge
-        If not even the grid fits into memory. Whether solving does, is for `sizes.peak` to tell.
+        If not even the grid fits into memory. Whether solving does, `sizes.peak` tells; printed, the plan says so.
 
     Examples
     --------

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from varcontact.machine import memory
+
 if TYPE_CHECKING:
     from varcontact.planning.costs import Cost
     from varcontact.planning.plan import Plan
@@ -60,6 +62,9 @@ def _sizes(sizes: Sizes) -> list[tuple[str, str]]:
         rows.append((matrix.name, f"{matrix.kind}, {what}, {_bytes(matrix.bytes)}: {matrix.reason}"))
     stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
     rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
+    there = memory.available()
+    if sizes.peak > there:
+        rows.append(("", f"{'does' if sizes.exact else 'may'} not fit: {_bytes(there)} are available"))
     if not sizes.exact:
         rows.append(("", "upper bounds: the contact is not known until it is solved for"))
     return rows

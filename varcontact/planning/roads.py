@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
@@ -72,19 +72,16 @@ MANY_ELEMENTS = Road(
 def many_elements(scene: Scene) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
-    Only for like bodies, in a shift or steady rolling, with known coefficients of friction: it was measured there.
+    It holds for one problem, and for many in a row: of unlike bodies, under a law of friction, in a history.
 
     Parameters
     ----------
     scene : Scene
     """
-    if scene.under_law or not isinstance(scene.motion, Steady | Shift | None):
-        return False
-    if scene.bodies.K != 0 and not scene.frictionless:
-        return False
-    grid, hertz = given_grid(scene), scene.hertz
+    grid = given_grid(scene)
     if not grid.explicit:
         return grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows) > MANY
+    hertz = None if isinstance(scene.motion, Transient) else scene.hertz  # each step of a history has its own
     if hertz is None:
         return grid.size > MANY
     dx, dy = grid.sides

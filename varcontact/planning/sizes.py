@@ -87,6 +87,11 @@ class Sizes:
         """Bytes at the peak of the stage that needs most."""
         return max(self.memory.values())
 
+    @property
+    def hungriest(self) -> str:
+        """The stage that needs most."""
+        return max(self.memory, key=self.memory.__getitem__)
+
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Sizes:
         """From what `dataclasses.asdict` and JSON made of it.
@@ -180,8 +185,9 @@ def sizes_of(
         part = 2 if counted.mirrored else 1
         unknowns["tangential"] = counted.components * counted.tangential // part if plan.solves else 0
     matrices = (*_tables(scene, plan, shape), *_blocks(scene, plan, shape[0] * shape[1], counted))
-    tables = float(sum(matrix.bytes for matrix in matrices if matrix.kind == "table"))
-    stages = {name: tables + size for name, size in _stages(plan, unknowns, matrices).items()}
+    always: float = sum(matrix.bytes for matrix in matrices if matrix.kind == "table")
+    always += shape[0] * shape[1] * (memory.FIELD_BYTES + (0.0 if plan.theory is None else memory.THEORY_BYTES))
+    stages = {name: always + size for name, size in _stages(scene, plan, unknowns, counted, matrices).items()}
     return Sizes(shape, sides, elements, unknowns, counted.mirrored, matrices, stages, counted.exact)
 
 
@@ -249,17 +255,23 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
         yield block(name, "dense", m, m, "the joint program" if joint else "the certificate's bound on forces")
 
 
-def _stages(plan: Plan, unknowns: dict[str, int], matrices: tuple[Matrix, ...]) -> dict[str, float]:
-    """Bytes at the peak of each stage without the tables."""
-    stages = {}
+def _stages(
+    scene: Scene, plan: Plan, unknowns: dict[str, int], counted: Counted, matrices: tuple[Matrix, ...]
+) -> dict[str, float]:
+    """Bytes at the peak of each stage without tables and fields."""
+    stages, kept = {}, 0.0
     if not plan.closed_form:
-        stages["normal"] = memory.peak(plan.normal, plan.formulation, unknowns["normal"])
+        stages["normal"] = memory.peak(plan.normal, plan.formulation, unknowns["normal"], memory.NORMAL_BYTES)
+        if not states_programs(plan.normal) and plan.normal not in MATRIX_FREE:
+            kept = memory.KEPT_FACTORS * 8 * counted.contact**2
+        elif states_programs(plan.normal) and (plan.loops or scene.under_law):  # set-ups wait for the next pass
+            kept = stages["normal"]
     if unknowns.get("tangential"):
-        stages["tangential"] = memory.peak(plan.tangential, plan.formulation, unknowns["tangential"])
+        stages["tangential"] = kept + memory.peak(plan.tangential, plan.formulation, unknowns["tangential"])
     blocks = [matrix for matrix in matrices if matrix.kind == "dense"]
     for matrix in blocks:
         if matrix.name == "A_zt":
             stages["joint"] = memory.peak(plan.tangential, "complementary", matrix.rows + matrix.columns)
     judged = [matrix.bytes for matrix in blocks if matrix.name.startswith("A_tt")]
-    stages["certificate"] = memory.CERTIFICATE_MATRICES * max(judged, default=0.0)
+    stages["certificate"] = kept + memory.CERTIFICATE_MATRICES * max(judged, default=0.0)
     return stages

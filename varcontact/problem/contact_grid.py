@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.machine.memory import need
+from varcontact.machine.memory import SMALLER, need
 from varcontact.problem.containment import Box, contact_box
 from varcontact.scene.grid import Grid
 from varcontact.scene.likeness import left_out
@@ -37,7 +37,7 @@ def wanted_grid(scene: Scene) -> Grid:
     spec = _spec(scene)
     margin = 0 if spec.explicit else 2 * spec.margin
     size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
-    need("a grid of this size", size, "a grid with fewer elements would fit")
+    need("a grid of this size", size, SMALLER)
     return spec
 
 

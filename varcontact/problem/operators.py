@@ -169,6 +169,14 @@ class Operators:
         """
         return Operators(lattice, self.nu, self.K, self.depth)
 
+    def forget(self) -> None:
+        """Let go of the dense matrices and factors that were kept for the next pass; the tables stay.
+
+        They and their tables refer to each other: without it they would stay in memory until Python looks for cycles.
+        """
+        for operator in self._tables.values():
+            operator.forget()
+
     def same(self, lattice: Grid, nu: float, K: float, depth: float) -> bool:
         """Whether these are the operators of that lattice and those constants.
 

@@ -271,13 +271,13 @@ def check_samples(scene: Scene) -> None:
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
-    """The problems that a scene poses, one after the other."""
+    """The problems that a scene poses, one after the other; one for all steps that are the same."""
     motion = scene.motion
     if not isinstance(motion, Transient):
         yield _Problem(None, scene.surface, (scene.normal_force, scene.approach), scene.friction, motion)
         return
     surfaces, frictions = scene.surfaces, scene.frictions
-    for k in range(motion.steps):
+    for k in range(1 if motion.repeats else motion.steps):
         load = motion.of("normal_force", k), motion.of("approach", k)
         load = (scene.normal_force, scene.approach) if load == (None, None) else load
         # Without dq a step is as long as an element, which no rule depends on.

@@ -16,6 +16,9 @@ from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, S
 
 SPIN_OFFSET = 1 / 6
 
+MOST_STEPS = 1_000_000
+"""Steps of one history: they are looked through several times before the first is solved."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Steady:
@@ -262,7 +265,8 @@ spin_offset=0.16666666666666666)
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        set_(self, "steps", checks.whole("motion.steps", self.steps))
+        longer = "; a longer history goes on from the last step of another, its start"
+        set_(self, "steps", checks.whole("motion.steps", self.steps, most=MOST_STEPS, why=longer))
         for name, check in _ENTRIES.items():
             set_(self, name, self._checked(name, getattr(self, name), check))
         for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
@@ -296,7 +300,8 @@ spin_offset=0.16666666666666666)
         )
 
     def _check_apart(self, force: str, rigid: str) -> None:
-        for k in range(self.steps):
+        several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
+        for k in range(self.steps if several else 1):
             F, given = self.of(force, k), self.of(rigid, k)
             if F is not None and given != 0:
                 raise _both_given(f"motion.{force}[{k}]", F, f"motion.{rigid}[{k}]", given)
@@ -328,7 +333,13 @@ spin_offset=0.16666666666666666)
 
     def every(self, name: str) -> list[Any]:
         """Values of the entry `name`, one a step, in the entry's unit."""
-        return [self.of(name, k) for k in range(self.steps)]
+        value = getattr(self, name)
+        return list(value) if isinstance(value, tuple) else [value] * self.steps
+
+    @property
+    def repeats(self) -> bool:
+        """Whether every step is described by the same numbers."""
+        return self.surface is None and not any(isinstance(getattr(self, name), tuple) for name in _ENTRIES)
 
     def step(self, k: int, dx: float) -> TimeStep:
         """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx` [length]."""

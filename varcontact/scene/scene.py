@@ -137,9 +137,14 @@ class Scene:
         return [self.friction if f is None else f for f in self.motion.every("friction")]
 
     @property
+    def _different_frictions(self) -> list[float | np.ndarray | Law | None]:
+        """Each that occurs in some step, once."""
+        return list({id(f): f for f in self.frictions}.values())
+
+    @property
     def under_law(self) -> bool:
         """Whether the coefficient of friction follows a law, in some step where it is a history."""
-        return any(isinstance(f, Law) for f in self.frictions)
+        return any(isinstance(f, Law) for f in self._different_frictions)
 
     @property
     def surfaces(self) -> list[Surface]:
@@ -151,12 +156,12 @@ class Scene:
     @property
     def frictionless(self) -> bool:
         """Whether no tangential traction can arise."""
-        return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self.frictions)
+        return self.motion is None or all(bool(np.all(np.asarray(f) == 0)) for f in self._different_frictions)
 
     @property
     def no_slip(self) -> bool:
         """Whether friction is infinite."""
-        return all(isinstance(f, float) and math.isinf(f) for f in self.frictions)
+        return all(isinstance(f, float) and math.isinf(f) for f in self._different_frictions)
 
     def contact(self, k: int) -> tuple[Surface, float | None, float | None]:
         """What touches in a step of a history.

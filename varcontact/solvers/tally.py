@@ -1,9 +1,9 @@
-"""How often solvers are called, and for how long: counted at the solvers themselves."""
+"""How often solvers are called, for how long, and how far they are: told by the solvers themselves."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -30,6 +30,11 @@ class Calls:
 class Tally:
     """Adds up the calls of solvers by name: ``with tally.called("norm"): ...``.
 
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with how far a solver is, in words.
+
     Examples
     --------
     >>> tally = Tally()
@@ -39,9 +44,20 @@ class Tally:
     (1, 12)
     """
 
-    def __init__(self) -> None:
+    def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self.calls: dict[str, Calls] = {}
+        self._progress = progress
         self._inside: list[float] = []
+
+    def tell(self, words: str) -> None:
+        """Tell how far a solver is.
+
+        Parameters
+        ----------
+        words : str
+        """
+        if self._progress is not None:
+            self._progress(words)
 
     @contextmanager
     def called(self, name: str) -> Iterator[None]:

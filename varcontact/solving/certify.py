@@ -54,11 +54,13 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     posed = disc
     if disc.law is not None and plan.rubs:
         disc = disc.rubbing(coefficient(disc, state))
+    fields = state.pressure, state.approach, state.traction, state.rigid
+    lazily = plan.matrix_free and steps.certify == "auto"
     with steps.clock("certificate"):
-        fields = state.pressure, state.approach, state.traction, state.rigid
-        lazily = plan.matrix_free and steps.certify == "auto"
         certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
+    if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
+        certificate = certify_problems(disc, *fields, plan.closed_form, "full", lazily)
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)

@@ -99,6 +99,7 @@ def on_a_grid_that_holds_it(
             if overlap is None and closer is None:
                 return disc, state
             moved += 1
+        known.forget()
         if overlap is not None:
             grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
         elif closer is not None:

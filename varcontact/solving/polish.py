@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from varcontact.errors import SceneError, TooLarge
-from varcontact.machine.memory import need
+from varcontact.machine.memory import SMALLER, need
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
 from varcontact.problem.gap import magnitude, normal_residual, tangential_residual
@@ -213,7 +213,7 @@ def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
         formulation = "complementary" if problem.symmetric else "gap"
         try:
             peak = memory.peak(program, formulation, problem.rigid_shift.size)
-            need("the tangential program", peak, "a grid with fewer elements would fit")
+            need("the tangential program", peak, SMALLER)
         except TooLarge:
             return raw
         if formulation == "gap" and not problem.monotone:

@@ -12,6 +12,7 @@ from varcontact import checks
 from varcontact.errors import Saturated, SceneError
 from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.choice import make_plan
+from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
@@ -140,6 +141,7 @@ def solve(
     certify = level(certify)
     check_start(scene, start, plan.theory is not None)
     _check_saturation(scene)
+    check_fits(scene, plan)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
@@ -147,7 +149,10 @@ def solve(
     repeats = isinstance(scene.friction, Law) or plan.loops or plan.marches
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
     disc, state = on_a_grid_that_holds_it(scene, steps)
-    return judged(scene, disc, state, steps)
+    try:
+        return judged(scene, disc, state, steps)
+    finally:
+        disc.operators.forget()
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
@@ -183,7 +188,7 @@ def solve_many(
     """Solve a scene for one motion after the other, which differ in creepages or forces only.
 
     Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
-    each solution is where the next begins, with methods that can begin somewhere.
+    each begins, with methods that can begin somewhere, from the solution before with the nearest creepages.
 
     Parameters
     ----------
@@ -215,19 +220,42 @@ def solve_many(
     setups = Setups()
     disc: Discretisation | None = None
     state: ContactState | None = None
-    for motion in motions:
-        posed = replace(scene, motion=motion)
-        _check_saturation(posed)
-        steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify)
-        with one_blas_thread():
-            if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-                disc = disc.moved(motion)
-                state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
-            else:
-                known = None if disc is None else disc.operators
-                disc, state = on_a_grid_that_holds_it(posed, steps, known)
-            solution = judged(posed, disc, state, steps)
-        yield solution
+    solved: list[Solution] = []
+    creepages = np.empty((0, 3))
+    try:
+        for motion in motions:
+            posed = replace(scene, motion=motion)
+            _check_saturation(posed)
+            steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify)
+            with one_blas_thread():
+                if disc is not None and state is not None and motion is not None and plan.coupling == "none":
+                    disc = disc.moved(motion)
+                    near = solved[_nearest(_creepages(disc), creepages)].traction / disc.pressure
+                    state = replace(state, traction=near, iterations={}, status={}, solved={}, friction=None)
+                    state = contact(disc, steps, state)
+                else:
+                    check_fits(posed, plan)
+                    known = None if disc is None else disc.operators
+                    disc, state = on_a_grid_that_holds_it(posed, steps, known)
+                solution = judged(posed, disc, state, steps)
+            solved.append(solution)
+            creepages = np.vstack([creepages, _creepages(disc)])
+            yield solution
+    finally:
+        if disc is not None:
+            disc.operators.forget()
+
+
+def _creepages(disc: Discretisation) -> np.ndarray:
+    """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
+    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
+    return np.array([along_x, along_y, about_z * disc.length / 2])
+
+
+def _nearest(one: np.ndarray, others: np.ndarray) -> int:
+    """Which of several points is nearest to one: the last of these."""
+    distances = np.linalg.norm(others - one, axis=1)
+    return len(others) - 1 - int(np.argmin(distances[::-1]))
 
 
 def level(certify: str | None) -> str:
@@ -310,13 +338,16 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
     if isinstance(scene.friction, Law):
         disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
-    return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
+    try:
+        return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
+    finally:
+        disc.operators.forget()
 
 
 def _check_saturation(scene: Scene) -> None:
     """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction."""
     motion = scene.motion
-    if isinstance(motion, Transient):
+    if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
         for k, friction in enumerate(scene.frictions):
             size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
             if size > 0 and np.all(np.asarray(friction) == 0):

@@ -47,7 +47,10 @@ class Clock:
         problem : str
             "normal", "tangential", "joint", or "grid" before these.
         """
-        return self._tallies.setdefault(problem, Tally())
+        if problem not in self._tallies:
+            progress = self._progress
+            self._tallies[problem] = Tally(None if progress is None else lambda words: progress(f"{problem}: {words}"))
+        return self._tallies[problem]
 
     def adopt(self, problem: str, tally: Tally) -> None:
         """Count the calls of another clock as well, as those for a problem.

@@ -15,9 +15,10 @@ import numpy as np
 
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.io.history_file import Stored
+from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
-from varcontact.problem.contact_grid import common_grid, enlarged
+from varcontact.problem.contact_grid import common_grid, enlarged, wanted_grid
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.state import ContactState, unloaded
@@ -32,6 +33,9 @@ from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
+
+STEP_FIELDS, STEP_REST = 65.0, 1e4
+"""Bytes of a step in memory: by element, and for the rest."""
 
 
 def solve_transient(
@@ -82,25 +86,32 @@ def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, 
     from varcontact.solving.remeasured import with_measured_steps
 
     motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
+    if stored is None:
+        spec = wanted_grid(scene)
+        kept = motion.steps * (STEP_FIELDS * spec.nx * spec.rows + STEP_REST)
+        need("the history in memory", kept, "with store = a file, the steps are kept there")
     contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
     march = marching_on(scene, contacts[0], grid, steps)
     in_memory: list[Solution] = []
     history = History(scene, grid, in_memory if stored is None else stored, {"tol": steps.tol, "polish": steps.polish})
     before = march.start() if len(history) == 0 else history[-1]
-    for k in range(len(history), motion.steps):
-        try:
-            if progress is not None:
-                progress(f"{k} of {motion.steps} steps")
-            before = march.step(k, before)
-            if stored is None:
-                in_memory.append(before)
-            else:
-                stored.put(k, before)
-        except VarcontactError as error:
-            raise error.in_step(k, history) from error.__cause__
-        except KeyboardInterrupt:
-            raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
+    try:
+        for k in range(len(history), motion.steps):
+            try:
+                if progress is not None:
+                    progress(f"{k} of {motion.steps} steps")
+                before = march.step(k, before)
+                if stored is None:
+                    in_memory.append(before)
+                else:
+                    stored.put(k, before)
+            except VarcontactError as error:
+                raise error.in_step(k, history) from error.__cause__
+            except KeyboardInterrupt:
+                raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
+    finally:
+        march.disc.operators.forget()
     return history
 
 
@@ -279,6 +290,8 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
         return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
     plan = replace(steps.plan, tangential="none", coupling="none")
     discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
+    for disc in discs:
+        disc.operators.forget()
     grid = common_grid(scene, [disc.grid for disc in discs])
     if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
         return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around

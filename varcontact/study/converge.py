@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Interrupted, SceneError
+from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
+from varcontact.planning.expectations import check_fits
 from varcontact.problem.contact_grid import within
 from varcontact.problem.containment import Box, contact_box
 from varcontact.results.solution import Solution
@@ -26,6 +27,9 @@ from varcontact.study.convergence import COLUMNS, WORDS, Convergence
 from varcontact.study.store import Table, identity
 
 DEFAULT_METHOD = "tang-safeguarded"
+
+MOST_OFFSETS = 1000
+"""Offsets of one grid: the mean of so many has no noise left that matters."""
 
 
 def converge(
@@ -72,6 +76,8 @@ def converge(
         study, before any work starts.
     Interrupted
         On Ctrl-C: its `partial` is the Convergence of what was finished.
+    TooLarge
+        If a method is known to need more memory than there is on one of the grids, before any work starts.
     OutputError
         If the store cannot be written, or another run adds to it; it is left as it was.
 
@@ -96,7 +102,7 @@ def converge(
     methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
         raise SceneError("method", method, "one at least", message="no method to study: name at least one")
-    offsets, tol = checks.whole("offsets", offsets), checks.positive("tol", tol)
+    offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
     progress = checks.progress(progress)
     _check_free_of_one_grid(scene)
     key = identity(replace(scene, grid=_spec(scene, 1)), tol)
@@ -111,6 +117,8 @@ def converge(
                 message=f"store = {str(store)!r} holds a study of another scene or tol; name a new file",
             )
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
+        for n in numbers:
+            _check_fits(scene, n, [each for each in methods if (n, each.name, 0) not in known], offsets)
         try:
             box = contact_of(scene)
             for done, (n, each, i) in enumerate(wanted):
@@ -143,6 +151,19 @@ def _refining(cells: Iterable[int]) -> list[int]:
             message=f"cells = {numbers}: give at least one grid, each finer than the one before",
         )
     return numbers
+
+
+def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:
+    """Refuse a grid on which a method is known to need more memory than there is, before the first is solved."""
+    on_grid = replace(scene, grid=_spec(scene, cells + (offsets > 1)))
+    for method in methods:
+        try:
+            check_fits(on_grid, method.plan(on_grid))
+        except TooLarge as error:
+            what = f"cells = {cells}: {method.name}"
+            raise TooLarge(what, error.needed, error.available, "leave these cells out, or the method") from None
+        except (SceneError, SolverUnavailable):
+            continue  # the table will say so
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:

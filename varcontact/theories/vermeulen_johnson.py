@@ -72,13 +72,16 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     """
     g = positive("b", b) / positive("a", a)
     nu = float(numbers_within("nu", number("nu", nu), 0.0, 0.5))
-    # periodic and even: the trapezoidal rule is exact to rounding with these many points
-    points = 64 * math.ceil(max(g, 1 / g))
-    s = (np.arange(points) + 0.5) * math.pi / (2 * points)
-    sine, root = np.sin(s) ** 2, np.sqrt((g * np.sin(s)) ** 2 + np.cos(s) ** 2)
-    along = np.mean(((1 - 3 * nu) * sine + 3 * nu * sine**2) / root)
-    across = np.mean((1 - nu) * sine / root + nu * g**2 * sine**2 / root**3)
-    return VermeulenJohnsonCoefficients(float(2 / (g * along)), float(2 / (g * across)))
+    # In u = ln tan s the integrands are analytic for |Im u| < pi/2 and decay exponentially: the trapezoidal rule with
+    # a step of 3/16 is exact to rounding, and a slender contact takes a few points more, not many times as many.
+    step, end = 0.1875, 40.0 + max(0.0, -math.log(g))
+    u = np.arange(-20.0, end, step)
+    sine, cosine = np.exp(-0.5 * np.logaddexp(0.0, -2 * u)), np.exp(-0.5 * np.logaddexp(0.0, 2 * u))
+    root = np.hypot(g * sine, cosine)  # N^(1/2)
+    weight = step * sine * cosine * (g / root)  # g N^(-1/2) ds
+    along = np.sum(weight * sine**2 * (1 - 3 * nu * cosine**2))
+    across = np.sum(weight * sine**2 * ((1 - nu) + nu * (g * sine / root) ** 2))
+    return VermeulenJohnsonCoefficients(float(math.pi / along), float(math.pi / across))
 
 
 def vermeulen_johnson(

@@ -52,6 +52,9 @@ def _clarabel(tol: float) -> dict[str, Any]:
         # to 1e-8, for twice the iterations.
         "max_step_fraction": 0.75 if asked < 1e-10 else 0.99,
         "direct_solve_method": "faer",  # dense factors: several times faster than qdldl
+        # Its pool of threads does not survive a fork: the child would wait for it for ever. And the same digits come
+        # out of any number of cores.
+        "max_threads": 1,
     }
 
 

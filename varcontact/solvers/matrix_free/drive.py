@@ -95,7 +95,7 @@ def driven(
         raw = posed.solved(at, tol)
         spent += steps + raw.iterations
     raw = replace(raw, iterations=spent)
-    if size > DENSE:
+    if size > DENSE or (raw.solved and settings.rough):
         return raw
     if raw.solved:
         fine = posed.solved(posed.begun(raw), max(REFINED * tol, LEAST), REFINING)

@@ -214,6 +214,8 @@ def newton(
             at, now = _balanced(conditions, at, now, in_any_case=count == 0)
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count)
+        ny, nx = at.traction.shape[1:]
+        tally.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         if now.residual < least:
             best, least = at, now.residual
         if now.residual <= goal:

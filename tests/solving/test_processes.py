@@ -1,0 +1,52 @@
+"""A scene solved in other processes and threads: none waits for ever, and all digits are the same."""
+
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import multiprocessing
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import varcontact as vc
+
+def solved(method):
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.2), normal_force=1.0, friction=0.3,
+        motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(nx=14, ny=14))
+    sol = vc.solve(scene, method=method)
+    return sol.pressure.tobytes() + sol.traction.tobytes()
+
+if __name__ == "__main__":
+    way, methods = sys.argv[1], ["convex", "active-set"] * 2
+    here = [solved(method) for method in methods]
+    if way == "threads":
+        with ThreadPoolExecutor(2) as threads:
+            there = list(threads.map(solved, methods))
+    else:
+        with multiprocessing.get_context(way).Pool(2) as processes:
+            there = processes.map_async(solved, methods).get(timeout=120)
+    print("the same" if here == there else "other digits")
+"""
+
+
+@pytest.mark.parametrize("way", ["fork", "spawn", "forkserver", "threads"])
+def test_the_same_digits_wherever_a_scene_is_solved(tmp_path, way):
+    """After solves in the parent, whose solvers may have left threads and locks that a fork does not take along."""
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM)
+    done = subprocess.run([sys.executable, program, way], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "the same\n", "")
+
+
+def test_no_thread_is_left_behind(tmp_path):
+    """A fork takes along the thread that calls it, and no other: Clarabel's would be missed."""
+    code = (
+        f"{PROGRAM.split('if __name__')[0]}\nimport psutil\nsolved('active-set')\n"
+        "before = psutil.Process().num_threads()\nsolved('convex')\n"
+        "print(psutil.Process().num_threads() - before)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "0\n"
