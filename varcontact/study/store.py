@@ -94,7 +94,9 @@ def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: s
         return []
     try:
         # a scene may be called "NA": only empty figures are missing
-        table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
+        table = pd.read_csv(
+            store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], float_precision="round_trip"
+        )
         table[[name for name in LATER if name in columns and name not in table]] = ""
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
