@@ -205,6 +205,7 @@ def _short(value: Any) -> str:
     """A value as Python writes it, cut where it is long."""
     try:
         text = repr(value.item() if hasattr(value, "dtype") and getattr(value, "shape", None) == () else value)
+        text = " ".join(text.split())  # arrays come in lines
     except RecursionError:
         text = f"a {type(value).__name__}, nested deep"
     except Exception:  # an int of thousands of digits, or an object that cannot describe itself
