@@ -75,7 +75,7 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     import tomllib
 
     path = checks.file_name("path", path)
-    text = text_of("scene file", path, SCENE_BYTES)
+    text = text_of("scene file", path, SCENE_BYTES, "a TOML file")
     try:
         table = tomllib.loads(text)
     except RecursionError:
@@ -228,7 +228,7 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimens
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
-        lines = text_of(f"{field}.file =", path).splitlines()
+        lines = text_of(f"{field}.file", path).splitlines()
         return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=dimensions)
     except SceneError:
         raise

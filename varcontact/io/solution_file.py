@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
-from varcontact.io.reading import reading, regular
+from varcontact.io.reading import first_line, reading, regular
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
@@ -197,12 +198,31 @@ def _data(path: str | Path, content: Any) -> xr.Dataset:
     """The dataset in a file, or in the bytes of one."""
     import xarray as xr
 
-    with reading(path, "cannot be read as netCDF"), xr.open_dataset(content, engine="h5netcdf") as opened:
+    _check_opens(path, content)
+    with (
+        reading(path, "cannot be read as netCDF"),
+        xr.open_dataset(content, engine="h5netcdf", phony_dims="sort") as opened,
+    ):
         need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
         data: xr.Dataset = opened.load()
     if data.attrs.get("format") != FORMAT:
         raise OutputError("path", path, f"is not a {FORMAT!r} file")
     return data
+
+
+def _check_opens(path: str | Path, content: Any) -> None:
+    """Refuse what h5netcdf cannot open: half made, its file would print a traceback when it is let go of."""
+    import h5netcdf
+
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        h5netcdf.File(content, "r", phony_dims="sort").close()
+        return
+    except Exception as error:
+        reason = first_line(error)
+    finally:
+        sys.unraisablehook = hook
+    raise OutputError("path", path, f"cannot be read as netCDF ({reason})")
 
 
 def solution_to_bytes(sol: Solution) -> bytes:
