@@ -46,7 +46,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=0, help="which cases (default 0)")
     parser.add_argument("--cases", type=int, default=100, help="how many (default 100)")
     parser.add_argument("--first", type=int, default=0, help="number of the first case (default 0)")
-    parser.add_argument("--seconds-per-case", type=float, default=60.0, help="after which it FAILED (default 60)")
+    parser.add_argument("--seconds-per-case", type=float, default=60.0, help="of processor time (default 60)")
     parser.add_argument("--verbose", action="store_true", help="also what did not converge, and failed cases in full")
     return parser
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import import_module
 
 from tests.extremes.worker import Worker
 from tests.fuzz.outcome import FAILED, PASSED, VERDICTS, Outcome
+
+PATIENCE = 10.0
+"""How many times its processor time a case may take, on a machine that has other work too."""
+LONGEST = 1.0
+"""Seconds of processor time within which bad input has to be refused."""
 
 CAMPAIGNS = {
     "scenes": "solving",
@@ -19,19 +26,36 @@ CAMPAIGNS = {
 """The campaigns by name, and the module whose `case` draws and judges one."""
 
 
-def attempt(campaign: str, seed: int, number: int) -> Outcome:
-    """One case of a campaign, in this process."""
+def attempt(campaign: str, seed: int, number: int, seconds: float = 0.0) -> Outcome:
+    """One case of a campaign, in this process, which ends after so many seconds of processor time where they are given.
+
+    Processor time, because a busy machine is no fault.
+    """
     judged: Callable[[int, int], Outcome] = import_module(f"tests.fuzz.{CAMPAIGNS[campaign]}").case
-    return judged(seed, number)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        return judged(seed, number)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 def run(campaign: str, seed: int, first: int, cases: int, seconds: float) -> Iterator[tuple[int, Outcome]]:
-    """The cases of a campaign and what came of them, in their order; no end within the time limit is a failure."""
+    """The cases of a campaign and what came of them, in their order.
+
+    It is a failure to take more `seconds` of processor time, or to wait for ever.
+    """
     with Worker(attempt) as worker:
-        worker.ask((campaign, seed, first), max(seconds, 60.0))  # what is imported at first is no part of a case
+        warm = False
         for number in range(first, first + cases):
-            outcome, words = worker.ask((campaign, seed, number), seconds)
-            yield number, outcome if words == "" else Outcome(FAILED, words)
+            if not warm:  # what is imported at first is no part of a case
+                worker.ask((campaign, seed, number, 60.0), PATIENCE * 60.0)
+            outcome, words = worker.ask((campaign, seed, number, seconds), PATIENCE * seconds)
+            warm = words == ""
+            if words:
+                outcome = Outcome(FAILED, words)
+            elif outcome.seconds > LONGEST:
+                outcome = replace(outcome, verdict=FAILED, reason=f"after {outcome.seconds:.1f} s: {outcome.reason}")
+            yield number, outcome
 
 
 def report(campaign: str, outcomes: list[Outcome]) -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import time
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+
+import varcontact as vc
 
 PASSED, REFUSED, UNSOLVED, FAILED = "passed", "refused", "not converged and said so", "FAILED"
 VERDICTS = (PASSED, REFUSED, UNSOLVED, FAILED)
@@ -24,11 +27,14 @@ class Outcome:
         Of a refusal, its text; of a failure, what is wrong.
     case : str
         What the case was, in words.
+    seconds : float
+        Of a refusal of bad input, the processor time that it took.
     """
 
     verdict: str
     reason: str = ""
     case: str = ""
+    seconds: float = 0.0
 
 
 def crashed(error: BaseException, case: str) -> Outcome:
@@ -44,3 +50,22 @@ def numbers_that_overflow_are_errors() -> Iterator[None]:
         warnings.simplefilter("ignore")
         warnings.simplefilter("error", RuntimeWarning)
         yield
+
+
+@contextmanager
+def processor_seconds() -> Iterator[Callable[[], float]]:
+    """A function: the processor time since the beginning, which does not depend on what else the machine does."""
+    begun = time.process_time()
+    yield lambda: time.process_time() - begun
+
+
+def says_what(error: vc.VarcontactError) -> str:
+    """What is wrong with an error of ours as to what it tells: nothing, where its message names the field."""
+    message, field = str(error), getattr(error, "field", None)
+    if not message or "Traceback" in message:
+        return f"an error without a message: {error!r}"
+    if len(message) > 2000:
+        return f"a message of {len(message)} characters: {message[:200]}"
+    if isinstance(field, str) and not any(part.strip() in message for part in field.split(",")):
+        return f"the message does not name {field!r}: {message[:300]}"
+    return ""

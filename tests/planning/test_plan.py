@@ -148,7 +148,8 @@ def test_planning_takes_no_influence_numbers_where_closed_forms_tell(rolling, as
     assert not operators
     assert not blocks
     vc.plan(rolling(surface=SAMPLES, grid=EXPLICIT))
-    assert [operator.table.size for _, operator in operators] == [1], "one element's influence on itself"
+    sizes = {operator.table.size for _, operator in operators}
+    assert sizes == {1}, "one element's influence on itself, for each method whose cost is told"
 
 
 def test_what_a_scene_does_not_require_is_not_built(rolling):
@@ -275,8 +276,9 @@ def test_a_history_is_planned_by_bounds_of_its_steps(rolling, assembled, changes
     listed = [matrix for matrix in plan.sizes.matrices if matrix.kind == "table"]
     taken = sum({name: operator.table.nbytes + operator._kernel.nbytes for name, operator in of_grid}.values())
     assert taken == pytest.approx(sum(matrix.bytes for matrix in listed), rel=0.2)
-    largest = max(matrix.rows for matrix in plan.sizes.matrices if matrix.kind == "dense")
-    assert max(shape[0] for _, shape in blocks) <= largest
+    largest = max((matrix.rows for matrix in plan.sizes.matrices if matrix.kind == "dense"), default=0)
+    assert max((shape[0] for _, shape in blocks), default=0) <= largest
+    assert plan.matrix_free or blocks
 
 
 def test_plan_names_the_loop_of_a_law(rolling):

@@ -7,6 +7,7 @@ import varcontact as vc
 from varcontact.planning.roads import MANY
 
 MANY_CELLS = vc.Grid(nx=40, ny=40)
+UNLIKE, BALL = vc.Bodies(G=(1.0, 3.0), nu=0.3), vc.Paraboloids(1.0, 1.0)
 TWO_ARCS = np.minimum((np.linspace(-2, 2, 15) - 0.5) ** 2, (np.linspace(-2, 2, 15) + 0.5) ** 2)
 SAMPLES = vc.SampledDistance(
     TWO_ARCS[:, None] + np.linspace(-2, 2, 15) ** 2 / 2, x=np.linspace(-2, 2, 15), y=np.linspace(-2, 2, 15)
@@ -29,6 +30,40 @@ def test_auto_with_many_elements(rolling, changes):
     assert (plan.normal, plan.tangential, plan.fallback) == ("hertz", "newton", "clarabel")
     assert plan.matrix_free
     assert "without a matrix" in plan.reasons["tangential"]
+    assert "a symmetric contact as a whole" in plan.reasons["tangential"]
+    assert not plan.sizes.mirrored
+
+
+@pytest.mark.parametrize(
+    ("changes", "normal", "kind"),
+    [
+        ({"bodies": UNLIKE}, "newton", {"coupling": "panagiotopoulos"}),
+        ({"bodies": UNLIKE, "motion": vc.Shift(ux=0.01)}, "newton", {"coupling": "panagiotopoulos"}),
+        ({"friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, "hertz", {"friction": "static-kinetic"}),
+        ({"surface": BALL, "motion": vc.Transient(steps=2, vx=0.01)}, "hertz", {"motion": "transient"}),
+        ({"surface": BALL, "bodies": UNLIKE, "motion": vc.Transient(steps=2, vx=0.01)}, "newton", {"bodies": "unlike"}),
+        (
+            {"surface": BALL, "normal_force": None, "motion": vc.Transient(steps=2, vx=0.01, normal_force=[1.0, 2.0])},
+            "hertz",
+            {"motion": "transient"},
+        ),
+    ],
+)
+@pytest.mark.parametrize("grid", [MANY_CELLS, vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)])
+def test_auto_with_many_elements_in_loops(rolling, changes, normal, kind, grid):
+    """Unlike bodies, laws of friction and histories, too."""
+    plan = vc.plan(rolling(grid=grid, **changes))
+    assert (plan.normal, plan.tangential) == (normal, "newton")
+    assert {name: getattr(plan, name) for name in kind} == kind
+    assert "the fastest for so many elements" in plan.reasons["tangential"]
+    assert "newton: Newton's method without a matrix" in str(plan)
+
+
+def test_auto_with_many_elements_jointly(rolling):
+    plan = vc.plan(rolling(grid=MANY_CELLS, bodies=UNLIKE), coupling="joint")
+    assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "joint")
+    few = vc.plan(rolling(bodies=UNLIKE), coupling="joint")
+    assert (few.normal, few.tangential) == ("clarabel", "clarabel")
 
 
 @pytest.mark.parametrize(
@@ -36,15 +71,23 @@ def test_auto_with_many_elements(rolling, changes):
     [
         ({"grid": vc.Grid(nx=17, ny=17)}, {}),
         ({"grid": vc.Grid(nx=80, ny=80, dx=0.25, dy=0.25, x0=-10.0, y0=-10.0)}, {}),  # of which few are in contact
-        ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3), "surface": vc.Paraboloids(1.0, 1.0)}, {}),
-        ({"grid": MANY_CELLS, "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
-        ({"grid": MANY_CELLS, "surface": vc.Paraboloids(1.0, 1.0), "motion": vc.Transient(steps=2, vx=0.01)}, {}),
+        ({"grid": vc.Grid(nx=17, ny=17), "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {}),
+        ({"grid": vc.Grid(nx=17, ny=17), "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
+        ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {"method": "active-set"}),
         ({"grid": MANY_CELLS}, {"method": "active-set"}),
         ({"grid": MANY_CELLS}, {"formulation": "marching", "tangential": "tang-safeguarded"}),
     ],
 )
-def test_where_it_is_not_measured_or_not_asked_for(rolling, changes, choices):
+def test_with_few_elements_or_where_it_is_not_asked_for(rolling, changes, choices):
     assert vc.plan(rolling(**changes), **choices).tangential == "tang-safeguarded"
+
+
+@pytest.mark.parametrize(
+    ("cells", "dq", "solver"), [(40, 2e-3, "tang-safeguarded"), (40, 4e-3, "newton"), (60, 2e-3, "newton")]
+)
+def test_short_steps_belong_to_active_sets_where_these_are_not_too_slow(rolling, cells, dq, solver):
+    scene = rolling(surface=vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.01, dq=dq), grid=vc.Grid(nx=cells, ny=cells))
+    assert vc.plan(scene).tangential == solver
 
 
 def test_samples_with_many_elements(rolling):
@@ -54,7 +97,14 @@ def test_samples_with_many_elements(rolling):
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"motion": vc.Steady(Fx=-0.2, spin=0.05)}, {"motion": vc.Shift(ux=0.05, uy=-0.02)}, {"surface": SAMPLES}],
+    [
+        {},
+        {"motion": vc.Steady(Fx=-0.2, spin=0.05)},
+        {"motion": vc.Shift(ux=0.05, uy=-0.02)},
+        {"surface": SAMPLES},
+        {"bodies": UNLIKE},
+        {"friction": vc.ExponentialFalling(static=0.4, kinetic=0.3, half_velocity=0.05)},
+    ],
 )
 def test_both_have_the_same_answer(rolling, monkeypatch, changes):
     monkeypatch.setattr("varcontact.planning.roads.MANY", 100)

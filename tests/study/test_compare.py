@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -48,6 +49,18 @@ def test_these_solve_every_scene(small_bank, method):
     rows = small_bank[small_bank["method"] == method]
     assert set(rows["outcome"]) == {"solved"}, rows[["scene", "reason"]].to_string()
     assert len(rows) == 14
+
+
+def test_newton_solves_every_scene():
+    """Both problems without a matrix, in passes where the bodies differ."""
+    table = vc.compare(vc.standard_bank(cells=6), ["tang-safeguarded", "newton"], tol=1e-8)
+    assert set(table["outcome"]) == {"solved"}, table[["scene", "reason"]].to_string()
+    assert (table["residual"] <= 1e-8).all()
+    assert table["force_distance"].max() < 1e-7
+    assert table["traction_distance"].max() < 1e-7
+    called = table.set_index(["scene", "method"])["calls"]
+    assert called["pure vx", "newton"] == "normal: hertz 1; tangential: newton 1"
+    assert re.fullmatch(r"normal: newton \d+; tangential: newton \d+", called["unlike bodies", "newton"])
 
 
 def test_what_is_not_solved_says_so(small_bank):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.solvers.matrix_free.kernel import Kernel
 
 GRID = vc.Grid(nx=8, ny=8)
 CREEPAGES = [(0.01, 0.0, 0.0), (0.05, -0.02, 0.03), (0.2, 0.1, 0.0), (0.0, 0.0, 0.0), (-0.03, 0.01, 0.1)]
@@ -13,6 +14,7 @@ METHODS = [
     ({"tangential": "clarabel"}, 1e-11),
     ({"tangential": "scs", "polish": False, "tol": 1e-4}, 1e-4),
     ({"tangential": "tang-safeguarded"}, 1e-11),
+    ({"tangential": "newton"}, 1e-8),
 ]
 
 
@@ -35,7 +37,7 @@ def test_a_scan_is_its_single_solves(rolling, kind, arguments, tol):
         np.testing.assert_array_equal(sol.pressure, single.pressure)
 
 
-@pytest.mark.parametrize("tangential", ["clarabel", "tang-safeguarded"])
+@pytest.mark.parametrize("tangential", ["clarabel", "tang-safeguarded", "newton"])
 def test_unlike_bodies(rolling, tangential, check_kkt):
     scene = rolling(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)), grid=GRID)
     triples = CREEPAGES[:3]
@@ -45,6 +47,30 @@ def test_unlike_bodies(rolling, tangential, check_kkt):
         check_kkt(sol, 1e-8)
         np.testing.assert_allclose(sol.traction, single.traction, atol=1e-8)
         np.testing.assert_allclose(sol.pressure, single.pressure, atol=1e-8)
+
+
+def test_each_begins_from_the_nearest_before(rolling):
+    """Not from the last one: on the way back, creepages that were seen before take hardly any steps."""
+    scene = rolling(grid=vc.Grid(nx=14, ny=14))
+    there = [(0.02, 0.0, 0.0), (0.06, -0.02, 0.0), (0.06, -0.02, 0.2), (-0.1, 0.1, 0.0)]
+    back = [(vx, vy * (1 + 1e-6), spin) for vx, vy, spin in there[::-1]]
+    scanned = vc.scan(scene, there + back, tangential="newton")
+    first, again = (sum(sol.iterations["tangential"] for sol in part) for part in (scanned[1:4], scanned[5:]))
+    assert again <= 8 < first / 2
+    for one, other in zip(scanned[:4], scanned[:3:-1], strict=True):
+        np.testing.assert_allclose(one.traction, other.traction, rtol=0, atol=1e-5 * one.traction_bound.max())
+
+
+def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):
+    made = []
+
+    def counted(numbers):
+        made.append(numbers.shape)
+        return Kernel(numbers)
+
+    monkeypatch.setattr("varcontact.solvers.matrix_free.kernel.Kernel", counted)
+    vc.scan(rolling(grid=vc.Grid(nx=25, ny=25)), CREEPAGES, tangential="newton")
+    assert len(made) == 2  # of both levels
 
 
 def test_order_does_not_matter(rolling):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from varcontact.checks import LARGE
 from varcontact.problem.certificate import LEVELS
 from varcontact.problem.slip import EXTERIOR, SLIP, STICK
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.motion import Steady
 
 ROUNDED = 1e-9
@@ -28,11 +31,38 @@ def check_plausible(sol: Solution) -> None:
     ValueError
         Saying what cannot be.
     """
+    _check_account(sol)
+    _check_sizes(sol)
     _check_certificate(sol)
     _check_bounds(sol)
     _check_areas(sol)
     _check_approach(sol)
     _check_creepage(sol)
+
+
+def _check_account(sol: Solution) -> None:
+    """How a solution was found: words and numbers where the report has them."""
+    plan, calls = sol.plan, [each for solvers in sol.calls.values() for each in solvers.values()]
+    words = [plan.normal, plan.tangential, plan.coupling, plan.formulation, plan.method, *plan.special]
+    words += [*plan.reasons.values(), *sol.status.values(), *sol.solved_by.values()]
+    if not all(isinstance(word, str) for word in words):
+        raise ValueError("methods or solvers' words that are no words")
+    numbers = [plan.left_out, *sol.iterations.values(), *sol.timing.values()]
+    numbers += [number for each in calls for number in (each.count, each.iterations, each.seconds)]
+    if not all(type(number) in (int, float) and 0 <= number < math.inf for number in numbers):
+        raise ValueError("iterations or times that are not numbers, zero or positive")
+    if "total" not in sol.timing:
+        raise ValueError("no time in total")
+    if sol.branch and not (sol.branch in BRANCHES and isinstance(sol.scene.friction, Law)):
+        raise ValueError(f"a branch {sol.branch[:20]!r} under no law of friction that has one")
+
+
+def _check_sizes(sol: Solution) -> None:
+    """Numbers whose products with others stay within floating point."""
+    largest = max(float(np.abs(field).max()) for field in (sol.pressure, sol.traction, sol.slip, sol.distance))
+    numbers = np.abs([largest, sol.approach, *sol.creepage])
+    if np.any(numbers[np.isfinite(numbers)] > LARGE**2):
+        raise ValueError("numbers beyond those that can be computed with")
 
 
 def _check_certificate(sol: Solution) -> None:

@@ -17,6 +17,7 @@ from varcontact.io.outputs import check_ending, check_replaceable, check_writabl
 from varcontact.io.plausible import check_plausible
 from varcontact.io.reading import first_line, reading, regular
 from varcontact.io.scene_file import scene_from, scene_to
+from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
@@ -189,19 +190,23 @@ def read(path: str | Path) -> Solution | History:
         raise OutputError("path", path, f"cannot be read ({error})") from None
     if stored_steps:
         return load_history(path)
-    data = _data(path, path)
+    with reading(path, "cannot be read"):
+        content = path.read_bytes()
+    data = _data(path, content)
     with reading(path):
         return replace(solution_from(data), note=AS_STORED)
 
 
-def _data(path: str | Path, content: Any) -> xr.Dataset:
-    """The dataset in a file, or in the bytes of one."""
+def _data(path: str | Path, content: bytes) -> xr.Dataset:
+    """The dataset in the bytes of a file."""
     import xarray as xr
 
-    _check_opens(path, content)
+    with reading(path):
+        whole = unsealed(content)
+    _check_opens(path, whole)
     with (
         reading(path, "cannot be read as netCDF"),
-        xr.open_dataset(content, engine="h5netcdf", phony_dims="sort") as opened,
+        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
     ):
         need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
         data: xr.Dataset = opened.load()
@@ -210,13 +215,13 @@ def _data(path: str | Path, content: Any) -> xr.Dataset:
     return data
 
 
-def _check_opens(path: str | Path, content: Any) -> None:
+def _check_opens(path: str | Path, content: bytes) -> None:
     """Refuse what h5netcdf cannot open: half made, its file would print a traceback when it is let go of."""
     import h5netcdf
 
     hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
     try:
-        h5netcdf.File(content, "r", phony_dims="sort").close()
+        h5netcdf.File(io.BytesIO(content), "r", phony_dims="sort").close()
         return
     except Exception as error:
         reason = first_line(error)
@@ -234,7 +239,7 @@ def solution_to_bytes(sol: Solution) -> bytes:
     """
     buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
     dataset(sol).to_netcdf(buffer, engine="h5netcdf")
-    return buffer.getvalue()
+    return sealed(buffer.getvalue())
 
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
@@ -252,7 +257,7 @@ def solution_from_bytes(path: Path, content: bytes) -> Solution:
     OutputError
         If it holds no solution.
     """
-    return solution_from(_data(path, io.BytesIO(content)))
+    return solution_from(_data(path, content))
 
 
 def solution_from(data: xr.Dataset) -> Solution:

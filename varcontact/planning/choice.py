@@ -72,10 +72,12 @@ def make_plan(
     if effect:
         scene = replace(scene, bodies=scene.bodies.alike)
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
-    if method == "auto" and (coupling == "joint" or not (formulation == "auto" or steps)):
+    if method == "auto" and not (formulation == "auto" or steps):
         way = road("convex")  # what is asked for, only programs have
     elif method == "auto" and not steps and many_elements(scene):
         way = MANY_ELEMENTS
+    elif method == "auto" and coupling == "joint":
+        way = road("convex")
     chosen["normal"], reasons["normal"] = _normal(scene, normal, way)
     check_on_road(method, "normal", normal)
     _check_edge(scene, chosen["normal"], reasons["normal"])
@@ -213,7 +215,8 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
         of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
         return way.tangential, of_motion.get(type(scene.motion), "the SOCP of a shift")
     fails = "; where that fails, the program is solved" if way.fallback != "none" else ""
-    return way.tangential, f"{_how(way.tangential)}{fails}"
+    whole = "; a symmetric contact as a whole" if way.tangential in MATRIX_FREE else ""
+    return way.tangential, f"{_how(way.tangential)}{whole}{fails}"
 
 
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:

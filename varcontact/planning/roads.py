@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
@@ -69,26 +69,37 @@ MANY_ELEMENTS = Road(
 """What "auto" stands for with so many elements."""
 
 
+SHORT, TOO_MANY = 0.05, 2000
+"""A step of steady rolling by the length of an element, below which Newton's method takes longer than active sets, and
+the elements beyond which these take hours."""
+
+
 def many_elements(scene: Scene) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
-    Only for like bodies, in a shift or steady rolling, with known coefficients of friction: it was measured there.
+    It holds for one problem, and for many in a row: of unlike bodies, under a law of friction, in a history.
 
     Parameters
     ----------
     scene : Scene
     """
-    if scene.under_law or not isinstance(scene.motion, Steady | Shift | None):
-        return False
-    if scene.bodies.K != 0 and not scene.frictionless:
-        return False
-    grid, hertz = given_grid(scene), scene.hertz
+    count, dx = _elements(scene)
+    motion = scene.motion
+    short = isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx
+    return count > (TOO_MANY if short else MANY)
+
+
+def _elements(scene: Scene) -> tuple[float, float]:
+    """The number of elements in contact, about, and their length along x; zero where that is not known."""
+    grid = given_grid(scene)
+    hertz = None if isinstance(scene.motion, Transient) else scene.hertz  # each step of a history has its own
     if not grid.explicit:
-        return grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows) > MANY
-    if hertz is None:
-        return grid.size > MANY
+        count = grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows)
+        return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
     dx, dy = grid.sides
-    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx > MANY
+    if hertz is None:
+        return grid.size, dx
+    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx, dx
 
 
 def road(method: str) -> Road:

@@ -22,9 +22,12 @@ class Settings:
         Where solvers keep their set-ups for the next problem of the same structure.
     tally : Tally
         Where their calls are counted.
+    rough : bool
+        Whether the answer is one of many passes, and nothing beyond `tol` is of use.
     """
 
     tol: float = 1e-8
     formulation: str = "auto"
     setups: Setups | None = None
     tally: Tally = field(default_factory=Tally)
+    rough: bool = False

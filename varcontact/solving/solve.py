@@ -191,7 +191,7 @@ def solve_many(
     """Solve a scene for one motion after the other, which differ in creepages or forces only.
 
     Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
-    each solution is where the next begins, with methods that can begin somewhere.
+    each begins, with methods that can begin somewhere, from the solution before with the nearest creepages.
 
     Parameters
     ----------
@@ -223,6 +223,8 @@ def solve_many(
     setups = Setups()
     disc: Discretisation | None = None
     state: ContactState | None = None
+    solved: list[Solution] = []
+    creepages = np.empty((0, 3))
     try:
         for motion in motions:
             posed = replace(scene, motion=motion)
@@ -231,16 +233,32 @@ def solve_many(
             with one_blas_thread():
                 if disc is not None and state is not None and motion is not None and plan.coupling == "none":
                     disc = disc.moved(motion)
-                    state = contact(disc, steps, replace(state, iterations={}, status={}, solved={}, friction=None))
+                    near = solved[_nearest(_creepages(disc), creepages)].traction / disc.pressure
+                    state = replace(state, traction=near, iterations={}, status={}, solved={}, friction=None)
+                    state = contact(disc, steps, state)
                 else:
                     check_fits(posed, plan)
                     known = None if disc is None else disc.operators
                     disc, state = on_a_grid_that_holds_it(posed, steps, known)
                 solution = judged(posed, disc, state, steps)
+            solved.append(solution)
+            creepages = np.vstack([creepages, _creepages(disc)])
             yield solution
     finally:
         if disc is not None:
             disc.operators.forget()
+
+
+def _creepages(disc: Discretisation) -> np.ndarray:
+    """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
+    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
+    return np.array([along_x, along_y, about_z * disc.length / 2])
+
+
+def _nearest(one: np.ndarray, others: np.ndarray) -> int:
+    """Which of several points is nearest to one: the last of these."""
+    distances = np.linalg.norm(others - one, axis=1)
+    return len(others) - 1 - int(np.argmin(distances[::-1]))
 
 
 def level(certify: str | None) -> str:

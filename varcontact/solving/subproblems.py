@@ -24,6 +24,7 @@ from varcontact.results.solution import Solution
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
+from varcontact.solving.accuracy import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
@@ -91,7 +92,8 @@ class Steps:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            raw = self._normal_road(problem, self._settings("normal"), start)
+            enough = enough_pressure(self.plan, disc, state, self.tol)
+            raw = self._normal_road(problem, self._settings("normal", enough, self.plan.loops), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -128,7 +130,8 @@ class Steps:
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
             _check_force(problem, disc.force)
-            raw = self._tractions(problem, state)
+            enough = enough_traction(self.plan, disc, state, self.tol)
+            raw = self._tractions(problem, state, self._settings("tangential", enough, in_passes(self.plan, disc)))
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
             traction, rigid = problem.on_grid(raw.traction, raw.rigid)
@@ -155,7 +158,7 @@ class Steps:
             state = self._joint_program(disc, state)
             if not self.polish or self.plan.convex:
                 return state
-        enough = 0.01 * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
+        enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
 
     def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
@@ -172,7 +175,7 @@ class Steps:
         with self.clock("joint"):
             bodies = disc.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint"))
+            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint", self.tol))
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -186,7 +189,7 @@ class Steps:
             **_answered(replace(state, solved_by={**state.solved_by, "normal": pressed.solver}), "tangential", rubbed),
         )
 
-    def _tractions(self, problem: TangentialProblem, state: ContactState) -> RawSolution:
+    def _tractions(self, problem: TangentialProblem, state: ContactState, settings: Settings) -> RawSolution:
         if problem.size == 0 or not (np.any(problem.rigid_shift) or any(problem.force)):
             return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "nothing moves")
         start = None
@@ -195,17 +198,17 @@ class Steps:
             start = RawSolution(project(known, problem.bound), rigid, 0, "start")
         mirror = None if self.plan.matrix_free else mirror_of(problem)
         if mirror is None:
-            return self._solved(problem, start)
+            return self._solved(problem, start, settings)
         halved = None if start is None else mirror.fold_solution(start)
-        return mirror.unfold(self._solved(mirror.fold(problem), halved))
+        return mirror.unfold(self._solved(mirror.fold(problem), halved, settings))
 
-    def _solved(self, problem: TangentialProblem, start: RawSolution | None) -> RawSolution:
+    def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
         need(
             "the tangential problem",
             memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
             instead(self.plan.tangential, problem.size, problem.components),
         )
-        return self._tangential_road(problem, self._settings("tangential"), start)
+        return self._tangential_road(problem, settings, start)
 
     @cached_property
     def _normal_road(self) -> NormalSolver:
@@ -219,8 +222,8 @@ class Steps:
     def _joint_road(self) -> JointSolver:
         return joint_road(self.plan, self.polish)
 
-    def _settings(self, problem: str) -> Settings:
-        return Settings(self.tol, self.plan.formulation, self.setups, self.clock.tally(problem))
+    def _settings(self, problem: str, tol: float, rough: bool = False) -> Settings:
+        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough)
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
@@ -241,7 +244,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
     if not steps.plan.rubs:
         return start
     if disc.law is None:
-        return _coupled(disc, steps, start, steps.tol / 10)
+        return _coupled(disc, steps, start, WHOLE * steps.tol)
     if steps.plan.theory is not None:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
 
@@ -249,7 +252,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
         return _coupled(disc, steps, state, tol)
 
     judge = _tangential if not steps.plan.loops else _whole
-    return under_law(disc, solve, judge, start, steps.start, tol=steps.tol / 10)
+    return under_law(disc, solve, judge, start, steps.start, tol=WHOLE * steps.tol)
 
 
 def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
