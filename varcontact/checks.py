@@ -154,10 +154,12 @@ def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: 
     SceneError
         If it is not a whole number, too small or too large.
     """
-    allowed = f"a whole number, {least} or more" if most is None else f"a whole number from {least} to {most}{why}"
+    allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
-    if result != int(result) or result < least or (most is not None and result > most):
+    if result != int(result) or result < least:
         raise SceneError(field, value, allowed)
+    if most is not None and result > most:
+        raise SceneError(field, value, f"a whole number from {least} to {most}{why}")
     return int(result)
 
 

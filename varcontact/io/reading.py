@@ -56,7 +56,7 @@ def regular(path: Path) -> bool:
     return not path.exists() or path.is_file() or path.is_dir()
 
 
-def text_of(field: str, path: Path, most: int | None = None) -> str:
+def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text file") -> str:
     """The text in a regular file, in UTF-8 with or without its mark.
 
     Parameters
@@ -66,6 +66,8 @@ def text_of(field: str, path: Path, most: int | None = None) -> str:
     path : Path
     most : int, optional
         Bytes that it may have.
+    kind : str
+        What it should be.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def text_of(field: str, path: Path, most: int | None = None) -> str:
             raise _unreadable(field, path, f"{reason}; name large fields by {{file = ...}}")
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise _unreadable(field, path, "is not UTF-8 text") from None
+        raise _unreadable(field, path, f"is not {kind} (it is not UTF-8 text)") from None
     except OSError as error:
         raise _unreadable(field, path, f"cannot be read ({error.strerror})") from None
     except ValueError as error:  # a null character in the name

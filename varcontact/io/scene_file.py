@@ -75,7 +75,7 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     import tomllib
 
     path = checks.file_name("path", path)
-    text = text_of("scene file", path, SCENE_BYTES)
+    text = text_of("scene file", path, SCENE_BYTES, "a TOML file")
     try:
         table = tomllib.loads(text)
     except RecursionError:

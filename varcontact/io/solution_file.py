@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
-from varcontact.io.reading import reading, regular
+from varcontact.io.reading import first_line, reading, regular
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
@@ -189,7 +190,9 @@ def read(path: str | Path) -> Solution | History:
         raise OutputError("path", path, f"cannot be read ({error})") from None
     if stored_steps:
         return load_history(path)
-    data = _data(path, path.read_bytes())
+    with reading(path, "cannot be read"):
+        content = path.read_bytes()
+    data = _data(path, content)
     with reading(path):
         return replace(solution_from(data), note=AS_STORED)
 
@@ -200,12 +203,31 @@ def _data(path: str | Path, content: bytes) -> xr.Dataset:
 
     with reading(path):
         whole = unsealed(content)
-    with reading(path, "cannot be read as netCDF"), xr.open_dataset(io.BytesIO(whole), engine="h5netcdf") as opened:
+    _check_opens(path, whole)
+    with (
+        reading(path, "cannot be read as netCDF"),
+        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
+    ):
         need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
         data: xr.Dataset = opened.load()
     if data.attrs.get("format") != FORMAT:
         raise OutputError("path", path, f"is not a {FORMAT!r} file")
     return data
+
+
+def _check_opens(path: str | Path, content: bytes) -> None:
+    """Refuse what h5netcdf cannot open: half made, its file would print a traceback when it is let go of."""
+    import h5netcdf
+
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        h5netcdf.File(io.BytesIO(content), "r", phony_dims="sort").close()
+        return
+    except Exception as error:
+        reason = first_line(error)
+    finally:
+        sys.unraisablehook = hook
+    raise OutputError("path", path, f"cannot be read as netCDF ({reason})")
 
 
 def solution_to_bytes(sol: Solution) -> bytes:
