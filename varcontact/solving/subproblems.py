@@ -262,7 +262,10 @@ def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float
     if steps.plan.joint:
         return joint(start, partial(steps.together, disc), whole, tol=tol)
     if steps.plan.at_once:
-        start = at_once(disc, tangential(start), whole, Settings(tol, tally=steps.clock.tally("both")))
+        start = tangential(start)
+        need("pressure and tractions together", memory.peak("newton", "none", 3 * disc.grid.size), SMALLER)
+        with steps.clock("both"):
+            start = at_once(disc, start, whole, Settings(tol, tally=steps.clock.tally("both")))
     if steps.plan.loops:
         return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     return tangential(start)
