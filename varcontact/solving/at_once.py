@@ -61,6 +61,6 @@ def at_once(
         raw = newton_whole(problem, settings, start, lambda raw: residual(found(raw)))
         settings.tally.iterated("newton", raw.iterations)
     counted = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
-    finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()
-    better = finite and np.any(raw.traction[0]) and residual(found(raw)) < residual(state)
+    finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
+    better = finite and (raw.solved or residual(found(raw)) < residual(state))
     return replace(found(raw) if better else state, iterations=counted)
