@@ -105,6 +105,14 @@ def test_with_few_elements_or_where_it_is_not_asked_for(rolling, changes, choice
     assert vc.plan(rolling(**changes), **choices).tangential == "tang-safeguarded"
 
 
+@pytest.mark.parametrize(
+    ("cells", "dq", "solver"), [(40, 2e-3, "tang-safeguarded"), (40, 4e-3, "newton"), (60, 2e-3, "newton")]
+)
+def test_short_steps_belong_to_active_sets_where_these_are_not_too_slow(rolling, cells, dq, solver):
+    scene = rolling(surface=vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.01, dq=dq), grid=vc.Grid(nx=cells, ny=cells))
+    assert vc.plan(scene).tangential == solver
+
+
 def test_samples_with_many_elements(rolling):
     plan = vc.plan(rolling(surface=SAMPLES, grid=MANY_CELLS))
     assert (plan.normal, plan.tangential) == ("newton", "newton")

@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
-from varcontact.scene.motion import Transient
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
@@ -69,6 +69,11 @@ MANY_ELEMENTS = Road(
 """What "auto" stands for with so many elements."""
 
 
+SHORT, TOO_MANY = 0.05, 2000
+"""A step of steady rolling by the length of an element, below which Newton's method takes longer than active sets, and
+the elements beyond which these take hours."""
+
+
 def many_elements(scene: Scene) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
@@ -78,14 +83,23 @@ def many_elements(scene: Scene) -> bool:
     ----------
     scene : Scene
     """
+    count, dx = _elements(scene)
+    motion = scene.motion
+    short = isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx
+    return count > (TOO_MANY if short else MANY)
+
+
+def _elements(scene: Scene) -> tuple[float, float]:
+    """The number of elements in contact, about, and their length along x; zero where that is not known."""
     grid = given_grid(scene)
-    if not grid.explicit:
-        return grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows) > MANY
     hertz = None if isinstance(scene.motion, Transient) else scene.hertz  # each step of a history has its own
-    if hertz is None:
-        return grid.size > MANY
+    if not grid.explicit:
+        count = grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows)
+        return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
     dx, dy = grid.sides
-    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx > MANY
+    if hertz is None:
+        return grid.size, dx
+    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx, dx
 
 
 def road(method: str) -> Road:

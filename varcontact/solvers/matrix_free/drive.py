@@ -71,6 +71,7 @@ def driven(
     size: int,
     dense: Callable[[RawSolution], RawSolution],
     residual: Callable[[RawSolution], float],
+    patience: int = MAX_STEPS,
 ) -> RawSolution:
     """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets.
 
@@ -83,16 +84,19 @@ def driven(
         Number of elements.
     dense : callable
         Active sets, from what Newton's method has; the answer bears their name.
+    patience : int
+        Steps on the finest grid after which active sets take over, where they can.
     residual : callable
         Of an answer.
     """
     tol, spent, raw = ROUNDED * settings.tol, 0, None
+    most = patience if size <= DENSE else MAX_STEPS
     if start is not None and _finite(start):
-        raw = posed.solved(posed.begun(start), tol)
+        raw = posed.solved(posed.begun(start), tol, most)
         spent = raw.iterations
     if raw is None or not raw.solved:
         at, steps = posed.approached()
-        raw = posed.solved(at, tol)
+        raw = posed.solved(at, tol, most)
         spent += steps + raw.iterations
     raw = replace(raw, iterations=spent)
     if size > DENSE or (raw.solved and settings.rough):

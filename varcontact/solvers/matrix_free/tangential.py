@@ -22,6 +22,8 @@ from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
 from varcontact.solvers.tally import Tally
 
+PATIENCE = 40
+"""Steps after which active sets take over where they can: it takes 10 to 30, but for steps of rolling below dx/20."""
 EXTRAPOLATED = 0.3
 """Part of the last change by a finer grid that is added when going to the next."""
 
@@ -68,7 +70,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
             settings.tally.iterated("tang-safeguarded", raw.iterations)
         return replace(raw, solver="tang-safeguarded")
 
-    return driven(posed, start, settings, problem.size, dense, residual)
+    return driven(posed, start, settings, problem.size, dense, residual, PATIENCE)
 
 
 @dataclass(frozen=True, eq=False)
