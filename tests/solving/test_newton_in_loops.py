@@ -42,7 +42,7 @@ def unlike(seed):
     """Any unlike bodies, in point or line contact, on odd grids, with creepages, shifts or forces, in any motion."""
     rng = np.random.default_rng(seed)
     stiff, nu = float(rng.choice([2.0, 5.0, math.inf])), (float(rng.uniform(0, 0.3)), float(rng.uniform(0, 0.49)))
-    line, friction = seed % 4 == 3, float(rng.choice([0.01, 0.1, 0.3, 0.6, 1.0]))
+    line, friction = seed % 4 == 3, float(rng.choice([0.03, 0.1, 0.3, 0.6, 1.0]))
     surface = vc.Cylinders(R=1.0) if line else vc.Paraboloids(Rx=1.0, Ry=float(np.exp(0.5 * rng.normal())))
     nx, ny = (int(number) for number in rng.integers(4, 16, 2))
     slip = 0.05 * friction * rng.normal(size=3) * rng.choice([0.05, 0.3, 1.0])
