@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any, Self
@@ -68,10 +69,7 @@ class Worker:
 
 def _serve(pipe: Connection, function: Callable[..., Any]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever asks
-    pipe.send("ready")
-    while True:
-        try:
-            arguments = pipe.recv()
-        except EOFError:
-            return
-        pipe.send(function(*arguments))
+    with suppress(EOFError, BrokenPipeError):  # whoever asked is gone
+        pipe.send("ready")
+        while True:
+            pipe.send(function(*pipe.recv()))

@@ -37,8 +37,9 @@ def test_auto_with_many_elements(rolling, changes):
 @pytest.mark.parametrize(
     ("changes", "normal", "kind"),
     [
-        ({"bodies": UNLIKE}, "newton", {"coupling": "panagiotopoulos"}),
-        ({"bodies": UNLIKE, "motion": vc.Shift(ux=0.01)}, "newton", {"coupling": "panagiotopoulos"}),
+        ({"bodies": UNLIKE}, "newton", {"coupling": "newton"}),
+        ({"bodies": UNLIKE, "motion": vc.Shift(ux=0.01)}, "newton", {"coupling": "newton"}),
+        ({"bodies": UNLIKE, "friction": np.inf}, "newton", {"coupling": "panagiotopoulos"}),
         ({"friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, "hertz", {"friction": "static-kinetic"}),
         ({"surface": BALL, "motion": vc.Transient(steps=2, vx=0.01)}, "hertz", {"motion": "transient"}),
         ({"surface": BALL, "bodies": UNLIKE, "motion": vc.Transient(steps=2, vx=0.01)}, "newton", {"bodies": "unlike"}),
@@ -57,6 +58,28 @@ def test_auto_with_many_elements_in_loops(rolling, changes, normal, kind, grid):
     assert {name: getattr(plan, name) for name in kind} == kind
     assert "the fastest for so many elements" in plan.reasons["tangential"]
     assert "newton: Newton's method without a matrix" in str(plan)
+
+
+@pytest.mark.parametrize(
+    ("changes", "choices", "words"),
+    [
+        ({"friction": np.inf}, {}, "infinite friction has no traction bound that follows the pressure"),
+        ({}, {"normal": "norm"}, 'it needs "newton" for both problems, not normal = "norm"; use "panagiotopoulos"'),
+        ({}, {"method": "active-set"}, 'not normal = "norm" and tangential = "tang-safeguarded"'),
+        ({}, {"formulation": "marching", "tangential": "newton", "normal": "newton"}, "a march solves its steps in"),
+    ],
+)
+def test_newton_for_both_is_refused_with_the_reason(rolling, changes, choices, words):
+    with pytest.raises(vc.SceneError, match='coupling = "newton": ') as refused:
+        vc.plan(rolling(bodies=UNLIKE, **changes), coupling="newton", **choices)
+    assert words in str(refused.value)
+
+
+def test_newton_for_both_brings_its_solvers_along(rolling):
+    plan = vc.plan(rolling(bodies=UNLIKE), coupling="newton")
+    assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "newton")
+    assert "pressure and tractions together, and in turn where that fails" in plan.reasons["coupling"]
+    assert plan.sizes.memory["both"] > plan.sizes.memory["tangential"]
 
 
 def test_auto_with_many_elements_jointly(rolling):

@@ -194,6 +194,21 @@ def test_memory_does_not_grow_with_the_steps(tmp_path):
     assert kept[1] < kept[0] + 10 * step
 
 
+def test_saving_does_not_take_the_whole_into_memory(tmp_path):
+    """Three hundred steps, of which no more than a few are in memory at once, whether they come from a file or not."""
+    one = vc.solve(cylinder(vc.Transient(steps=1, dq=0.5, Fx=-0.2), 200))
+    whole = cylinder(vc.Transient(steps=300, dq=0.5, Fx=-0.2), 200, grid=one.grid)
+    in_memory = dataclasses.replace(one, scene=whole, solutions=[one[0]] * 300)
+    in_memory.save(tmp_path / "first.nc")
+    for history in (in_memory, vc.load(tmp_path / "first.nc")):
+        tracemalloc.start()
+        history.save(tmp_path / "again.nc")
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < (tmp_path / "again.nc").stat().st_size / 4
+        assert (tmp_path / "again.nc").read_bytes() == (tmp_path / "first.nc").read_bytes()
+
+
 def test_a_file_of_something_else_is_left_alone(history, tmp_path):
     path, whole = tmp_path / "history.nc", history.scene
     history.save(path)

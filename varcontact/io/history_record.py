@@ -3,7 +3,7 @@
 scipy makes them and reads them, and a step is put in its place by `history_file`: no library adds a record safely.
 scipy's own mode for that writes the whole file anew for every step (1 ms for the first of 40 x 40 elements, 800 ms for
 the four hundredth), and of 20 files whose program was killed 8 could not be read. HDF5 groups lost 4 of 14 such files,
-and datasets that grow while they are read (SWMR) lost none, but none could be added to afterwards, or read as netCDF.
+and HDF5 datasets that grow while others read them (SWMR) lost none of 20, but none of these could be added to again.
 """
 
 from __future__ import annotations

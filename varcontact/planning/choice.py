@@ -23,7 +23,7 @@ from varcontact.solvers.registry import (
 )
 from varcontact.theories.methods import THEORIES, why_not
 
-COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint")
+COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint", "newton")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
 
 
@@ -74,7 +74,7 @@ def make_plan(
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     if method == "auto" and not (formulation == "auto" or steps):
         way = road("convex")  # what is asked for, only programs have
-    elif method == "auto" and not steps and many_elements(scene):
+    elif method == "auto" and not steps and (coupling == "newton" or many_elements(scene)):
         way = MANY_ELEMENTS
     elif method == "auto" and coupling == "joint":
         way = road("convex")
@@ -83,7 +83,7 @@ def make_plan(
     _check_edge(scene, chosen["normal"], reasons["normal"])
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, way)
     check_on_road(method, "tangential", tangential)
-    chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling)
+    chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling, chosen, steps)
     chosen["formulation"], reasons["formulation"] = _formulation(scene, chosen, formulation)
     kinds, special = kinds_of(scene, chosen), special_of(scene)
     if effect:
@@ -245,7 +245,7 @@ def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str
     return wanted, "requested"
 
 
-def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
+def _coupling(scene: Scene, wanted: str, chosen: dict[str, str], steps: bool) -> tuple[str, str]:
     choice("coupling", wanted, ("auto", *COUPLING_METHODS))
     if scene.frictionless:
         return "none", "no tangential traction"
@@ -255,4 +255,22 @@ def _coupling(scene: Scene, wanted: str) -> tuple[str, str]:
         return wanted, "requested: one pass, with the pressure of frictionless contact"
     if wanted == "joint":
         return wanted, "requested: pressure and tractions together, with only the traction bound fixed in a pass"
-    return "panagiotopoulos", f"unlike bodies (K = {scene.bodies.K:.3g}): normal and tangential problem in turn"
+    why = _not_by_newton(scene, chosen, steps)
+    if wanted == "newton" and why:
+        raise SceneError(
+            "coupling", wanted, '"panagiotopoulos"', message=f'coupling = "newton": {why}; use "panagiotopoulos"'
+        )
+    unlike = f"unlike bodies (K = {scene.bodies.K:.3g})"
+    if wanted == "newton" or (wanted == "auto" and not why):
+        return "newton", f"{unlike}: pressure and tractions together, and in turn where that fails"
+    return "panagiotopoulos", f"{unlike}: normal and tangential problem in turn"
+
+
+def _not_by_newton(scene: Scene, chosen: dict[str, str], steps: bool) -> str:
+    """Why Newton's method is not for pressure and tractions together; nothing where it is."""
+    if scene.no_slip:
+        return "infinite friction has no traction bound that follows the pressure"
+    if steps:
+        return "a march solves its steps in turn"
+    others = [f'{problem} = "{chosen[problem]}"' for problem in ("normal", "tangential") if chosen[problem] != "newton"]
+    return f'it needs "newton" for both problems, not {" and ".join(others)}' if others else ""

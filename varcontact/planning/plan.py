@@ -27,8 +27,8 @@ class Plan:
     tangential : str
         The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
     coupling : str
-        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos" or
-        "joint".
+        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos",
+        "joint" or "newton".
     formulation : str
         The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
     reasons : dict
@@ -119,7 +119,12 @@ class Plan:
     @property
     def loops(self) -> bool:
         """Whether pressure and tractions are found in passes, until both stay."""
-        return self.coupling in ("panagiotopoulos", "joint")
+        return self.coupling in ("panagiotopoulos", "joint", "newton")
+
+    @property
+    def at_once(self) -> bool:
+        """Whether Newton's method has both, before any passes."""
+        return self.coupling == "newton"
 
     @property
     def one_pass(self) -> bool:

@@ -68,7 +68,8 @@ class Sizes:
         Whether the tangential problem is solved on one side of its line of symmetry only.
     matrices : tuple of Matrix
     memory : dict
-        Bytes at the peak of each stage: "normal", "tangential" (or "joint"), "certificate".
+        Bytes at the peak of each stage: "normal", "tangential" (or "joint", or also "both"),
+        "certificate".
     exact : bool
         Whether elements are known; otherwise they, and what follows from them, are upper bounds.
     """
@@ -268,6 +269,8 @@ def _stages(
             kept = stages["normal"]
     if unknowns.get("tangential"):
         stages["tangential"] = kept + memory.peak(plan.tangential, plan.formulation, unknowns["tangential"])
+    if plan.at_once:
+        stages["both"] = memory.peak("newton", plan.formulation, unknowns["normal"] + unknowns["tangential"])
     blocks = [matrix for matrix in matrices if matrix.kind == "dense"]
     for matrix in blocks:
         if matrix.name == "A_zt":

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from importlib.util import find_spec
 from typing import TypeVar
 
 from varcontact import checks
 from varcontact.errors import SolverUnavailable
+from varcontact.machine.interrupts import imported
 from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
@@ -172,7 +172,7 @@ def load_packages(*names: str) -> None:
     """
     for name in names:
         if states_programs(name):
-            import_module(name.partition(":")[0])
+            imported(name.partition(":")[0])
 
 
 def _from_a_start_or_none(

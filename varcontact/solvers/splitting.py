@@ -17,6 +17,7 @@ from functools import partial
 
 import numpy as np
 
+from varcontact.machine.interrupts import interruptible
 from varcontact.problem.gap import normal_residual, project, tangential_residual
 from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.settings import Settings
@@ -85,7 +86,8 @@ class Splitting:
         system[:n, :n] = matrix
         system[np.arange(n), np.arange(n)] += weight
         system[:n, n:], system[n:, :n] = totals.T, totals
-        return cls(shift, project, sums, weight, lu_factor(system, overwrite_a=True, check_finite=False))
+        factors = interruptible(lambda: lu_factor(system, overwrite_a=True, check_finite=False), len(system))
+        return cls(shift, project, sums, weight, factors)
 
     @classmethod
     def of_normal(cls, problem: NormalProblem) -> Splitting:

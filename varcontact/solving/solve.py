@@ -64,9 +64,10 @@ def solve(
         "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
         sets; "newton", without a matrix, for many elements; or an approximate theory: "fastsim", "fastsim-elliptic",
         "linear", "vermeulen-johnson".
-    coupling : {"auto", "johnson", "panagiotopoulos", "joint"}
-        How the two meet where the bodies differ (K != 0): one pass; both problems in turn; or pressure and tractions
-        together with only the traction bound fixed, in a shift one convex program a pass.
+    coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
+        How the two meet where the bodies differ (K != 0): one pass; both problems in turn; pressure and tractions
+        together with only the traction bound fixed, in a shift one convex program a pass; or both at once by Newton's
+        method without a matrix, and in turn where that fails.
     formulation : {"auto", "complementary", "potential", "gap", "marching"}
         The programs: by complementary energy (215), by potential energy (214), by the duality gap; or, in steady
         rolling, transient steps until nothing changes. Steady rolling has "gap" and "marching", the shift all but

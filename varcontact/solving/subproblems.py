@@ -25,6 +25,7 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
 from varcontact.solving.accuracy import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
+from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
@@ -260,6 +261,11 @@ def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float
     normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
     if steps.plan.joint:
         return joint(start, partial(steps.together, disc), whole, tol=tol)
+    if steps.plan.at_once:
+        start = tangential(start)
+        need("pressure and tractions together", memory.peak("newton", "none", 3 * disc.grid.size), SMALLER)
+        with steps.clock("both"):
+            start = at_once(disc, start, whole, Settings(tol, tally=steps.clock.tally("both")))
     if steps.plan.loops:
         return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     return tangential(start)

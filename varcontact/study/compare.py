@@ -120,6 +120,7 @@ def compare(
                 part = f" and {begun} of {len(chosen)} methods of the next" if begun else ""
                 finished = f" after {done} of {len(named)} scenes{part}"
                 raise Interrupted(comparison.table(named), finished) from None
+        comparison.clear()
         return comparison.table(named)
 
 
@@ -319,8 +320,11 @@ class _Comparison:
             whole = self.finished()
             others = [each for each in self.kept.rows if each["scene"] in whole]
             self.kept.write([*others, *(distances(rows, answers) if finished else rows)])
-        if store is not None:
-            forget_answers(store)
+
+    def clear(self) -> None:
+        """Remove the answers that were kept, if no scene waits for them."""
+        if self.kept.path is not None and self.finished() == {row["scene"] for row in self.kept.rows}:
+            forget_answers(self.kept.path)
 
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:

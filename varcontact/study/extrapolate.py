@@ -80,7 +80,7 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
     >>> print(f"{limit.value:.6f} {limit.order:.3f}")
     2.000000 1.500
     """
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     sizes, group = np.unique(h / h.max(), return_inverse=True)
     if sizes.size < 3:
@@ -106,7 +106,7 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
     likelihood /= likelihood.sum()
     value = float(likelihood @ limits)
     variance = float(likelihood @ (variances * square + (limits - value) ** 2))
-    factor = float(student.ppf((1 + CONFIDENCE) / 2, freedom))
+    factor = float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
     possible = ORDERS[excess <= factor**2]
     reason = HIDDEN if possible.size == ORDERS.size else ""
     return Limit(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
 from varcontact.io.scene_file import scene_to
+from varcontact.machine.interrupts import imported
 from varcontact.results.solution import known
 from varcontact.scene.scene import Scene
 
@@ -93,7 +94,9 @@ def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: s
         return []
     try:
         # a scene may be called "NA": only empty figures are missing
-        table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""])
+        table = pd.read_csv(
+            store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], float_precision="round_trip"
+        )
         table[[name for name in LATER if name in columns and name not in table]] = ""
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
@@ -148,6 +151,7 @@ class Table:
         OutputError
             If it cannot be written, or another study adds to it.
         """
+        imported("pandas")  # now: after Ctrl-C it would be waited for
         if not (store is None or isinstance(store, (str, Path))):
             raise SceneError("store", store, "the name of a file")
         if store is None:

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from varcontact.machine.interrupts import interruptible
 from varcontact.problem.gap import magnitude, project, tangential_residual
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.solvers.splitting import Splitting
@@ -298,7 +299,7 @@ def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> 
         jacobian[k + i, c * h : k] = g * across[component]
         error[k + i] = at.traction[component].sum() - force / problem.area
     try:
-        step = np.linalg.solve(jacobian, -error)
+        step = interruptible(lambda: np.linalg.solve(jacobian, -error), error.size)
     except np.linalg.LinAlgError:
         step = np.zeros(error.size)
     rigid = np.zeros(c)

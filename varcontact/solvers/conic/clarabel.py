@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from varcontact.machine.interrupts import interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
@@ -52,7 +53,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
         setups.keep(key, program, solver)
     recover = program.recover
     del program  # the solver has its own copy of the dense matrices
-    result = solver.solve()
+    result = interruptible(solver.solve)
     traction, rigid = recover(np.array(result.x), np.array(result.z))
     solved = bool(result.status == clarabel.SolverStatus.Solved)
     return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.machine.interrupts import imported, interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import options
 from varcontact.solvers.conic.programs import ConicProgram
@@ -32,8 +33,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     RawSolution
         In the scales of the problem behind the program.
     """
-    import cvxpy as cp
-
+    cp = imported("cvxpy")
     key, program = ("cvxpy", name, tol), program.polyhedral()
     found = setups.find(key, program) if setups is not None else None
     model = found[0] if found is not None and found[1] else _Model.of(program)
@@ -43,7 +43,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that an answer may be inaccurate is judged by our own residual
-            model.problem.solve(solver=name, warm_start=True, **options(name, tol))
+            interruptible(lambda: model.problem.solve(solver=name, warm_start=True, **options(name, tol)))
         status, iterations = str(model.problem.status), model.problem.solver_stats.num_iters
     except cp.SolverError as error:
         status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0

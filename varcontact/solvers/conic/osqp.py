@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from varcontact.machine.interrupts import interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
@@ -38,11 +39,14 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
     else:
         solver = osqp.OSQP()
         options = BACKENDS["osqp"].options(tol)
-        solver.setup(program.P, program.q, program.A, lower, program.b, verbose=False, **options)
+        data = program.P, program.q, program.A, lower, program.b
+        interruptible(lambda: solver.setup(*data, verbose=False, **options))
     if setups is not None:
         setups.keep(key, program, solver)
-    result = solver.solve(raise_error=False)
-    traction, rigid = program.recover(np.array(result.x), np.array(result.y))
+    result = interruptible(lambda: solver.solve(raise_error=False), listens=True)
     info = result.info
+    if info.status_val == osqp.SolverStatus.OSQP_SIGINT:
+        raise KeyboardInterrupt
+    traction, rigid = program.recover(np.array(result.x), np.array(result.y))
     solved = bool(info.status_val == osqp.SolverStatus.OSQP_SOLVED)
     return RawSolution(traction, rigid, int(info.iter), str(info.status), solved)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.machine.interrupts import imported, interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import options
 from varcontact.solvers.conic.programs import ConicProgram
@@ -31,8 +32,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     RawSolution
         In the scales of the problem behind the program.
     """
-    import qpsolvers
-
+    qpsolvers = imported("qpsolvers")
     key, program = ("qpsolvers", name), program.polyhedral()
     equal = program.kinds == "zero"
     found = setups.find(key, program) if setups is not None else None
@@ -49,7 +49,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # solvers that take no start, or no keyword, say so at every call
         try:
-            result = qpsolvers.solve_problem(problem, name, initvals=start, **options(name, tol))
+            result = interruptible(lambda: qpsolvers.solve_problem(problem, name, initvals=start, **options(name, tol)))
         except qpsolvers.QPError as error:  # a program it cannot take: quadprog wants P positive definite
             nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
             return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False)

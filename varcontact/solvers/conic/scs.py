@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from varcontact.machine.interrupts import interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
@@ -42,12 +43,15 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
         for kind, size in program.cones:
             sizes.setdefault(_ORDER[kind], []).append(size)
         cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
-        solver = scs.SCS(data, cone, verbose=False, **BACKENDS["scs"].options(tol))
+        options = BACKENDS["scs"].options(tol)
+        solver = interruptible(lambda: scs.SCS(data, cone, verbose=False, **options))
     if setups is not None:
         setups.keep(key, program, solver)
-    result = solver.solve()
+    result = interruptible(solver.solve, listens=True)
+    info = result["info"]
+    if info["status_val"] == scs.SIGINT:
+        raise KeyboardInterrupt
     z = np.empty(rows.size)
     z[rows] = result["y"]
     traction, rigid = program.recover(np.array(result["x"]), z)
-    info = result["info"]
     return RawSolution(traction, rigid, int(info["iter"]), str(info["status"]), info["status_val"] == scs.SOLVED)

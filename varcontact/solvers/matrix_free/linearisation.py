@@ -222,8 +222,7 @@ def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     -------
     ndarray, shape (ny, nx)
     """
-    if len(one) == 1:
-        return one[0] * other[0]
-    product = one[0] * other[0]
-    product += one[1] * other[1]
+    product: np.ndarray = one[0] * other[0]
+    for first, second in zip(one[1:], other[1:], strict=True):
+        product += first * second
     return product

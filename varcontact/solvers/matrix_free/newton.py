@@ -13,7 +13,6 @@ from typing import Protocol
 import numpy as np
 
 from varcontact.solvers.matrix_free import krylov
-from varcontact.solvers.matrix_free.kernel import Kernel
 from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
 from varcontact.solvers.matrix_free.linearisation import dot
 from varcontact.solvers.matrix_free.safeguard import (
@@ -59,7 +58,7 @@ class Conditions(Balancing, Protocol):
     """A contact problem on a box: what Newton's method has to know of it."""
 
     @property
-    def kernel(self) -> Kernel:
+    def kernel(self) -> Callable[[np.ndarray], np.ndarray]:
         """M."""
 
     @property
