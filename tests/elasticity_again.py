@@ -56,7 +56,7 @@ def influence(
     less : float, optional
         Subtract the displacements so far ahead: A - C of steady rolling, before anything is rounded.
     depth : float, optional
-        Reference depth of line contact.
+        Reference depth of line contact; where there is none any will do, and it is four lengths of the grid.
     """
     nx, ny = grid.nx, grid.rows
     sources = np.arange(nx * ny) if sources is None else sources
@@ -66,7 +66,7 @@ def influence(
 
     def table(distance: float) -> np.ndarray:
         if grid.line:
-            return _strips(x + np.longdouble(distance), dx, constants, np.longdouble(depth or nx * dx))
+            return _strips(x + np.longdouble(distance), dx, constants, np.longdouble(depth or 4 * nx * dx))
         return _rectangles(x + np.longdouble(distance), y, dx, dy, constants)
 
     numbers = (table(ahead) - (0 if less is None else table(less))).astype(float)

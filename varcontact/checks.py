@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,13 @@ from varcontact.errors import SceneError
 
 SMALL, LARGE = 1e-100, 1e100
 """Lengths, moduli and forces between these keep their products within the range of floating point."""
+
+TOO_LARGE = f"at most {LARGE:g} in size"
+"""What is allowed of numbers of any sign, in words that complete "must be"."""
+
+_NO_NUMBERS = (bool, str, bytes, bytearray, complex)
+"""What `float` would take for a number, or drop a part of."""
+_FLOAT = np.dtype(float)
 
 
 def number(field: str, value: Any, allowed: str = "a finite number") -> float:
@@ -53,11 +62,11 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
     SceneError
         If it is not one, or NaN.
     """
-    if isinstance(value, (bool, str, bytes)) or value is None:
+    if value is None or isinstance(value, _NO_NUMBERS) or getattr(value, "dtype", _FLOAT).kind not in "iuf":
         raise SceneError(field, value, allowed)
     try:
         result = float(value)
-    except (TypeError, ValueError, OverflowError):
+    except Exception:  # whatever an object makes of it
         raise SceneError(field, value, allowed) from None
     if math.isnan(result):
         raise SceneError(field, value, allowed)
@@ -105,6 +114,28 @@ def computable(field: str, value: float) -> float:
     return value
 
 
+def moderate(field: str, value: Any, allowed: str = "a finite number") -> float:
+    """A finite number of any sign, and of a size that can be computed with.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, or beyond `LARGE` in size.
+    """
+    result = number(field, value, allowed)
+    if abs(result) > LARGE:
+        raise SceneError(field, result, TOO_LARGE)
+    return result
+
+
 def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
     """A whole number of at least `least`, and at most `most`.
 
@@ -123,10 +154,12 @@ def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: 
     SceneError
         If it is not a whole number, too small or too large.
     """
-    allowed = f"a whole number, {least} or more" if most is None else f"a whole number from {least} to {most}{why}"
+    allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
-    if result != int(result) or result < least or (most is not None and result > most):
+    if result != int(result) or result < least:
         raise SceneError(field, value, allowed)
+    if most is not None and result > most:
+        raise SceneError(field, value, f"a whole number from {least} to {most}{why}")
     return int(result)
 
 
@@ -176,6 +209,19 @@ def is_array(value: Any) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
+def dimensions(value: Any) -> int | None:
+    """How many dimensions an array has, or a list of numbers, or of lists; None where these are of several lengths.
+
+    Parameters
+    ----------
+    value : object
+    """
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return None
+
+
 def array(field: str, value: Any, ndim: int) -> np.ndarray:
     """A read-only copy of a finite array of floats with `ndim` dimensions.
 
@@ -194,15 +240,22 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
     Raises
     ------
     SceneError
-        If it is no array of numbers, has another number of dimensions, is empty, or has NaN or infinity.
+        If it is no array of numbers, has another number of dimensions, is empty, or has NaN, infinity or numbers
+        beyond `LARGE`.
     """
     allowed = f"a {ndim}-dimensional array of finite numbers"
+    if is_array(value) and dimensions(value) is None:
+        raise SceneError(field, value, f"{allowed}, with rows of equal length")
     try:
         given = np.asarray(value)
         if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
             raise SceneError(field, value, allowed)
         result = np.array(given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
+    except SceneError:
+        raise
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
+    except Exception:  # whatever an object makes of it
         raise SceneError(field, value, allowed) from None
     if result.ndim != ndim or result.size == 0:
         raise wrong_shape(field, result.shape, allowed)
@@ -210,6 +263,10 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
     if bad.any():
         where = tuple(int(i) for i in np.argwhere(bad)[0])
         raise SceneError(f"{field}{list(where)}", float(result[where]), "finite (no NaN, no inf)")
+    bad = np.abs(result) > LARGE
+    if bad.any():
+        where = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise SceneError(f"{field}{list(where)}", float(result[where]), TOO_LARGE)
     result.flags.writeable = False
     return result
 
@@ -233,11 +290,11 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
     Raises
     ------
     SceneError
-        If it is no array of numbers, or has NaN or infinity.
+        If it is no array of numbers, or has NaN, infinity or numbers beyond `LARGE`.
     """
     try:
         given = np.asarray(value)
-    except ValueError:
+    except Exception:  # whatever an object makes of it
         raise SceneError(field, value, allowed) from None
     if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
         raise SceneError(field, value, allowed)
@@ -302,6 +359,42 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
     if (result <= 0).any():
         raise SceneError(field, float(result[result <= 0][0]), allowed)
     return result
+
+
+def file_name(field: str, value: Any) -> Path:
+    """The name of a file, as a path.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is neither a string nor a path.
+    """
+    name = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(name, str):
+        raise SceneError(field, value, "the name of a file")
+    return Path(name)
+
+
+def elastic(value: Any) -> None:
+    """Refuse what does not have the combined constants of two bodies.
+
+    Parameters
+    ----------
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it does not.
+    """
+    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")):
+        raise SceneError("bodies", value, "Bodies")
 
 
 def exactly_one(**arguments: Any) -> None:
@@ -386,6 +479,8 @@ def nearest(value: Any, names: Iterable[str]) -> str:
         To be added to a message.
     """
     known = list(names)
-    other_case = [name for name in known if name.lower() == str(value).lower()]
-    close = other_case or difflib.get_close_matches(str(value), known, n=1, cutoff=0.5)
+    if not isinstance(value, str):
+        return ""
+    other_case = [name for name in known if name.lower() == value.lower()]
+    close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
     return f" (did you mean {close[0]}?)" if close else ""

@@ -335,7 +335,11 @@ def _deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as
 
 def _print(text: str) -> None:
     try:
-        print(text, flush=True)
+        try:
+            print(text, flush=True)
+        except UnicodeEncodeError:  # a terminal that does not have the letters of a unit
+            encoding = sys.stdout.encoding
+            print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
     except BrokenPipeError:  # the reader has gone: nothing wrong, and nothing more to say
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:

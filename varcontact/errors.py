@@ -202,8 +202,12 @@ def _refusal(field: str, value: Any, allowed: str) -> str:
 
 
 def _short(value: Any) -> str:
+    """A value as Python writes it, cut where it is long."""
     try:
-        text = repr(value)
+        text = repr(value.item() if hasattr(value, "dtype") and getattr(value, "shape", None) == () else value)
+        text = " ".join(text.split())  # arrays come in lines
     except RecursionError:
         text = f"a {type(value).__name__}, nested deep"
+    except Exception:  # an int of thousands of digits, or an object that cannot describe itself
+        text = "a number of thousands of digits" if isinstance(value, int) else f"a {type(value).__name__}"
     return text if len(text) <= 80 else text[:60] + " ... " + text[-15:]

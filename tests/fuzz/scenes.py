@@ -54,7 +54,7 @@ def scene(rng: Random) -> vc.Scene:
         surface = vc.Paraboloids(base.contact.Rx, base.contact.Ry)
     friction = None if motion is None and rng.random() < 0.5 else _friction(rng, base, grid)
     explicit = isinstance(friction, np.ndarray) or (isinstance(surface, vc.SampledDistance) and not surface.placed)
-    laid_out: Any = "auto" if not explicit and rng.random() < 0.02 else grid
+    laid_out: Any = "auto" if not explicit and rng.random() < 0.02 and base.bodies.K == 0 else grid
     return vc.Scene(
         bodies=base.bodies,
         surface=surface,

@@ -2,11 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 import xarray as xr
 
 import varcontact as vc
 from tests.command import run
+from tests.fuzz.junk import Hostile
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +100,33 @@ def test_a_record_nested_deep_is_refused(sol, tmp_path):
     data.to_netcdf(tmp_path / "saved.nc", engine="h5netcdf")
     with pytest.raises(vc.OutputError, match="is damaged"):
         vc.load(tmp_path / "saved.nc")
+
+
+BODIES, UNLIKE = vc.Bodies(1.0, 0.3), vc.Bodies((1.0, 2.0), 0.3)
+SCENE = vc.Scene(bodies=BODIES, surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, grid=vc.Grid(nx=3, ny=3))
+REFUSED = {
+    "seed 1, case 6": (lambda: vc.standard_bank(cells=False), "cells = False"),
+    "seed 1, case 50": (lambda: vc.reference.carter(1, 0.3, creepage=1e-3), "contact = 1 is not allowed"),
+    "seed 1, case 56": (lambda: vc.reference.bufler(1.0, 2j, force=1.0), "bodies = 2j is not allowed"),
+    "seed 1, case 116": (lambda: vc.reference.cattaneo_mindlin(None, BODIES, 0.3, 0.1), "contact"),
+    "seed 1, case 126": (lambda: vc.solve(SCENE, formulation=np.ones(3)), "formulation"),
+    "seed 1, case 182": (lambda: vc.plan(SCENE, normal=np.ones(0)), "normal"),
+    "seed 1, case 324": (lambda: vc.SampledDistance(np.broadcast_to(1.0, (10**8, 10**8))), "surface.h .* memory"),
+    "seed 1, case 379": (lambda: vc.StaticKinetic(0.3, Hostile()), "friction.kinetic = a Hostile"),
+    "seed 1, case 1135": (lambda: vc.reference.spence_ratio(UNLIKE, 0.3, 10**5000), "shape = a number of thousands"),
+    "seed 2, case 700": (lambda: vc.Bodies.from_young(E=np.inf, nu=0.3), r"bodies\.E = inf"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_arguments_are_named(case):
+    """Arguments: exceptions of others, or messages that named something else."""
+    call, message = REFUSED[case]
+    with pytest.raises(vc.SceneError, match=message):
+        call()
+
+
+def test_a_word_for_overwrite(sol, tmp_path):
+    """Arguments, seed 1, case 1054: what is neither true nor false was taken for true."""
+    with pytest.raises(vc.SceneError, match="overwrite = 'no'"):
+        sol.save(tmp_path / "saved.nc", overwrite="no")

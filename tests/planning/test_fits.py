@@ -122,10 +122,12 @@ def test_a_study_is_refused_before_its_first_solve(rolling, built):
     assert not built
 
 
-@pytest.mark.parametrize("steps", [10**20, 10**400, 1_000_001])
-def test_histories_without_end(steps):
-    with pytest.raises(vc.SceneError, match=r"motion.steps = .*from 1 to 1000000; a longer history goes on from"):
-        vc.Transient(steps=steps)
+def test_histories_without_end():
+    for steps in (10**20, 1_000_001):
+        with pytest.raises(vc.SceneError, match=r"motion.steps = .*from 1 to 1000000; a longer history goes on from"):
+            vc.Transient(steps=steps)
+    with pytest.raises(vc.SceneError, match=r"motion\.steps = 1000.* a whole number"):
+        vc.Transient(steps=10**400)
 
 
 def test_a_history_that_does_not_fit_into_memory_is_sent_to_a_file(rolling, built):

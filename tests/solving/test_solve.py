@@ -409,13 +409,23 @@ def test_not_converged_keeps_the_best_iterate(rolling):
     assert not failure.value.solution.converged
 
 
-def test_overflow_is_never_taken_for_convergence(rolling):
-    """Finite input, infinite shifts: residuals that are not numbers do not count as small."""
-    motion = vc.Steady(vx=1e308, spin=1e308)
-    with np.errstate(all="ignore"), pytest.raises(vc.NotConverged) as failure:
-        vc.solve(rolling(motion=motion, friction=1e300, grid=vc.Grid(nx=6, ny=6)))
-    assert np.isnan(failure.value.residual)
-    assert not failure.value.solution.converged
+def test_what_would_overflow_is_refused(rolling):
+    """By its own name, where a number is too large for any scene, and where it is too large for this one."""
+    with pytest.raises(vc.SceneError, match=r"motion\.vx = 1e\+308 is not allowed: must be at most 1e\+100 in size"):
+        vc.Steady(vx=1e308)
+    for friction in (1e300, 1e-300):
+        with pytest.raises(vc.SceneError, match=r"friction = .*: must be 0, between 1e-20 and 1e\+20, or inf"):
+            rolling(friction=friction)
+    stiff = vc.Bodies(G=1e20, nu=0.3)  # the displacements are small, and the shifts many times as large
+    with pytest.raises(
+        vc.SceneError, match=r"motion\.vx = 1e\+90 is not allowed: must be smaller: the shift in a step"
+    ):
+        vc.solve(rolling(motion=vc.Steady(vx=1e90), bodies=stiff))
+    with pytest.raises(vc.SceneError, match=r"motion\.dq = 1e\+50 .* at most 1e\+09 times the element's dx"):
+        vc.solve(rolling(motion=vc.Steady(vx=0.1, dq=1e50)))
+    scene, field = rolling(), np.full((2, *vc.solve(rolling()).grid.shape), 1e99)
+    with pytest.raises(vc.SceneError, match=r"traction = 1e\+99 .* at most 1e\+50 times the contact's pressures"):
+        vc.certify(scene, field)
 
 
 def test_without_polish_the_answer_is_the_solvers_own(rolling):

@@ -12,13 +12,14 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, overload
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
 from varcontact.io.outputs import (
@@ -29,8 +30,9 @@ from varcontact.io.outputs import (
     only_writer,
     replacing,
 )
+from varcontact.io.reading import first_line, reading
 from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import AS_STORED, IMPOSSIBLE, assembled, first_line, solution_from_bytes
+from varcontact.io.solution_file import AS_STORED, assembled, solution_from_bytes
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -105,7 +107,7 @@ class Stored(Sequence[Solution]):
     @property
     def grid(self) -> Grid:
         """The grid of all steps."""
-        with _file(self.path) as file:
+        with _file(self.path) as file, reading(self.path):
             return Grid(**json.loads(file.grid))
 
     def __len__(self) -> int:
@@ -138,29 +140,24 @@ class Stored(Sequence[Solution]):
 
     def _read(self, k: int) -> Solution:
         """Step k as it is in the file."""
-        with self._damaged_in(k):
-            with _file(self.path) as file:
-                grid = Grid(**json.loads(file.grid))
-                names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
-                fields = {name: _native(file.variables[name][k]) for name in names}
-                record = file.variables["record"][k].tobytes()
+        with _file(self.path) as file, self._damaged_in(k):
+            grid = Grid(**json.loads(file.grid))
+            names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
+            fields = {name: _native(file.variables[name][k]) for name in names}
+            record = file.variables["record"][k].tobytes()
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
             step = self.scene.step(k, grid)
             return assembled(step, grid, self.plan, fields, approach, creepage, json.loads(record))
 
-    @contextmanager
-    def _damaged_in(self, k: int) -> Iterator[None]:
+    def _damaged_in(self, k: int) -> AbstractContextManager[None]:
         """Errors become those of a file that is damaged in step k."""
-        try:
-            yield
-        except IMPOSSIBLE as error:
-            raise OutputError("path", self.path, f"is damaged in step {k} ({first_line(error)})") from None
+        return reading(self.path, f"is damaged in step {k}")
 
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step, those called `name` in the file."""
         if len(self) == 0:
             return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if SERIES[name][0] else ())))
-        with _file(self.path) as file:
+        with _file(self.path) as file, reading(self.path):
             return _native(file.variables[name][:])
 
     def put(self, k: int, sol: Solution) -> None:
@@ -217,7 +214,7 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
     OutputError
         If it cannot be written, or is there and holds something else.
     """
-    path = Path(path)
+    path = checks.file_name("path", path)
     check_ending("path", path, ".nc")
     check_writable("path", path)
     check_replaceable("path", path, "history", _is_whole, overwrite)
@@ -312,7 +309,7 @@ def _opened(path: Path) -> Any:
         size = _size(path)
         try:
             return netcdf_file(path, "r", mmap=True)
-        except (OSError, ValueError, TypeError, KeyError, IndexError, UnicodeDecodeError) as error:
+        except Exception as error:  # whatever scipy makes of damaged bytes
             if _size(path) in (size, 0):
                 raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
 
@@ -341,15 +338,15 @@ def _stored(path: Path) -> Stored:
     with _file(path) as file:
         if getattr(file._file, "format", b"") != FORMAT.encode():
             raise OutputError("path", path, f"is not a {FORMAT!r} file")
-        try:
+        with reading(path):
             scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
             settings = json.loads(file.settings)
+            tol, polish = checks.positive("tol", settings["tol"]), checks.flag("polish", settings["polish"])
             if "start" in file.variables:
                 start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
                 scene = replace(scene, motion=replace(_motion(scene), start=start))
-        except IMPOSSIBLE as error:
-            raise OutputError("path", path, f"is damaged ({first_line(error)})") from None
-    return Stored(path, scene, plan, settings)
+            _motion(scene)
+    return Stored(path, scene, plan, {"tol": tol, "polish": polish})
 
 
 def _identity(stored: Stored) -> str:

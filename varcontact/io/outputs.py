@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import BinaryIO
 from uuid import uuid4
 
+from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.machine.locks import Held, beside, locked
 
@@ -103,9 +104,12 @@ def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], 
 
     Raises
     ------
+    SceneError
+        If `overwrite` is no truth value.
     OutputError
         If the file is another. An empty one is nobody's.
     """
+    overwrite = checks.flag("overwrite", overwrite)
     try:
         if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
             return

@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.io.reading import SCENE_BYTES, first_line, regular, text_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS
@@ -73,32 +74,28 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     """
     import tomllib
 
-    path = Path(path)
+    path = checks.file_name("path", path)
+    text = text_of("scene file", path, SCENE_BYTES, "a TOML file")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise _unreadable(path, f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise _unreadable(path, "is not a TOML file (it is not UTF-8 text)") from None
-    except tomllib.TOMLDecodeError as error:
-        raise _unreadable(path, f"is not a TOML file ({error})") from None
-    except ValueError as error:  # a null character in the name
-        raise _unreadable(path, f"cannot be read ({error})") from None
+        table = tomllib.loads(text)
     except RecursionError:
         raise _unreadable(path, "is not a TOML file (it is nested too deep)") from None
+    except ValueError as error:  # also a number of thousands of digits
+        raise _unreadable(path, f"is not a TOML file ({first_line(error)})") from None
     options = table.pop("solve", {})
     _known("solve", _table("solve", options), SOLVE_KEYS)
     return scene_from(table, path.parent), options
 
 
-def scene_from(table: Mapping[str, Any], folder: Path = Path()) -> Scene:
-    """A scene from nested dictionaries as a TOML file gives them; files named in it are sought in `folder`.
+def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
+    """A scene from nested dictionaries as a TOML file gives them.
 
     Parameters
     ----------
     table : mapping
         By entry of `Scene`, in the scene's units.
-    folder : Path
+    folder : Path, optional
+        Where files that it names are sought. None: it must not name any, as in the record of a solution.
 
     Raises
     ------
@@ -167,7 +164,7 @@ def _bodies(table: Mapping[str, Any]) -> Bodies:
     return Bodies(*(_needed("bodies", table, name) for name in ("G", "nu")))
 
 
-def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path, rows: bool = False) -> Any:
+def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
     entries = dict(_table(name, table))
     kind = entries.pop("kind", None)
     if isinstance(kind, str):
@@ -183,7 +180,7 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path, r
     return _made(name, made, entries)
 
 
-def _history(entries: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
     """The entries of a history: files read, surfaces and the start made, words for what is not given replaced."""
     made = dict(entries)
     for field, value in entries.items():
@@ -202,18 +199,16 @@ def _history(entries: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return made
 
 
-def _law(k: int, value: Any, folder: Path) -> Any:
+def _law(k: int, value: Any, folder: Path | None) -> Any:
     """A coefficient, or a law, of friction in step k."""
     return _kind(f"motion.friction[{k}]", value, LAWS, folder) if isinstance(value, Mapping) else value
 
 
-def _start(value: Any, folder: Path) -> Any:
+def _start(value: Any, folder: Path | None) -> Any:
     """A solution, or the last step of a history, from the file it was saved to."""
     from varcontact.io.solution_file import read
 
-    if not isinstance(value, str):
-        raise SceneError("motion.start", value, "the name of a file with a solution")
-    loaded = read(folder / value)
+    loaded = read(_named("motion.start", value, folder))
     return loaded if isinstance(loaded, Solution) else loaded[-1]
 
 
@@ -226,22 +221,39 @@ def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
     return cls(**entries)
 
 
-def _from_file(field: str, table: Mapping[str, Any], folder: Path, dimensions: Literal[1, 2]) -> np.ndarray:
+def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: Literal[1, 2]) -> np.ndarray:
     """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
     _known(field, table, ("file",))
-    path = folder / str(_needed(field, table, "file"))
+    path = _named(f"{field}.file", _needed(field, table, "file"), folder)
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
-        text = path.read_text(encoding="utf-8")
-        return np.loadtxt(text.splitlines(), delimiter="," if "," in text else None, ndmin=dimensions)
-    except (OSError, ValueError, EOFError) as error:
+        lines = text_of(f"{field}.file", path).splitlines()
+        return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=dimensions)
+    except SceneError:
+        raise
+    except (OSError, ValueError, EOFError, MemoryError) as error:
         raise SceneError(
             f"{field}.file",
             str(path),
             "a readable file of numbers",
-            message=f"{field}.file: no numbers can be read from {str(path)!r} ({error})",
+            message=f"{field}.file: no numbers can be read from {str(path)!r} ({first_line(error)})",
         ) from None
+
+
+def _named(field: str, value: Any, folder: Path | None) -> Path:
+    """A file that a scene file names: a regular one, sought beside it."""
+    if folder is None:
+        raise SceneError(field, value, "numbers", message=f"{field}: only scene files may name files, stored ones not")
+    if not isinstance(value, str):
+        raise SceneError(field, value, "the name of a file")
+    path = folder / value
+    try:
+        if not regular(path):
+            raise SceneError(field, value, "the name of a regular file")
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        raise SceneError(field, value, f"the name of a file ({first_line(error)})") from None
+    return path
 
 
 def _unreadable(path: Path, reason: str) -> SceneError:

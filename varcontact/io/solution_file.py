@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.errors import OutputError, VarcontactError
+from varcontact import checks
+from varcontact.errors import OutputError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
+from varcontact.io.reading import first_line, reading, regular
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
+from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.solution import Solution, plain_calls
@@ -29,8 +33,6 @@ if TYPE_CHECKING:
     from varcontact.results.history import History
 
 FORMAT = "varcontact solution 1"
-IMPOSSIBLE = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError, VarcontactError)
-"""What making a solution from a record that is damaged may raise."""
 AS_STORED = "the certificate is as stored in the file, not measured again"
 
 FIELDS = {
@@ -129,7 +131,7 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
     OutputError
         If the name has another ending, the file is there and holds something else, or it cannot be written.
     """
-    path = Path(path)
+    path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
     write_whole(field, path, solution_to_bytes(sol))
 
@@ -175,54 +177,57 @@ def read(path: str | Path) -> Solution | History:
     """
     from varcontact.io.history_file import is_history, load_history
 
+    path = checks.file_name("path", path)
     try:
-        stored_steps = is_history(Path(path))
+        if not regular(path):
+            raise OutputError("path", path, "is not a regular file")
+        stored_steps = is_history(path)
+    except OutputError:
+        raise
     except OSError as error:
         raise OutputError("path", path, f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:  # a null character in the name
         raise OutputError("path", path, f"cannot be read ({error})") from None
     if stored_steps:
-        return load_history(Path(path))
-    data = _data(path, Path(path).read_bytes())
-    try:
+        return load_history(path)
+    with reading(path, "cannot be read"):
+        content = path.read_bytes()
+    data = _data(path, content)
+    with reading(path):
         return replace(solution_from(data), note=AS_STORED)
-    except IMPOSSIBLE as error:
-        raise damaged(path, error) from None
-
-
-def damaged(path: str | Path, error: Exception) -> OutputError:
-    """The error for a file whose contents cannot be a solution.
-
-    Parameters
-    ----------
-    path : str or Path
-    error : Exception
-        What was found in reading it.
-
-    Returns
-    -------
-    OutputError
-        To be raised.
-    """
-    return OutputError("path", path, f"is damaged ({first_line(error)})")
 
 
 def _data(path: str | Path, content: bytes) -> xr.Dataset:
     """The dataset in the bytes of a file."""
     import xarray as xr
 
-    try:
+    with reading(path):
         whole = unsealed(content)
-    except ValueError as error:
-        raise damaged(path, error) from None
-    try:
-        with xr.open_dataset(io.BytesIO(whole), engine="h5netcdf") as opened:
-            data: xr.Dataset = opened.load()
-    except (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError) as error:  # all seen from HDF5
-        raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+    _check_opens(path, whole)
+    with (
+        reading(path, "cannot be read as netCDF"),
+        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
+    ):
+        need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
+        data: xr.Dataset = opened.load()
     if data.attrs.get("format") != FORMAT:
         raise OutputError("path", path, f"is not a {FORMAT!r} file")
     return data
+
+
+def _check_opens(path: str | Path, content: bytes) -> None:
+    """Refuse what h5netcdf cannot open: half made, its file would print a traceback when it is let go of."""
+    import h5netcdf
+
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        h5netcdf.File(io.BytesIO(content), "r", phony_dims="sort").close()
+        return
+    except Exception as error:
+        reason = first_line(error)
+    finally:
+        sys.unraisablehook = hook
+    raise OutputError("path", path, f"cannot be read as netCDF ({reason})")
 
 
 def solution_to_bytes(sol: Solution) -> bytes:
@@ -335,13 +340,3 @@ def assembled(
     )
     check_plausible(sol)
     return sol
-
-
-def first_line(error: Exception) -> str:
-    """The first line of what an error says.
-
-    Parameters
-    ----------
-    error : Exception
-    """
-    return str(error).split("\n")[0]

@@ -66,6 +66,10 @@ def make_plan(
             "a Transient",
             message="motion: a TimeStep continues from the step before it; give the history as a Transient",
         )
+    names = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
+    for field, name in (names | {"method": method}).items():
+        if not isinstance(name, str):
+            raise SceneError(field, name, "the name of a method")
     way = road(method)
     chosen, reasons = {"method": method}, {"method": "requested: " * (method != "auto") + way.why}
     K, effect = scene.bodies.K, left_out(scene) if coupling == "auto" else 0.0

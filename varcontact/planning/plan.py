@@ -157,7 +157,14 @@ class Plan:
         Parameters
         ----------
         record : dict
+
+        Raises
+        ------
+        ValueError
+            If it is no plan's.
         """
+        if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
+            raise ValueError("a plan without methods and reasons")
         sizes = dict(record["sizes"]) if record.get("sizes") else None
         if sizes is not None:
             sizes.pop("peak", None)  # follows from the stages

@@ -5,10 +5,12 @@ from __future__ import annotations
 import io
 import mmap
 from pathlib import Path
+from shutil import which
 from typing import TYPE_CHECKING
 
 from varcontact.errors import OutputError
 from varcontact.io.outputs import check_replaceable, check_writable, write_whole
+from varcontact.io.reading import first_line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,7 +45,9 @@ def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
     from matplotlib.backend_bases import FigureCanvasBase
 
     check_writable(FIELD, path, inputs)
-    kinds = FigureCanvasBase.get_supported_filetypes()
+    kinds = set(FigureCanvasBase.get_supported_filetypes())
+    if which(mpl.rcParams["pgf.texsystem"]) is None:
+        kinds.discard("pgf")  # LaTeX draws it
     if _kind(path) not in kinds:
         raise OutputError(FIELD, path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}")
     check_replaceable(FIELD, path, "picture", is_ours, overwrite)
@@ -58,7 +62,10 @@ def write_picture(figure: Figure, path: Path) -> None:
         If it cannot be written.
     """
     picture, kind = io.BytesIO(), _kind(path)
-    figure.savefig(picture, format=kind, dpi=150, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
+    try:
+        figure.savefig(picture, format=kind, dpi=150, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
+    except (OSError, RuntimeError, ValueError) as error:  # pgf without LaTeX, for one
+        raise OutputError(FIELD, path, f"cannot be drawn ({first_line(error)})") from None
     write_whole(FIELD, path, picture.getvalue())
 
 

@@ -199,9 +199,8 @@ def label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str
     units: Units | None = sol.scene.units
     if units is None:
         return name
-    return (
-        f"{name} [{units.of(quantity, sol.scene.line)}]" if brackets else f"{name} {units.of(quantity, sol.scene.line)}"
-    )
+    unit = units.of(quantity, sol.scene.line).replace("$", r"\$")  # a dollar, and no formula
+    return f"{name} [{unit}]" if brackets else f"{name} {unit}"
 
 
 def plot_comparison(table: pd.DataFrame) -> Figure:
@@ -217,7 +216,10 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
     matplotlib.figure.Figure
     """
     import matplotlib.pyplot as plt
+    import pandas as pd
 
+    if not (isinstance(table, pd.DataFrame) and "traction_distance" in table):
+        raise SceneError("table", table, "a table that compare made")
     figure, axes = plt.subplots(figsize=(9, 5.5), layout="constrained")
     measured = table[table["traction_distance"].notna()]
     markers = "os^vDP*X<>hd"

@@ -15,7 +15,7 @@ import numpy as np
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
-from varcontact.problem.out_of_reach import check_range, out_of_reach
+from varcontact.problem.out_of_reach import check_range, check_shift, out_of_reach
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
@@ -28,6 +28,9 @@ from varcontact.scene.surfaces import Ellipse, Paraboloids, Surface
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
+
+LARGEST_STEP = 1e9
+"""Greatest step in elements: by then particles have long left the influence of the contact."""
 
 FREE_DEPTH = 4.0
 """Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
@@ -162,6 +165,8 @@ class Discretisation:
             return None
         dx = self.grid.sides[0]
         dq = getattr(motion, "dq", None)
+        if dq is not None and dq > LARGEST_STEP * dx:
+            raise SceneError("motion.dq", dq, f"at most {LARGEST_STEP:g} times the element's dx, {dx:.6g}")
         if self.steady and dq is not None and dq < LEAST_STEP * dx:
             raise SceneError("motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
         return (dx if dq is None else dq) / self.length
@@ -283,7 +288,10 @@ class Discretisation:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
         assert self.motion is not None
         x, y = self.points
-        return self.motion.step((self.step or 0.0) * self.length).shift(x, y, self.length) / self.displacement
+        with np.errstate(over="ignore"):
+            shift = self.motion.step((self.step or 0.0) * self.length).shift(x, y, self.length) / self.displacement
+        check_shift(self.motion, shift)
+        return shift
 
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""

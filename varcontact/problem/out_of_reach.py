@@ -7,11 +7,15 @@ import numpy as np
 from varcontact.errors import SceneError
 from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Motion
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
 
 RANGE = 280
 """Powers of ten that forces and their work may have: floating point ends at 308."""
+
+LARGEST_SHIFT = 1e100
+"""Greatest rigid shift by the scale of displacements: squares of products with it stay in the range."""
 
 
 def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
@@ -88,3 +92,29 @@ def check_range(scene: Scene, length: float, pressure: float) -> None:
             message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
             f"1e{RANGE}; choose other units",
         )
+
+
+def check_shift(motion: Motion, shift: np.ndarray) -> None:
+    """Refuse creepages and shifts so large beside elastic displacements that their products leave floating point.
+
+    Parameters
+    ----------
+    motion : Steady, Shift or TimeStep
+    shift : ndarray
+        Rigid shift, by the scale of displacements.
+
+    Raises
+    ------
+    SceneError
+        If they are.
+    """
+    if np.abs(shift).max() <= LARGEST_SHIFT:
+        return
+    names = ("vx", "vy", "spin", "ux", "uy", "rotation")
+    given = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
+    largest = max(given, key=lambda name: abs(given[name]), default="dq")
+    raise SceneError(
+        f"motion.{largest}",
+        given.get(largest, getattr(motion, "dq", None)),
+        f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most",
+    )

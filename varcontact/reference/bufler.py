@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import exactly_one, positive
+from varcontact.checks import elastic, exactly_one, positive
 from varcontact.reference.line_contact import line_contact
 
 if TYPE_CHECKING:
@@ -139,6 +139,7 @@ def bufler(R: float, bodies: Bodies, *, force: float | None = None, a: float | N
     0.09843 -0.0019685
     """
     exactly_one(force=force, a=a)
+    elastic(bodies)
     eta = math.atanh(bodies.K / (1 - bodies.combined_nu)) / math.pi
     more = 1 + 4 * eta**2  # so many times the force of Hertz's contact of the same half-width
     hertz = line_contact(R, bodies, force=None if force is None else positive("force", force) / more, a=a)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import number
-from varcontact.errors import Saturated
+from varcontact.checks import elastic, number, positive
+from varcontact.errors import Saturated, SceneError
+from varcontact.reference.hertz import HertzContact
 
 if TYPE_CHECKING:
-    from varcontact.reference.hertz import HertzContact
     from varcontact.scene.bodies import Bodies
 
 
@@ -80,6 +80,8 @@ def cattaneo_mindlin(contact: HertzContact, bodies: Bodies, friction: float, for
 
     Raises
     ------
+    SceneError
+        If the contact is none, or friction is not positive.
     Saturated
         If the force is not below the limit of friction.
 
@@ -101,8 +103,12 @@ def cattaneo_mindlin(contact: HertzContact, bodies: Bodies, friction: float, for
     >>> print(f"{contact.a:.3f} {shift.stick_radius / contact.a:.4f}")
     3.500 0.7000
     """
+    if not isinstance(contact, HertzContact):
+        raise SceneError("contact", contact, "a HertzContact, from hertz")
+    elastic(bodies)
+    friction, force = positive("friction", friction), number("force", force)
     limit = friction * contact.force
-    part = abs(number("force", force)) / limit
+    part = abs(force) / limit
     if part >= 1:
         raise Saturated(abs(force), limit)
     size = 3 * (2 - bodies.combined_nu) * limit / (8 * bodies.combined_G * contact.a)

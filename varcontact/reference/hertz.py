@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import exactly_one, positive
+from varcontact.checks import elastic, exactly_one, positive
 from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
     from varcontact.scene.bodies import Bodies
     from varcontact.scene.grid import Grid
+
+LEAST_RATIO = 1e-100
+"""Least axial ratio of a contact."""
 
 LEAST_SHARE = 1e-14
 """Least part of the force on an element that counts as touched; less may be rounding."""
@@ -65,7 +68,7 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     """
     from scipy.special import elliprd, elliprf, elliprg
 
-    positive("axial_ratio", axial_ratio)
+    axial_ratio = positive("axial_ratio", axial_ratio)
     if axial_ratio > 1:
         raise SceneError("axial_ratio", axial_ratio, "in (0, 1]")
     k2 = axial_ratio**2  # complementary parameter
@@ -227,6 +230,7 @@ def hertz(
     0.001000 284.4444
     """
     Rx, Ry = positive("Rx", Rx), positive("Ry", Ry)
+    _check_slender("Rx", Rx, "Ry", Ry, 1 / LEAST_RATIO**1.5)
     ratio = _axial_ratio(max(Rx, Ry) / min(Rx, Ry))
     minor = _minor_semi_axis(ratio, 0.5 / Rx + 0.5 / Ry, bodies, force, approach)
     a, b = (minor, minor / ratio) if Rx <= Ry else (minor / ratio, minor)
@@ -265,6 +269,7 @@ def hertz_ellipse(
     0.006000 0.003000
     """
     a, b = positive("a", a), positive("b", b)
+    _check_slender("a", a, "b", b, 1 / LEAST_RATIO)
     integrals = elliptic_integrals(min(a, b) / max(a, b))
     n = _normal_constant(bodies)
     exactly_one(force=force, approach=approach)
@@ -275,8 +280,20 @@ def hertz_ellipse(
     return _contact(a, b, *((sharp, blunt) if a <= b else (blunt, sharp)), bodies, force, approach)
 
 
+def _check_slender(one: str, first: float, other: str, second: float, most: float) -> None:
+    """Refuse contacts so slender that the square of their axial ratio is nothing."""
+    if max(first, second) > most * min(first, second):
+        raise SceneError(
+            f"{one}, {other}",
+            (first, second),
+            f"at most {most:g} times one another",
+            message=f"{one} = {first:g} and {other} = {second:g}: one may be {most:g} times the other at most",
+        )
+
+
 def _normal_constant(bodies: Bodies) -> float:
     """3 (1 - nu) / (2 pi G), the constant of (92)-(94)."""
+    elastic(bodies)
     return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
 
 
@@ -316,7 +333,7 @@ def _contact(
     per_force = _normal_constant(bodies) * elliptic_integrals(min(a, b) / max(a, b)).K / max(a, b)
     if approach is None:
         assert force is not None
-        approach = per_force * force
+        approach = per_force * float(force)
     elif force is None:
-        force = approach / per_force
-    return HertzContact(a, b, approach, force, 1.5 * force / (math.pi * a * b), Rx, Ry)
+        force = float(approach) / per_force
+    return HertzContact(a, b, float(approach), float(force), 1.5 * float(force) / (math.pi * a * b), Rx, Ry)

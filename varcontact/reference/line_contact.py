@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import positive
+from varcontact.checks import elastic, positive
 from varcontact.errors import Saturated, SceneError
 
 if TYPE_CHECKING:
@@ -123,6 +123,7 @@ def line_contact(
     0.001727 3.685e+08
     """
     R = positive("R", R)
+    elastic(bodies)
     if sum(value is not None for value in (force, a, approach)) != 1:
         message = "give exactly one of force, a and approach"
         raise SceneError("force, a", (force, a), "exactly one of the two, or the approach alone", message=message)
@@ -170,8 +171,10 @@ def friction_limit(contact: LineContact, friction: float) -> float:
     Raises
     ------
     SceneError
-        If the bodies are unlike (K not 0), or friction is not positive.
+        If it is no `LineContact`, the bodies are unlike (K not 0), or friction is not positive.
     """
+    if not isinstance(contact, LineContact):
+        raise SceneError("contact", contact, "a LineContact, from line_contact")
     if contact.bodies.K != 0:
         raise SceneError(
             "bodies.K",

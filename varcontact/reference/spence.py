@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from varcontact.checks import choice, positive
+from varcontact.checks import choice, elastic, positive
 
 if TYPE_CHECKING:
     from varcontact.scene.bodies import Bodies
@@ -60,6 +60,7 @@ def spence_ratio(bodies: Bodies, friction: float, shape: str = "circle") -> floa
     from scipy.optimize import brentq
     from scipy.special import ellipk, ellipkm1
 
+    elastic(bodies)
     friction = positive("friction", friction)
     choice("shape", shape, ("circle", "line"))
     beta = abs(bodies.K) / (1 - bodies.combined_nu)

@@ -71,6 +71,8 @@ class Bodies:
         """
         moduli = _pair("bodies.E", E, _modulus)
         ratios = _pair("bodies.nu", nu, _poisson)
+        if math.isinf(moduli[0]) and math.isinf(moduli[1]):
+            raise SceneError("bodies.E", E, "finite for one body at least (both are rigid)")
         return cls(G=(moduli[0] / (2 + 2 * ratios[0]), moduli[1] / (2 + 2 * ratios[1])), nu=ratios)
 
     @property

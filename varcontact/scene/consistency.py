@@ -14,7 +14,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import LEAST, MOST, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
@@ -251,6 +251,10 @@ def check_friction(scene: Scene) -> None:
         _check_on_grid(scene, "friction", scene.friction)
         if np.any(scene.friction < 0):
             raise SceneError("friction", float(np.min(scene.friction)), "zero or positive everywhere")
+        rubs = scene.friction[scene.friction > 0]
+        if np.any((rubs < LEAST) | (rubs > MOST)):
+            given = float(rubs.max() if rubs.max() > MOST else rubs.min())
+            raise SceneError("friction", given, f"0, or between {LEAST:g} and {MOST:g}, everywhere")
 
 
 def check_samples(scene: Scene) -> None:
@@ -326,4 +330,4 @@ def as_array(field: str, value: Any, line: bool) -> np.ndarray:
     SceneError
         If it is not such an array of finite numbers.
     """
-    return checks.array(field, np.atleast_2d(value) if line and np.ndim(value) == 1 else value, 2)
+    return checks.array(field, np.atleast_2d(value) if line and checks.dimensions(value) == 1 else value, 2)

@@ -11,6 +11,9 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 
+LEAST, MOST = 1e-20, 1e20
+"""Between these are finite coefficients that are not zero: beyond, products leave the range of floating point."""
+
 
 @dataclass(frozen=True)
 class StaticKinetic:
@@ -77,6 +80,10 @@ class _Falling(ABC):
         _check_coefficients(self)
         for name in ("half_velocity", "velocity"):
             object.__setattr__(self, name, checks.positive(f"friction.{name}", getattr(self, name)))
+        if not 1 / checks.LARGE <= self.half_velocity / self.velocity <= checks.LARGE:
+            raise SceneError(
+                "friction.half_velocity", self.half_velocity, f"within {checks.LARGE:g} times friction.velocity"
+            )
 
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), `Solution.slip`."""
@@ -90,7 +97,7 @@ class _Falling(ABC):
 
     def _scaled(self, slip: Any) -> np.ndarray:
         """Slip velocity by the one at which half is lost."""
-        return np.asarray(slip, dtype=float) * (self.velocity / self.half_velocity)
+        return np.minimum(np.asarray(slip, dtype=float) * (self.velocity / self.half_velocity), checks.LARGE)
 
     @abstractmethod
     def _fall(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -212,6 +219,8 @@ def coefficient(field: str, value: Any) -> float | Law:
     number = checks.real(field, value, allowed)
     if number < 0:
         raise SceneError(field, value, allowed)
+    if not (number in (0, np.inf) or LEAST <= number <= MOST):
+        raise SceneError(field, number, f"0, between {LEAST:g} and {MOST:g}, or inf (no slip)")
     return number
 
 
@@ -241,6 +250,8 @@ BRANCHES = {
 
 def _check_coefficients(law: StaticKinetic | _Falling) -> None:
     static = checks.positive("friction.static", law.static)
+    if not LEAST <= static <= MOST:
+        raise SceneError("friction.static", law.static, f"between {LEAST:g} and {MOST:g}")
     kinetic = checks.number("friction.kinetic", law.kinetic)
     if not 0 <= kinetic <= static:
         raise SceneError("friction.kinetic", law.kinetic, f"in [0, static] = [0, {static:g}]")

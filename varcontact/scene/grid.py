@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.checks import choice, number, positive, whole
+from varcontact.checks import choice, moderate, positive, whole
 from varcontact.errors import SceneError
 
 EDGES = ("centres", "touched")
@@ -90,7 +90,7 @@ class Grid:
         if missing:
             raise SceneError(f"grid.{missing[0]}", None, f"given: {', '.join(names)} come together")
         for name in names:
-            check = positive if name in ("dx", "dy") else number
+            check = positive if name in ("dx", "dy") else moderate
             set_(self, name, check(f"grid.{name}", getattr(self, name)))
 
     @property

@@ -354,10 +354,15 @@ _OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
 
 def _at_least_zero(field: str, value: Any) -> float:
     allowed = "a finite number, zero or positive"
-    number = checks.number(field, value, allowed)
+    number = checks.moderate(field, value, allowed)
     if number < 0:
         raise SceneError(field, value, allowed)
     return number
+
+
+def _distance(field: str, value: Any) -> float:
+    distance = _at_least_zero(field, value)
+    return checks.computable(field, distance) if distance > 0 else distance
 
 
 def _direction(field: str, value: Any) -> int:
@@ -369,9 +374,9 @@ def _direction(field: str, value: Any) -> int:
 
 
 _ENTRIES: dict[str, Callable[[str, Any], Any]] = {
-    "dq": _at_least_zero,
+    "dq": _distance,
     "direction": _direction,
-    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.number),
+    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.moderate),
     "normal_force": _at_least_zero,
     "friction": coefficient,
 }
@@ -379,12 +384,12 @@ _ENTRIES: dict[str, Callable[[str, Any], Any]] = {
 
 def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: str) -> None:
     for name in (along_x, along_y, about_z):
-        object.__setattr__(motion, name, checks.number(f"motion.{name}", getattr(motion, name)))
+        object.__setattr__(motion, name, checks.moderate(f"motion.{name}", getattr(motion, name)))
     for force, rigid in (("Fx", along_x), ("Fy", along_y)):
         value = getattr(motion, force)
         if value is None:
             continue
-        object.__setattr__(motion, force, checks.number(f"motion.{force}", value))
+        object.__setattr__(motion, force, checks.moderate(f"motion.{force}", value))
         if getattr(motion, rigid) != 0:
             raise _both_given(f"motion.{force}", value, f"motion.{rigid}", getattr(motion, rigid))
 

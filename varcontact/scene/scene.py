@@ -86,10 +86,10 @@ class Scene:
         set_ = object.__setattr__
         if self.normal_force is not None:
             unloaded = isinstance(self.motion, TimeStep) and self.normal_force == 0
-            check = checks.number if unloaded else checks.positive
+            check = checks.moderate if unloaded else checks.positive
             set_(self, "normal_force", check("normal_force", self.normal_force))
         if self.approach is not None:
-            set_(self, "approach", checks.number("approach", self.approach))
+            set_(self, "approach", checks.moderate("approach", self.approach))
         if checks.is_array(self.friction):
             set_(self, "friction", consistency.as_array("friction", self.friction, self.line))
         elif self.friction is not None:

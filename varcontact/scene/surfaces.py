@@ -201,7 +201,7 @@ class SampledDistance:
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        set_(self, "h", checks.array("surface.h", self.h, 1 if np.ndim(self.h) == 1 else 2))
+        set_(self, "h", checks.array("surface.h", self.h, 1 if checks.dimensions(self.h) == 1 else 2))
         if self.line and self.y is not None:
             raise SceneError("surface.y", self.y, "left out in line contact, where h is one row")
         if not self.line and (self.x is None) != (self.y is None):

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from varcontact.errors import SceneError
 
+LONGEST = 40
+"""Characters of a name."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Units:
@@ -15,6 +18,11 @@ class Units:
     ----------
     length, force : str
         As "mm" and "N".
+
+    Raises
+    ------
+    SceneError
+        If one is not a printable name of 40 characters at most.
 
     Examples
     --------
@@ -29,8 +37,11 @@ class Units:
 
     def __post_init__(self) -> None:
         for name in ("length", "force"):
-            if not isinstance(getattr(self, name), str):
-                raise SceneError(f"units.{name}", getattr(self, name), "a name, in quotes")
+            value = getattr(self, name)
+            if not isinstance(value, str):
+                raise SceneError(f"units.{name}", value, "a name, in quotes")
+            if not value.isprintable() or len(value) > LONGEST:
+                raise SceneError(f"units.{name}", value, f"printable, in {LONGEST} characters at most")
 
     def of(self, quantity: str, line: bool = False) -> str:
         """Unit of a quantity.

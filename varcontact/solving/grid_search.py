@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.checks import LARGE
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, known_grid, within
 from varcontact.problem.containment import contact_box, outside
@@ -114,7 +115,7 @@ def on_a_grid_that_holds_it(
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:
     """The lowest distance known in each element: no summit falls between the centres of a coarse look."""
-    distance = surface.distance(grid).copy()
+    distance = np.clip(surface.distance(grid), -LARGE, LARGE)  # splines swing
     x, y = surface.coordinates
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
     ix, iy = (np.floor((x - x0) / dx).astype(int), np.floor((y - y0) / dy).astype(int))

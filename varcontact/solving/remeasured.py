@@ -14,9 +14,9 @@ from typing import cast
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import VarcontactError
 from varcontact.io.history_file import Stored
-from varcontact.io.solution_file import damaged, read
+from varcontact.io.reading import reading
+from varcontact.io.solution_file import read
 from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
@@ -79,10 +79,8 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
         return found
     if isinstance(found, History):
         return replace(found, solutions=with_measured_steps(cast(Stored, found.solutions)))
-    try:
+    with reading(path):
         return _remeasured(replace(found, note=""))
-    except (ValueError, VarcontactError) as error:
-        raise damaged(path, error) from None
 
 
 def with_measured_steps(stored: Stored) -> Stored:

@@ -32,6 +32,9 @@ from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 
+MOST_BY_PRESSURE = 1e50
+"""Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
+
 
 @one_blas_thread()
 def solve(
@@ -311,6 +314,8 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     >>> vc.certify(scene, 0.99 * sol.traction).relative_gap > vc.certify(scene, sol.traction).relative_gap
     True
     """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
         raise SceneError(
@@ -332,11 +337,11 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
-        pressures = _field("pressure", pressure, grid.shape)
+        pressures = _field("pressure", pressure, grid.shape, disc.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
         state = _given_pressure(disc, pressures / disc.pressure)
-    tractions = _field("traction", traction, (2, *grid.shape)) / disc.pressure
+    tractions = _field("traction", traction, (2, *grid.shape), disc.pressure) / disc.pressure
     if isinstance(scene.friction, Law):
         disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
     try:
@@ -364,10 +369,14 @@ def _check_saturation(scene: Scene) -> None:
         raise Saturated(size, limit)
 
 
-def _field(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:
+    """Numbers of a shape, of a size that can be computed with beside the scale of pressures."""
     array = checks.array(name, values, len(shape))
     if array.shape != shape:
         raise checks.wrong_shape(name, array.shape, f"of shape {shape}")
+    largest = float(np.abs(array).max())
+    if largest > MOST_BY_PRESSURE * scale:
+        raise SceneError(name, largest, f"at most {MOST_BY_PRESSURE:g} times the contact's pressures, {scale:.3g}")
     return array
 
 

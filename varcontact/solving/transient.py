@@ -13,6 +13,7 @@ from typing import cast
 
 import numpy as np
 
+from varcontact.checks import file_name
 from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
 from varcontact.io.history_file import Stored
 from varcontact.machine.memory import need
@@ -77,7 +78,7 @@ def solve_transient(
     steps = Steps(plan, tol, polish, Clock(), certify=certify)
     if store is None:
         return _solved(scene, steps, progress, None)
-    with Stored.recording(Path(store), scene, plan, tol, polish) as stored:
+    with Stored.recording(file_name("store", store), scene, plan, tol, polish) as stored:
         return _solved(scene, steps, progress, stored)
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -33,6 +34,7 @@ def standard_bank(cells: int = 12) -> dict[str, Scene]:
     >>> len(bank), bank["pure spin, large"].motion.spin
     (14, 1.2)
     """
+    cells = checks.whole("cells", cells)
     circle, long = Ellipse(a=1.0, b=1.0), float(np.sqrt(5))
     along, across = Ellipse(a=long, b=1 / long), Ellipse(a=1 / long, b=long)
     base = Scene(
@@ -86,6 +88,7 @@ def unlike_bank(cells: int = 12) -> dict[str, Scene]:
     >>> len(bank), sorted({round(scene.bodies.K, 2) for scene in bank.values()})
     (20, [-0.25, 0.07, 0.2, 0.5])
     """
+    cells = checks.whole("cells", cells)
     pairs = {
         "aluminium on steel": Bodies(G=(1.0, 3.1), nu=(0.33, 0.28)),
         "hard on soft": Bodies(G=(10.0, 1.0), nu=(0.28, 0.2)),

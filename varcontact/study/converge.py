@@ -100,7 +100,7 @@ def converge(
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     numbers = _refining(cells)
-    methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
+    methods = [Method.named(name) for name in _names(method)]
     if not methods:
         raise SceneError("method", method, "one at least", message="no method to study: name at least one")
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
@@ -152,6 +152,15 @@ def _refining(cells: Iterable[int]) -> list[int]:
             message=f"cells = {numbers}: give at least one grid, each finer than the one before",
         )
     return numbers
+
+
+def _names(method: str | Iterable[str]) -> list[str]:
+    if isinstance(method, str):
+        return [method]
+    try:
+        return list(method)
+    except TypeError:
+        raise SceneError("method", method, "a name, or a list of names") from None
 
 
 def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:

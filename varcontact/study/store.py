@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
 from varcontact.io.scene_file import scene_to
@@ -100,6 +101,9 @@ def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: s
         table[[name for name in LATER if name in columns and name not in table]] = ""
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
+        for name in set(columns) - set(words):
+            if table[name].dtype.kind not in "iufb" and table[name].notna().any():
+                raise ValueError(f"column {name} has words where figures belong")
         table = table[list(columns)]
     except (ValueError, OSError, UnicodeDecodeError) as error:
         raise SceneError(
@@ -152,12 +156,10 @@ class Table:
             If it cannot be written, or another study adds to it.
         """
         imported("pandas")  # now: after Ctrl-C it would be waited for
-        if not (store is None or isinstance(store, (str, Path))):
-            raise SceneError("store", store, "the name of a file")
         if store is None:
             yield cls(None, columns)
             return
-        path = Path(store)
+        path = checks.file_name("store", store)
         check_ending("store", path, ".csv")
         check_writable("store", path)
         with only_writer("store", path):
