@@ -237,7 +237,7 @@ def compare(
     except Interrupted as stopped:
         if len(stopped.partial):
             _print(show(stopped.partial))
-        _stop(stopped, out, "--out FILE.csv", "scenes")
+        _stop(stopped, out, "--out FILE.csv", "methods")
     _print(show(table))
     if plot is not None:
         write_picture(plot_comparison(table), plot)

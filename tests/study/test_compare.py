@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.study.compare import DEFAULT_METHODS, Method
+from varcontact.study.compare import DEFAULT_METHODS
+from varcontact.study.method import Method
 from varcontact.study.store import as_json
 from varcontact.study.tables import summary
 
