@@ -31,7 +31,7 @@ BACK = {
     ("reference.hertz", "scene.grid"),
     ("reference.line_contact", "scene.bodies"),
     ("reference.spence", "scene.bodies"),
-    ("plotting.solution", "study.convergence"),
+    ("plotting.studies", "study.convergence"),
 }
 """Imports against the order that may stay: in a function, or for types only."""
 

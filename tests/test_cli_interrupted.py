@@ -91,7 +91,7 @@ def test_history_without_a_file(folder):
 def test_comparison_with_a_table(folder):
     call = ("compare", "one.toml", "two.toml", "--methods", METHOD, "--out", "t.csv")
     output, said = interrupted(folder, *call, at=f"two: {METHOD}")
-    how = "finished scenes are kept in t.csv, and the same command resumes from there"
+    how = "finished methods are kept in t.csv, and the same command resumes from there"
     assert said == f"interrupted after 1 of 2 scenes; {how}"
     assert output.splitlines()[0] == "one" and "two" not in output
     assert pd.read_csv(folder / "t.csv")["scene"].tolist() == ["one"]
@@ -99,7 +99,7 @@ def test_comparison_with_a_table(folder):
 
 def test_comparison_without_a_table(folder):
     output, said = interrupted(folder, "compare", "one.toml", "two.toml", "--methods", METHOD, at=f"two: {METHOD}")
-    how = "nothing is kept; with --out FILE.csv, finished scenes are kept and the same command resumes from there"
+    how = "nothing is kept; with --out FILE.csv, finished methods are kept and the same command resumes from there"
     assert output.splitlines()[0] == "one"
     assert said == f"interrupted after 1 of 2 scenes; {how}"
 

@@ -15,7 +15,8 @@ from varcontact.errors import (
 from varcontact.io.scene_file import read_scene
 from varcontact.planning.plan import Plan, plan
 from varcontact.planning.sizes import Matrix, Sizes
-from varcontact.plotting.solution import plot_comparison, plot_stress
+from varcontact.plotting.stress import plot_stress
+from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
 from varcontact.results.history import History
 from varcontact.results.solution import Solution

@@ -210,7 +210,7 @@ def compare(
     """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.io.scene_file import read_scene
     from varcontact.plotting.picture_file import write_picture
-    from varcontact.plotting.solution import plot_comparison
+    from varcontact.plotting.studies import plot_comparison
     from varcontact.study.bank import standard_bank
     from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
@@ -237,7 +237,7 @@ def compare(
     except Interrupted as stopped:
         if len(stopped.partial):
             _print(show(stopped.partial))
-        _stop(stopped, out, "--out FILE.csv", "scenes")
+        _stop(stopped, out, "--out FILE.csv", "methods")
     _print(show(table))
     if plot is not None:
         write_picture(plot_comparison(table), plot)

@@ -77,6 +77,7 @@ FAMILIES = {
     "conic": Family("clarabel", "clarabel", polish=False, tol=1e-5),
     "active set": Family("norm", "tang-safeguarded"),
     "tang": Family("norm", "tang"),
+    "newton": Family("newton", "newton"),
     "scs": Family("scs", "scs", polish=False, tol=1e-5),
     "osqp": Family("osqp", "osqp", polish=False, tol=1e-5),
     "joint": Family(coupling="joint"),

@@ -24,7 +24,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from varcontact.solving.solve import solve
 
-EXACT = ("default", "polished", "conic", "active set", "tang", "scs", "osqp", "joint")
+EXACT = ("default", "polished", "conic", "active set", "tang", "newton", "scs", "osqp", "joint")
 APPROXIMATE = ("johnson", "fastsim", "linear")
 
 

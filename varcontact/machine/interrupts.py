@@ -16,13 +16,13 @@ from typing import Any, Generic, TypeVar
 
 Result = TypeVar("Result")
 
-LONGEST = 0.02
-"""Seconds between two looks at who has SIGINT."""
+LONGEST = 0.005
+"""Seconds for which a solver that takes SIGINT for itself has it."""
 MANY = 1000
 """Rows of a matrix whose factors take longer (0.05 s) than it takes to start a thread (0.1 ms)."""
 
 
-def interruptible(work: Callable[[], Result], rows: int = MANY, listens: bool = False) -> Result:
+def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
     """What `work` returns or raises; Ctrl-C does not wait for it.
 
     Parameters
@@ -30,8 +30,6 @@ def interruptible(work: Callable[[], Result], rows: int = MANY, listens: bool = 
     work : callable
     rows : int
         Of the matrix that is factored, if that is what it does: with few it is just called.
-    listens : bool
-        Whether it takes SIGINT itself, and ends then: it is left to it, and the caller looks at what is returned.
 
     Notes
     -----
@@ -52,8 +50,7 @@ def interruptible(work: Callable[[], Result], rows: int = MANY, listens: bool = 
     thread.start()
     pause = 1e-3
     while not call.done.wait(pause):
-        if not listens:
-            _take_sigint_back()
+        _take_sigint_back()
         pause = min(2 * pause, LONGEST)
     return call.result()
 

@@ -22,8 +22,9 @@ from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.solve import solve
-from varcontact.study.compare import Method, attempted, carried
+from varcontact.study.compare import attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
+from varcontact.study.method import Method
 from varcontact.study.store import Table, identity
 
 DEFAULT_METHOD = "tang-safeguarded"

@@ -146,7 +146,7 @@ class Convergence:
 
     def plot(self) -> Figure:
         """Picture of the errors over the number of cells, a panel for each quantity that changes with the grid."""
-        from varcontact.plotting.solution import plot_convergence
+        from varcontact.plotting.studies import plot_convergence
 
         return plot_convergence(self)
 

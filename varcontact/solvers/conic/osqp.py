@@ -43,7 +43,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
         interruptible(lambda: solver.setup(*data, verbose=False, **options))
     if setups is not None:
         setups.keep(key, program, solver)
-    result = interruptible(lambda: solver.solve(raise_error=False), listens=True)
+    result = interruptible(lambda: solver.solve(raise_error=False))
     info = result.info
     if info.status_val == osqp.SolverStatus.OSQP_SIGINT:
         raise KeyboardInterrupt

@@ -47,7 +47,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
         solver = interruptible(lambda: scs.SCS(data, cone, verbose=False, **options))
     if setups is not None:
         setups.keep(key, program, solver)
-    result = interruptible(solver.solve, listens=True)
+    result = interruptible(solver.solve)
     info = result["info"]
     if info["status_val"] == scs.SIGINT:
         raise KeyboardInterrupt
