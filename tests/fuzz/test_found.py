@@ -1,6 +1,7 @@
 """What the fuzzer found, each with its campaign, seed and number; as small as it could be made."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -145,3 +146,19 @@ def test_points_and_names_of_any_size(sol, tmp_path):
     with pytest.raises(vc.SceneError, match="scene file") as failure:
         vc.read_scene("x" * 100_000)
     assert len(str(failure.value)) < 300
+
+
+def test_an_iterate_that_diverges_warns_nobody(check_kkt):
+    """Scenes, seed 1, case 1332: all but saturated, a step of TANG overflowed with NumPy's RuntimeWarning."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=80e9, nu=0.28),
+        surface=vc.Ellipse(a=0.016222049333629904, b=0.0015411123148400582),
+        approach=0.00010919506575814483,
+        friction=0.22364725334250185,
+        motion=vc.Shift(uy=3.018342072463735e-10, rotation=2.2516178038473344e-07, Fx=22916.20847435266),
+        grid=vc.Grid(nx=12, ny=9),
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sol = vc.solve(scene, method="active-set")
+    check_kkt(sol, 1e-8)

@@ -223,7 +223,8 @@ def tangential_residual(
     float
     """
     shift = problem.shift(traction, rigid) if shift is None else shift
-    image = project(traction - shift / problem.operator.diagonal, problem.bound)
+    with np.errstate(over="ignore", invalid="ignore"):  # an iterate that diverges ends at NaN, which is no residual
+        image = project(traction - shift / problem.operator.diagonal, problem.bound)
     size = worst(magnitude(traction).max(), magnitude(image).max())
     residual = relative(float(magnitude(traction - image).max()), float(size))
     for i in problem.free:
