@@ -37,11 +37,11 @@ print((peak - before) / sol.plan.sizes.peak, vc.plan(sol.scene, {methods}).sizes
 """
 CASES = {
     "NORM": ("surface=ellipse", "normal='norm'", 50),
-    "TANG": ("surface=ellipse, **rolling", "tangential='tang-safeguarded'", 30),
+    "TANG": ("surface=ellipse, **rolling", "tangential='tang-safeguarded'", 25),
     "Clarabel": ("surface=ellipse, **rolling", "tangential='clarabel'", 20),
     "Newton, normal": ("surface=ellipse", "normal='newton'", 450),
     "Newton": ("surface=ellipse, **rolling", "tangential='newton'", 240),
-    "sampled": ("surface=sampled, **rolling", "method='active-set'", 32),
+    "sampled": ("surface=sampled, **rolling", "method='active-set'", 25),
 }
 
 
