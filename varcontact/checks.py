@@ -298,10 +298,16 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
         raise SceneError(field, value, allowed) from None
     if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
         raise SceneError(field, value, allowed)
-    result = given.astype(float)
+    try:
+        result = given.astype(float)
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
     bad = ~np.isfinite(result)
     if bad.any():
         raise SceneError(field, float(result[bad][0]), allowed)
+    bad = np.abs(result) > LARGE
+    if bad.any():
+        raise SceneError(field, float(result[bad][0]), TOO_LARGE)
     return result
 
 
@@ -353,11 +359,13 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
     Raises
     ------
     SceneError
-        If one is not finite, or not above zero.
+        If one is not finite, not above zero, or of a size that cannot be computed with.
     """
     result = numbers(field, value, allowed)
     if (result <= 0).any():
         raise SceneError(field, float(result[result <= 0][0]), allowed)
+    if (result < SMALL).any():
+        computable(field, float(result[result < SMALL][0]))
     return result
 
 

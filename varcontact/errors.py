@@ -90,7 +90,7 @@ class OutputError(VarcontactError, OSError):
 
     def __init__(self, field: str, value: Any, reason: str) -> None:
         self.field, self.value, self.reason = field, value, reason
-        super().__init__(f"{field} = {_short(str(value))}: {reason}" if value else f"{field} {reason}")
+        super().__init__(f"{field} = {shortened(str(value))}: {reason}" if value else f"{field} {reason}")
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -197,12 +197,17 @@ def _refusal(field: str, value: Any, allowed: str) -> str:
     if value is None and allowed.startswith("given"):
         return f"{field} is missing{allowed.removeprefix('given')}"
     if allowed.startswith("left out"):
-        return f"{field} = {_short(value)} must be {allowed}"
-    return f"{field} = {_short(value)} is not allowed: must be {allowed}"
+        return f"{field} = {shortened(value)} must be {allowed}"
+    return f"{field} = {shortened(value)} is not allowed: must be {allowed}"
 
 
-def _short(value: Any) -> str:
-    """A value as Python writes it, cut where it is long."""
+def shortened(value: Any) -> str:
+    """A value as Python writes it, cut where it is long.
+
+    Parameters
+    ----------
+    value : object
+    """
     try:
         text = repr(value.item() if hasattr(value, "dtype") and getattr(value, "shape", None) == () else value)
         text = " ".join(text.split())  # arrays come in lines

@@ -70,8 +70,8 @@ def tangential_residual(held: Held) -> tuple[float, float]:
     rho = held.own[:2][acts].mean()
     image = projected(traction - held.shift / rho, held.bound)
     largest = max(np.hypot(*traction).max(), np.hypot(*image[:, bears]).max())
-    if largest == 0:
-        return 0.0, 0.0
+    if largest == 0:  # without tractions all of a prescribed force is lacking
+        return float(bool(motion.Fx or motion.Fy)), 0.0
     residual = float(np.hypot(*(traction - image)).max() / largest)
     for force, wanted in zip(sol.force, (motion.Fx, motion.Fy), strict=True):
         if wanted is not None:

@@ -111,7 +111,7 @@ def objects() -> list[Any]:
         *(
             np.ones((3, 3), dtype="timedelta64[s]"),
             np.zeros(3, dtype=[("a", float)]),
-            np.broadcast_to(1.0, (10**6, 10**6)),
+            np.broadcast_to(1.0, (10**8, 10**8)),
         ),
         *(Path("/dev/null"), "\0", "\ud800", "x\0.nc", bytearray(b"1"), memoryview(b"1"), type("Odd", (), {})()),
     ]

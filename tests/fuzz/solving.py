@@ -75,11 +75,12 @@ def _of_iterate(error: vc.NotConverged) -> list[str]:
 
 
 def owed(chosen: vc.Scene) -> bool:
-    """Whether the methods by default owe an answer: analytic surfaces on a grid laid around them, and no forces."""
+    """Whether an answer is owed by default: like bodies, analytic surfaces on a grid laid around them, no forces."""
     grid, motion = chosen.grid, chosen.motion
     explicit = isinstance(grid, vc.Grid) and (grid.explicit or grid.edge == "touched")
     prescribed = isinstance(motion, vc.Transient) or any(
         getattr(motion, name, None) is not None for name in ("Fx", "Fy")
     )
     needs_depth = chosen.line and chosen.reference_depth is None and isinstance(motion, vc.Shift)
-    return not (explicit or prescribed or needs_depth or isinstance(chosen.surface, vc.SampledDistance))
+    apart = explicit or prescribed or needs_depth or isinstance(chosen.surface, vc.SampledDistance)
+    return not (apart or chosen.bodies.K)

@@ -114,6 +114,7 @@ REFUSED = {
     "seed 1, case 324": (lambda: vc.SampledDistance(np.broadcast_to(1.0, (10**8, 10**8))), "surface.h .* memory"),
     "seed 1, case 379": (lambda: vc.StaticKinetic(0.3, Hostile()), "friction.kinetic = a Hostile"),
     "seed 1, case 1135": (lambda: vc.reference.spence_ratio(UNLIKE, 0.3, 10**5000), "shape = a number of thousands"),
+    "seed 3, case 1214": (lambda: vc.reference.creepage_coefficients(1.0, 5e-324, 0.3), "b = 5e-324 .* 1e-100"),
     "seed 2, case 700": (lambda: vc.Bodies.from_young(E=np.inf, nu=0.3), r"bodies\.E = inf"),
 }
 
@@ -130,3 +131,17 @@ def test_a_word_for_overwrite(sol, tmp_path):
     """Arguments, seed 1, case 1054: what is neither true nor false was taken for true."""
     with pytest.raises(vc.SceneError, match="overwrite = 'no'"):
         sol.save(tmp_path / "saved.nc", overwrite="no")
+
+
+def test_points_and_names_of_any_size(sol, tmp_path):
+    """Arguments, seed 3, cases 1447, 2651 and 4600: overflow in the stress, and a message of 100 000 characters."""
+    for call in (
+        lambda: vc.stress_below(sol, 1e101),
+        lambda: vc.stress(sol, [[1e308]] * 3),
+        lambda: vc.plot_stress(sol, y=1e101),
+    ):
+        with pytest.raises(vc.SceneError, match=r"(depths|points|y) = 1e\+\d+ .* at most 1e\+100 in size"):
+            call()
+    with pytest.raises(vc.SceneError, match="scene file") as failure:
+        vc.read_scene("x" * 100_000)
+    assert len(str(failure.value)) < 300

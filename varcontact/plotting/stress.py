@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.checks import choice, number, positive
+from varcontact.checks import choice, moderate, positive
 from varcontact.errors import SceneError
 from varcontact.plotting.solution import label
 
@@ -62,7 +62,7 @@ def plot_stress(
         )
     choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     row = int(np.argmax(sol.pressure.max(axis=1)))
-    y = float(sol.grid.y[row]) if y is None else number("y", y)
+    y = float(sol.grid.y[row]) if y is None else moderate("y", y)
     x, length = _along_section(sol)
     depth = 0.75 * length if depth is None else positive("depth", depth)
     depths = depth * np.linspace(0, 1, 25) ** 1.5

@@ -74,7 +74,7 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances that count from so far away that their rounding is seen in the contact."""
     approach = state.approach * disc.displacement
-    if np.finfo(float).eps * abs(disc.base) > ROUNDED * approach:
+    if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
         raise SceneError(
             "surface.h",
             disc.base,
