@@ -46,7 +46,14 @@ def interrupted(folder, *arguments, at):
     command = [sys.executable, "-m", "varcontact", *arguments]
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "400"}
     process = subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=inside, text=True, env=environment, start_new_session=True
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=inside,
+        text=True,
+        env=environment,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # background jobs are deaf to it
     )
     os.close(inside)
     shown = ""

@@ -106,7 +106,8 @@ def with_entry(*keys, value):
         *(with_entry(*keys, value=value) for value in (None, "x", [[1, [2]], 3]) for keys in (
             ["scene"], ["scene", "bodies"], ["scene", "bodies", "G"], ["scene", "surface"], ["scene", "motion"],
             ["grid"], ["grid", "nx"], ["plan"], ["plan", "reasons"], ["plan", "sizes"], ["certificate"],
-            ["certificate", "gap"], ["passes"], ["calls"], ["solved_by"], ["timing"])),
+            ["certificate", "gap"], ["passes"], ["calls"], ["solved_by"], ["timing"],
+            ["timing", "total"], ["iterations", "tangential"], ["branch"], ["plan", "left_out"])),
     ],
 )  # fmt: skip
 def test_records_that_cannot_be(files, tmp_path, change):

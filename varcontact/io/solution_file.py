@@ -22,6 +22,7 @@ from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.solution import Solution, plain_calls
+from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
@@ -318,6 +319,11 @@ def assembled(
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
     if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
         raise ValueError(f"{', '.join(kinds)} that are of other types")
+    counted = [*record["timing"].values(), *record["iterations"].values()]
+    if any(isinstance(value, bool) or not isinstance(value, (int, float)) for value in counted):
+        raise ValueError("times or iterations that are not numbers")
+    if record.get("branch", "") not in ("", *BRANCHES):
+        raise ValueError("a branch that there is not")
     sol = Solution(
         scene=scene,
         grid=grid,

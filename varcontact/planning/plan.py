@@ -165,6 +165,8 @@ class Plan:
         """
         if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
             raise ValueError("a plan without methods and reasons")
+        if not isinstance(record.get("left_out", 0.0), (int, float)):
+            raise ValueError("a plan whose left_out is no number")
         sizes = dict(record["sizes"]) if record.get("sizes") else None
         if sizes is not None:
             sizes.pop("peak", None)  # follows from the stages
