@@ -87,7 +87,9 @@ class Certificate:
 
     @cached_property
     def _bounds(self) -> ForceBounds:
-        return self.bounds()
+        found = self.bounds()
+        object.__setattr__(self, "bounds", ForceBounds.known(found.whole, found.pressure_part))  # free what they took
+        return found
 
     @property
     def force_bound(self) -> np.ndarray:
