@@ -31,8 +31,8 @@ LAWS: dict[tuple[str, str], tuple[float, float, float]] = {
 
 CLOSED_FORM = 0.004
 """Seconds of Hertz's pressure, and of an approximate theory."""
-PASSES_OF_A_LOOP, PASSES_OF_A_LAW = 8, 12
-"""Solves that coupling loops and laws of friction usually take."""
+PASSES_OF_A_LOOP, AT_ONCE, PASSES_OF_A_LAW = 8, 2, 12
+"""Solves that coupling loops, one Newton's method for both problems, and laws of friction usually take."""
 WARM = 0.5
 """Part of its seconds that a solve takes from a start near its solution."""
 
@@ -148,7 +148,7 @@ def _cost(scene: Scene, plan: Plan) -> Cost:
     if scene.under_law:
         solves += WARM * (PASSES_OF_A_LAW - 1)
     elif plan.loops:
-        solves += WARM * (PASSES_OF_A_LOOP - 1)
+        solves += WARM * ((AT_ONCE if plan.at_once else PASSES_OF_A_LOOP) - 1)
     if isinstance(scene.motion, Transient):
         solves += WARM * (scene.motion.steps - 1)
     return Cost(plan.method, plan.normal, plan.tangential, solves * sum(known), plan.sizes.peak)
