@@ -118,7 +118,7 @@ def test_interrupted_writing_leaves_the_old_file(sol, tmp_path, monkeypatch):
     def fail(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pathlib.Path.write_bytes", fail)
+    monkeypatch.setattr("os.fsync", fail)
     with pytest.raises(vc.OutputError, match="No space left"):
         sol.save(path)
     assert path.read_bytes() == before

@@ -119,7 +119,9 @@ def test_a_steady_state_stays(rolling):
 def test_converge_keeps_the_edge(rolling, tmp_path):
     """No staircase is fitted; both kinds of elements tend to the same force, within their error bars."""
     touched, centres = (
-        vc.converge(rolling(grid=vc.Grid(nx=1, ny=1, edge=edge)), [6, 8, 10, 12], offsets=2, store=tmp_path / edge)
+        vc.converge(
+            rolling(grid=vc.Grid(nx=1, ny=1, edge=edge)), [6, 8, 10, 12], offsets=2, store=tmp_path / f"{edge}.csv"
+        )
         for edge in ("touched", "centres")
     )
     assert touched.runs["staircase"].isna().all() and centres.runs["staircase"].notna().all()
@@ -127,7 +129,7 @@ def test_converge_keeps_the_edge(rolling, tmp_path):
     assert abs(one["value"] - other["value"]) < one["error"] + other["error"] < 0.2 * abs(one["value"])
     assert (touched.runs["contact_area"] > np.pi * 1.2 * 0.9).all()
     with pytest.raises(vc.SceneError, match="holds a study of another scene"):
-        vc.converge(rolling(grid=TOUCHED), [8, 12], offsets=1, store=tmp_path / "centres")
+        vc.converge(rolling(grid=TOUCHED), [8, 12], offsets=1, store=tmp_path / "centres.csv")
 
 
 def test_frictionless_unlike_bodies_have_a_closed_form(rolling):

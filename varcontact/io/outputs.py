@@ -78,7 +78,7 @@ def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
         if not os.access(folder, os.W_OK) or (there and not os.access(target, os.W_OK)):
             raise OutputError(field, path, "may not be written")
         with suppress(FileNotFoundError):
-            _part(target).stat()  # the longest name there will be
+            target.stat()  # where its name is too long
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OutputError:

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from hashlib import sha256
 from pathlib import Path
 
 if sys.platform == "win32":
@@ -21,6 +22,8 @@ else:
 
 PAUSE = 0.02
 """Seconds between two looks at a lock that somebody else holds."""
+LONGEST = 200
+"""Bytes of a file's name up to which it is part of the names beside it; file systems take 255."""
 FAR = 1 << 30
 """The byte of a lock file that is locked on Windows, where nobody can read what is locked."""
 
@@ -40,8 +43,12 @@ class Held(Exception):
 
 
 def beside(path: Path, ending: str) -> Path:
-    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``."""
-    return path.with_name(f".{path.name}.{ending}")
+    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``.
+
+    A long name is replaced by its digest, so that the hidden one is not too long for the file system.
+    """
+    name = path.name if len(os.fsencode(path.name)) <= LONGEST else sha256(os.fsencode(path.name)).hexdigest()
+    return path.with_name(f".{name}.{ending}")
 
 
 @contextmanager

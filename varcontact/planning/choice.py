@@ -67,7 +67,7 @@ def make_plan(
             message="motion: a TimeStep continues from the step before it; give the history as a Transient",
         )
     names = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
-    for field, name in (names | {"method": method}).items():
+    for field, name in names.items():
         if not isinstance(name, str):
             raise SceneError(field, name, "the name of a method")
     way = road(method)
