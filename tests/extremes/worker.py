@@ -41,12 +41,12 @@ class Worker:
         seconds : float
             Time limit. After it the process is ended, and another one begins.
         """
-        self._pipe.send(arguments)
         try:
+            self._pipe.send(arguments)
             if self._pipe.poll(seconds):
                 return self._pipe.recv(), ""
             reason = f"no end within {seconds:g} s"
-        except EOFError:
+        except (EOFError, BrokenPipeError):
             self._process.join()
             reason = f"the process died with exit status {self._process.exitcode}"
         self._end()

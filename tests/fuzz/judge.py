@@ -11,7 +11,7 @@ from tests.conditions import Held, undeformed, violations
 
 DIFFER = 1e-3
 """Relative difference of the certificate's numbers from those found here that is none."""
-ROUNDING = 1e-11
+ROUNDING = 1e-10
 """Residuals that are rounding."""
 
 
