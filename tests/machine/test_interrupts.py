@@ -116,7 +116,7 @@ solve, calls = {package}.{solver}.solve, []
 def pressed(self, *arguments, **options):
     calls.append(1)
     if len(calls) == {at}:
-        threading.Timer(0.02, ctrl_c).start()
+        threading.Timer(0.005, ctrl_c).start()
     return solve(self, *arguments, **options)
 
 with mock.patch.object({package}.{solver}, "solve", pressed):
@@ -131,7 +131,7 @@ with mock.patch.object({package}.{solver}, "solve", pressed):
     if method.startswith("osqp"):
         package, solver, at, tol = ("osqp", "OSQP", 1, 1e-12)
     names = {"package": package, "solver": solver, "method": method, "at": at, "tol": tol}
-    told = run(SCENE.format(cells=14) + code.format(**names))
+    told = run(SCENE.format(cells=20) + code.format(**names))
     last = told.splitlines()[-1]  # the solvers themselves say a word before
     assert last == "interrupted after 0 of 1 scenes and 1 of 2 methods of the next ['linear']"
 
