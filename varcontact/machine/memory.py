@@ -11,6 +11,10 @@ SMALLER = "a grid with fewer elements would fit"
 """What would fit, where it is the grid that takes the memory."""
 
 
+LITTLE = 2.0**20
+"""Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that would be seen."""
+
+
 def available() -> float:
     """Bytes of memory that this process can still take.
 
@@ -91,6 +95,8 @@ def need(what: str, size: float, fits: str) -> None:
     TooLarge
         If fewer bytes are available.
     """
+    if size < LITTLE:
+        return
     there = available()
     if size > there:
         raise TooLarge(what, size, there, fits)
