@@ -201,12 +201,14 @@ def _refusal(field: str, value: Any, allowed: str) -> str:
     return f"{field} = {shortened(value)} is not allowed: must be {allowed}"
 
 
-def shortened(value: Any) -> str:
+def shortened(value: Any, longest: int = 80) -> str:
     """A value as Python writes it, cut where it is long.
 
     Parameters
     ----------
     value : object
+    longest : int
+        Characters up to which it is not cut.
     """
     try:
         text = repr(value.item() if hasattr(value, "dtype") and getattr(value, "shape", None) == () else value)
@@ -215,4 +217,4 @@ def shortened(value: Any) -> str:
         text = f"a {type(value).__name__}, nested deep"
     except Exception:  # an int of thousands of digits, or an object that cannot describe itself
         text = "a number of thousands of digits" if isinstance(value, int) else f"a {type(value).__name__}"
-    return text if len(text) <= 80 else text[:60] + " ... " + text[-15:]
+    return text if len(text) <= longest else text[:60] + " ... " + text[-15:]

@@ -16,7 +16,7 @@ from varcontact.problem.certificate import ForceBounds
 SEED = 20
 
 
-CASES = {"scenes": 60, "certificates": 40, "newton": 40}
+CASES = {"scenes": 100, "certificates": 60, "newton": 40}
 TWENTIES = [(campaign, first) for campaign, cases in CASES.items() for first in range(0, cases, 20)]
 
 

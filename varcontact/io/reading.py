@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from varcontact.errors import OutputError, SceneError
+from varcontact.errors import OutputError, SceneError, shortened
 
 SCENE_BYTES = 2**24
 """Bytes of a scene file at most. Larger fields belong into files of their own, which it names."""
@@ -91,4 +91,4 @@ def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text
 
 
 def _unreadable(field: str, path: Path, reason: str) -> SceneError:
-    return SceneError(field, str(path), "a readable file", message=f"{field} {str(path)!r} {reason}")
+    return SceneError(field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}")
