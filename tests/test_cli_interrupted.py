@@ -40,21 +40,26 @@ def folder(tmp_path):
     return tmp_path
 
 
+def _listening():
+    """A shell's background jobs begin deaf to Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def interrupted(folder, *arguments, at):
     """What a command prints, and says, when Ctrl-C comes as soon as its terminal shows the pattern `at`."""
     terminal, inside = pty.openpty()
     command = [sys.executable, "-m", "varcontact", *arguments]
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "400"}
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=inside,
-        text=True,
-        env=environment,
-        start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # background jobs are deaf to it
-    )
+    with (folder / "printed").open("w") as printed:  # a pipe that nobody reads meanwhile would fill
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdout=printed,
+            stderr=inside,
+            env=environment,
+            start_new_session=True,
+            preexec_fn=_listening,
+        )
     os.close(inside)
     shown = ""
     with contextlib.suppress(OSError):  # the other end of a terminal that is closed
@@ -64,10 +69,9 @@ def interrupted(folder, *arguments, at):
         while more := os.read(terminal, 4096):
             shown += more.decode()
     os.close(terminal)
-    output, _ = process.communicate(timeout=60)
-    assert process.returncode == 130, shown
+    assert process.wait(timeout=60) == 130, shown
     assert "Traceback" not in shown
-    return output, shown.rsplit("varcontact: ", 1)[-1].strip()
+    return (folder / "printed").read_text(), shown.rsplit("varcontact: ", 1)[-1].strip()
 
 
 def test_one_problem(folder):

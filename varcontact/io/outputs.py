@@ -140,7 +140,7 @@ def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]
     with ExitStack() as held:
         try:
             held.enter_context(locked(target, patience))
-            _clear(target)
+            clear(target)
         except Held as other:
             reason = f"is being written by {other.holder}; wait until that is done, or name another file"
             raise OutputError(field, path, reason) from None
@@ -231,8 +231,14 @@ def _part(target: Path) -> Path:
     return beside(target, f"{uuid4().hex[:12]}.part")
 
 
-def _clear(target: Path) -> None:
-    """Remove what killed writers left; only who holds the lock may."""
+def clear(target: Path) -> None:
+    """Remove what killed writers left beside a file; only who holds the lock may.
+
+    Parameters
+    ----------
+    target : Path
+        Without symbolic links.
+    """
     name = re.compile(re.escape(beside(target, "").name) + r"[0-9a-f]{12}\.part")
     with os.scandir(target.parent) as entries:
         left = [entry.path for entry in entries if name.fullmatch(entry.name)]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.io.outputs import replacing
+from varcontact.io.outputs import clear, replacing
 from varcontact.machine.locks import beside
 from varcontact.results.solution import Solution
 
@@ -131,7 +131,8 @@ def kept_answers(store: Path, identity: str) -> list[Answer | None]:
 
 
 def forget_answers(store: Path) -> None:
-    """Remove the answers beside the table at `store`."""
+    """Remove the answers beside the table at `store`, and what killed writers left of them."""
+    clear(_file(store))
     _file(store).unlink(missing_ok=True)
 
 

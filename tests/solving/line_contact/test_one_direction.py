@@ -211,6 +211,7 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
 
 def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
     """Memory for n^2 numbers, not (2 n)^2."""
+    monkeypatch.setattr("varcontact.machine.memory.LITTLE", 0.0)
     monkeypatch.setattr("varcontact.machine.memory.available", lambda: 2 * 240.0 * 24**2)
     assert vc.solve(scene(), tangential="clarabel").converged
     with pytest.raises(vc.TooLarge):
