@@ -110,12 +110,12 @@ def peak(cells: int) -> float:
 
 def _peak(cells: int) -> float:
     vc.solve(rubbed(8, 1.0, vc.Steady(vx=0.01)), tangential="newton")
-    before = _most_memory()
+    before = most_memory()
     vc.solve(rubbed(cells, 1.0, vc.Steady(vx=0.08, vy=0.08, spin=0.1)), tangential="newton")
-    return (_most_memory() - before) / 1024
+    return (most_memory() - before) / 1024
 
 
-def _most_memory() -> int:
+def most_memory() -> int:
     """Kibibytes that this process had at most, as Linux counts them; `ru_maxrss` would count its parent's, too."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return int(next(line for line in lines if line.startswith("VmHWM")).split()[1])
