@@ -10,6 +10,7 @@ import xarray as xr
 import varcontact as vc
 from tests.command import run
 from tests.fuzz.junk import Hostile
+from varcontact.solving.fixed_point import distance
 
 
 @pytest.fixture(scope="module")
@@ -162,3 +163,11 @@ def test_an_iterate_that_diverges_warns_nobody(check_kkt):
         warnings.simplefilter("error")
         sol = vc.solve(scene, method="active-set")
     check_kkt(sol, 1e-8)
+
+
+def test_distance_of_passes_that_diverge():
+    """Scenes, seed 5, case 5283: from nothing to 1e300, a division that overflowed."""
+    with np.errstate(all="raise"):
+        assert distance(np.zeros(2), np.full(2, 1e300)) > 1e10
+        assert distance(np.array([2.0, -4.0]), np.array([2.0, -3.0])) == 0.25
+        assert distance(np.zeros(2), np.zeros(2)) == 0.0

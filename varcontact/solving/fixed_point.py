@@ -170,5 +170,5 @@ def distance(one: np.ndarray, other: np.ndarray) -> float:
     float
         [-]
     """
-    size = max(float(np.abs(one).max()), np.finfo(float).tiny)
-    return float(np.abs(one - other).max()) / size
+    size, apart = float(np.abs(one).max()), float(np.abs(one - other).max())
+    return apart / max(size, apart * np.finfo(float).eps, np.finfo(float).tiny)  # of nothing, not beyond all numbers

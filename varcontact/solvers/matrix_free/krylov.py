@@ -179,7 +179,7 @@ class Room:
             Number n of unknowns.
         forces : Forces
         """
-        most = int(np.clip(ROOM / size, FEWEST, MOST))
+        most = min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)  # rounding may take more than the unknowns
         directions, products = (np.empty((most, size), np.float32) for _ in range(2))
         return cls(directions, products, np.empty((most, size + len(forces.components)), np.float32))
 
