@@ -23,7 +23,7 @@ class Settings:
     tally : Tally
         Where their calls are counted.
     rough : bool
-        Whether the answer is one of many passes, and nothing beyond `tol` is of use.
+        Whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use.
     """
 
     tol: float = 1e-8

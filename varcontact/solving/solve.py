@@ -230,7 +230,7 @@ def solve_many(
         for motion in motions:
             posed = replace(scene, motion=motion)
             _check_saturation(posed)
-            steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify)
+            steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify, refined=False)
             with one_blas_thread():
                 if disc is not None and state is not None and motion is not None and plan.coupling == "none":
                     disc = disc.moved(motion)

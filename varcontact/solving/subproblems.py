@@ -50,6 +50,8 @@ class Steps:
         Where the passes under a law of friction begin.
     certify : str
         How much of a certificate is wanted.
+    refined : bool
+        Whether Newton's method goes on to rounding where that is cheap.
     """
 
     plan: Plan
@@ -59,6 +61,7 @@ class Steps:
     setups: Setups | None = None
     start: str | Solution | None = None
     certify: str = "auto"
+    refined: bool = True
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions.
@@ -224,7 +227,7 @@ class Steps:
         return joint_road(self.plan, self.polish)
 
     def _settings(self, problem: str, tol: float, rough: bool = False) -> Settings:
-        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough)
+        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough or not self.refined)
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
