@@ -1,6 +1,6 @@
 """Every solver over the number of elements: seconds, fitted exponents, and memory.
 
-    python tests/benchmarks/solvers.py [CELLS ...]
+    python -m tests.benchmarks.solvers [CELLS ...]
 
 Steady rolling of a circle with creepages and spin by every tangential solver, and a wavy sphere pressed by every normal
 one, each in a process of its own: processor seconds of the second of two calls of `solve` (the least of three up to 400
@@ -15,9 +15,9 @@ import sys
 import time
 
 import numpy as np
-from many_elements import CREEPAGES, most_memory, pressed, rubbed
 
 import varcontact as vc
+from tests.benchmarks.many_elements import CREEPAGES, most_memory, pressed, rubbed
 
 CELLS = (12, 20, 32, 48)
 LONGEST = 60.0
