@@ -1,0 +1,29 @@
+"""Checks of inputs: each returns the clean value or raises a SceneError that names the field."""
+
+from varcontact.checks.arrays import array, dimensions, is_array, numbers, numbers_within, positives, wrong_shape
+from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole
+from varcontact.checks.words import choice, elastic, exactly_one, file_name, flag, nearest, progress
+
+__all__ = [
+    "LARGE",
+    "array",
+    "choice",
+    "computable",
+    "dimensions",
+    "elastic",
+    "exactly_one",
+    "file_name",
+    "flag",
+    "is_array",
+    "moderate",
+    "nearest",
+    "number",
+    "numbers",
+    "numbers_within",
+    "positive",
+    "positives",
+    "progress",
+    "real",
+    "whole",
+    "wrong_shape",
+]

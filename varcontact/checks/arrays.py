@@ -1,0 +1,188 @@
+"""Checks of several numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from varcontact.checks.single import LARGE, SMALL, TOO_LARGE, computable
+from varcontact.errors import SceneError
+
+
+def is_array(value: Any) -> bool:
+    """Whether a value is meant as several numbers.
+
+    Parameters
+    ----------
+    value : object
+    """
+    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
+def dimensions(value: Any) -> int | None:
+    """How many dimensions an array has, or a list of numbers, or of lists; None where these are of several lengths.
+
+    Parameters
+    ----------
+    value : object
+    """
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return None
+
+
+def array(field: str, value: Any, ndim: int) -> np.ndarray:
+    """A read-only copy of a finite array of floats with `ndim` dimensions.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    ndim : int
+
+    Returns
+    -------
+    ndarray
+        Of floats, read-only.
+
+    Raises
+    ------
+    SceneError
+        If it is no array of numbers, has another number of dimensions, is empty, or has NaN, infinity or numbers
+        beyond `LARGE`.
+    """
+    allowed = f"a {ndim}-dimensional array of finite numbers"
+    if is_array(value) and dimensions(value) is None:
+        raise SceneError(field, value, f"{allowed}, with rows of equal length")
+    result = _floats(field, value, allowed)
+    if result.ndim != ndim or result.size == 0:
+        raise wrong_shape(field, result.shape, allowed)
+    for good, wanted in ((np.isfinite(result), "finite (no NaN, no inf)"), (np.abs(result) <= LARGE, TOO_LARGE)):
+        if not good.all():
+            where = tuple(int(i) for i in np.argwhere(~good)[0])
+            raise SceneError(f"{field}{list(where)}", float(result[where]), wanted)
+    result.flags.writeable = False
+    return result
+
+
+def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarray:
+    """Finite real numbers of any shape (also a single one), as an array of floats.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Returns
+    -------
+    ndarray
+        Of floats, in the shape given.
+
+    Raises
+    ------
+    SceneError
+        If it is no array of numbers, or has NaN, infinity or numbers beyond `LARGE`.
+    """
+    result = _floats(field, value, allowed)
+    for good, wanted in ((np.isfinite(result), allowed), (np.abs(result) <= LARGE, TOO_LARGE)):
+        if not good.all():
+            raise SceneError(field, float(result[~good][0]), wanted)
+    return result
+
+
+def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
+    """A copy as floats, of whatever NumPy takes for real numbers."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind in "iuf" and not np.ma.is_masked(value):
+            return given.astype(float)
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
+    except Exception:  # an object's own code runs here, and may raise anything
+        pass
+    raise SceneError(field, value, allowed)
+
+
+def numbers_within(field: str, value: Any, least: float, greatest: float) -> np.ndarray:
+    """Finite numbers of any shape in [least, greatest].
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    least, greatest : float
+        In the unit of the values.
+
+    Returns
+    -------
+    ndarray
+        Of floats, in the shape given.
+
+    Raises
+    ------
+    SceneError
+        If one is not finite or lies outside.
+    """
+    allowed = f"in [{least:g}, {greatest:g}]"
+    result = numbers(field, value, allowed)
+    outside = (result < least) | (result > greatest)
+    if outside.any():
+        raise SceneError(field, float(result[outside][0]), allowed)
+    return result
+
+
+def positives(field: str, value: Any, allowed: str = "positive, finite numbers") -> np.ndarray:
+    """Finite numbers above zero, of any shape.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : array_like
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Returns
+    -------
+    ndarray
+        Of floats, in the shape given.
+
+    Raises
+    ------
+    SceneError
+        If one is not finite, not above zero, or of a size that cannot be computed with.
+    """
+    result = numbers(field, value, allowed)
+    if (result <= 0).any():
+        raise SceneError(field, float(result[result <= 0][0]), allowed)
+    if (result < SMALL).any():
+        computable(field, float(result[result < SMALL][0]))
+    return result
+
+
+def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
+    """The error for an array of another shape than is allowed.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    shape : tuple of int
+        That of the array given.
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Returns
+    -------
+    SceneError
+        To be raised.
+    """
+    message = f"{field} has shape {shape}; it must be {allowed}"
+    return SceneError(field, f"array of shape {shape}", allowed, message=message)

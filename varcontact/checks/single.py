@@ -1,0 +1,159 @@
+"""Checks of single numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import SceneError
+
+SMALL, LARGE = 1e-100, 1e100
+"""Lengths, moduli and forces between these keep their products within the range of floating point."""
+
+TOO_LARGE = f"at most {LARGE:g} in size"
+"""What is allowed of numbers of any sign, in words that complete "must be"."""
+
+_NO_NUMBERS = (bool, str, bytes, bytearray, complex)
+"""What `float` would take for a number, or drop a part of."""
+_FLOAT = np.dtype(float)
+
+
+def number(field: str, value: Any, allowed: str = "a finite number") -> float:
+    """A finite real number.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, NaN or infinite.
+    """
+    result = real(field, value, allowed)
+    if not math.isfinite(result):
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def real(field: str, value: Any, allowed: str = "a number") -> float:
+    """A real number, which may be infinite but not NaN.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, or NaN.
+    """
+    if value is None or isinstance(value, _NO_NUMBERS) or getattr(value, "dtype", _FLOAT).kind not in "iuf":
+        raise SceneError(field, value, allowed)
+    try:
+        result = float(value)
+    except Exception:  # an object's own code runs here, and may raise anything
+        raise SceneError(field, value, allowed) from None
+    if math.isnan(result):
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
+    """A finite number above zero, of a size that can be computed with.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, or not `computable`.
+    """
+    result = number(field, value, allowed)
+    if result <= 0:
+        raise SceneError(field, value, allowed)
+    return computable(field, result)
+
+
+def computable(field: str, value: float) -> float:
+    """A number whose products with others do not leave floating point.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : float
+
+    Raises
+    ------
+    SceneError
+        If it is below `SMALL` or above `LARGE`.
+    """
+    if not SMALL <= value <= LARGE:
+        raise SceneError(field, value, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with")
+    return value
+
+
+def moderate(field: str, value: Any, allowed: str = "a finite number") -> float:
+    """A finite number of any sign, and of a size that can be computed with.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    allowed : str
+        What is allowed, in words that complete "must be".
+
+    Raises
+    ------
+    SceneError
+        If it is not one, or beyond `LARGE` in size.
+    """
+    result = number(field, value, allowed)
+    if abs(result) > LARGE:
+        raise SceneError(field, result, TOO_LARGE)
+    return result
+
+
+def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
+    """A whole number of at least `least`, and at most `most`.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    least, most : int
+        None: there is no upper limit.
+    why : str
+        What goes on the message where there is an upper limit.
+
+    Raises
+    ------
+    SceneError
+        If it is not a whole number, too small or too large.
+    """
+    allowed = f"a whole number, {least} or more"
+    result = number(field, value, allowed)
+    if result != int(result) or result < least:
+        raise SceneError(field, value, allowed)
+    if most is not None and result > most:
+        raise SceneError(field, value, f"a whole number from {least} to {most}{why}")
+    return int(result)

@@ -1,0 +1,153 @@
+"""Checks of names, choices and other things that are no numbers."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import SceneError
+
+
+def flag(field: str, value: Any) -> bool:
+    """True or False; 0, 1 and words are refused.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is neither.
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise SceneError(field, value, "true or false")
+    return bool(value)
+
+
+def progress(value: Any) -> Callable[[str], None] | None:
+    """The function that is called with the name of each stage, or None.
+
+    Parameters
+    ----------
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is neither.
+    """
+    if not (value is None or callable(value)):
+        raise SceneError("progress", value, "None, or a function of one string")
+    return value
+
+
+def file_name(field: str, value: Any) -> Path:
+    """The name of a file, as a path.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is neither a string nor a path.
+    """
+    name = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(name, str):
+        raise SceneError(field, value, "the name of a file")
+    return Path(name)
+
+
+def elastic(value: Any) -> None:
+    """Refuse what does not have the combined constants of two bodies.
+
+    Parameters
+    ----------
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it does not.
+    """
+    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")):
+        raise SceneError("bodies", value, "Bodies")
+
+
+def exactly_one(**arguments: Any) -> None:
+    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is.
+
+    Parameters
+    ----------
+    **arguments
+        Two arguments by name; None stands for one that is not given.
+
+    Raises
+    ------
+    SceneError
+        If both are given, or neither is.
+    """
+    names = list(arguments)
+    given = [name for name, value in arguments.items() if value is not None]
+    if len(given) == 1:
+        return
+    if given:
+        message = f"{' and '.join(names)} are both given: give one of them"
+    else:
+        message = f"neither {' nor '.join(names)} is given: give one of them"
+    raise SceneError(", ".join(names), tuple(arguments.values()), "exactly one of the two", message=message)
+
+
+def choice(field: str, value: Any, options: Iterable[str]) -> str:
+    """One of the named options; the error suggests the nearest.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    options : iterable of str
+
+    Raises
+    ------
+    SceneError
+        If the value is not one of the options.
+    """
+    names = list(options)
+    if isinstance(value, str) and value in names:
+        return value
+    raise SceneError(field, value, f"one of {', '.join(names)}{nearest(value, names)}")
+
+
+def nearest(value: Any, names: Iterable[str]) -> str:
+    """`` (did you mean ...?)``, or nothing where no name is near.
+
+    Parameters
+    ----------
+    value : object
+        The name that was given.
+    names : iterable of str
+        Those that exist.
+
+    Returns
+    -------
+    str
+        To be added to a message.
+    """
+    known = list(names)
+    if not isinstance(value, str):
+        return ""
+    other_case = [name for name in known if name.lower() == value.lower()]
+    close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
+    return f" (did you mean {close[0]}?)" if close else ""
