@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.planning.plan import Plan
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Transient
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import check_measurable
 
@@ -28,39 +30,55 @@ class Asked:
     time_budget: float | None = None
 
 
-def asked_for(scene: Scene, accuracy: float | None, time_budget: float | None) -> Asked | None:
+def asked_for(
+    scene: Scene, plan: Plan, accuracy: float | None, time_budget: float | None, start: Any = None
+) -> Asked | None:
     """What is asked for, checked against the scene; None where nothing is.
 
     Parameters
     ----------
     scene : Scene
-    accuracy, time_budget : float, optional
+    plan : Plan
+    accuracy, time_budget, start
         As of `solve`.
 
     Raises
     ------
     SceneError
-        If both are given, or one is not positive; or with an explicit grid, a history, or infinite friction.
+        If both are given, or one is not positive; or where the scene or the method leaves no choice.
     """
     if accuracy is None and time_budget is None:
         return None
     if accuracy is not None and time_budget is not None:
-        raise SceneError(
-            "time_budget",
-            time_budget,
-            "left out",
-            message="accuracy and time_budget are both given: give one; each decides the grid",
-        )
-    field = "accuracy" if time_budget is None else "time_budget"
+        message = "accuracy and time_budget are both given: give one of them, as each decides on the grid"
+        raise SceneError("time_budget", time_budget, "left out", message=message)
     if accuracy is not None:
-        accuracy = checks.positive("accuracy", accuracy)
+        field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
     else:
-        time_budget = checks.positive("time_budget", time_budget)
-    if isinstance(scene.grid, Grid):
-        message = f"grid: with {field} the grid is chosen for you; leave it out, or leave out {field}"
-        raise SceneError("grid", scene.grid, '"auto"', message=message)
-    if isinstance(scene.motion, Transient):
-        message = f"motion: {field} is for one contact problem; the grid of a history is part of what it describes"
-        raise SceneError("motion", scene.motion, "Steady, Shift or None", message=message)
+        field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
+    _check_choice(scene, plan, field, start)
     check_measurable(scene)
     return Asked(accuracy, time_budget)
+
+
+def _check_choice(scene: Scene, plan: Plan, field: str, start: Any) -> None:
+    """Refuse what is a grid, or needs one, and methods whose error is not that of a grid."""
+    motion = scene.motion
+    if isinstance(scene.grid, Grid):
+        message = f"grid: the grid is chosen for the {field}; leave the grid out, or {field}"
+        raise SceneError("grid", scene.grid, '"auto"', message=message)
+    if isinstance(motion, Transient):
+        message = f"motion: {field} is for one contact problem; for a history give the grid, and compare a finer one"
+        raise SceneError("motion", motion, "Steady, Shift or None", message=message)
+    if isinstance(motion, Steady) and motion.dq is not None:
+        message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
+        raise SceneError("motion.dq", motion.dq, "left out", message=message)
+    if plan.theory is not None:
+        message = (
+            f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
+            f"for an {field} take a method of the exact theory, or leave tangential out"
+        )
+        raise SceneError("tangential", plan.tangential, "a method of the exact theory", message=message)
+    if start is not None and not isinstance(start, str):
+        message = f'start: with {field} it is "stick" or "slip"; a solution belongs to its own grid'
+        raise SceneError("start", start, '"stick" or "slip"', message=message)
