@@ -162,8 +162,8 @@ def prove(path: Path, kinds: list[str], count: int, seed: int) -> None:
             outcomes = [timed(record, scene, budget) for record, scene in tried]
             ratio, error = np.array(outcomes).T
             print(
-                f"{kind}, time_budget {budget:g}: seconds/budget median {np.median(ratio):.2f}, worst {ratio.max():.2f}; "
-                f"error median {np.median(error):.1e}, worst {error.max():.1e}"
+                f"{kind}, time_budget {budget:g}: seconds by budget median {np.median(ratio):.2f}, "
+                f"worst {ratio.max():.2f}; error median {np.median(error):.1e}, worst {error.max():.1e}"
             )
 
 
