@@ -19,7 +19,6 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import values
 from varcontact.solving.solve import solve
 
-
 STRIPS = 4
 """Elements along x in line contact for each of `cells`: there they cost next to nothing, as in ``grid="auto"``."""
 
@@ -42,7 +41,7 @@ class Way:
     order : float
         Order of the error, for the extrapolation.
     motion : tuple of (str, value)
-        Entries of `Steady` that differ from the scene's, as ``(("spin_offset", 0.0),)``; other motions do not have them.
+        Entries of `Steady` that differ from the scene's, as ``(("spin_offset", 0.0),)``; other motions lack them.
     options : tuple of (str, value)
         Arguments of `solve`, as ``(("tangential", "fastsim"),)``.
 
