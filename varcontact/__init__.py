@@ -1,6 +1,6 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
-from varcontact import reference
+from varcontact import kinematics, reference
 from varcontact.errors import (
     Interrupted,
     NoContact,
@@ -79,6 +79,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "kinematics",
     "load",
     "plan",
     "plot_comparison",
