@@ -30,7 +30,9 @@ def test_python_on_the_pages(pages, tmp_path, monkeypatch):
             exec(block, names)
     made = {path.name for path in tmp_path.iterdir()}
     assert made == (
-        {"history.nc"} if pages == ["docs/scenes.md"] else {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"}
+        {"history.nc"}
+        if pages == ["docs/scenes.md"]
+        else {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"}
     )
 
 
