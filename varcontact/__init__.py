@@ -1,6 +1,6 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
-from varcontact import kinematics, reference
+from varcontact import kinematics, reference, wheel_rail
 from varcontact.errors import (
     Interrupted,
     NoContact,
@@ -94,4 +94,5 @@ __all__ = [
     "stress_below",
     "sweep",
     "unlike_bank",
+    "wheel_rail",
 ]
