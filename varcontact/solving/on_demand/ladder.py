@@ -46,15 +46,12 @@ class Ladder:
     usual: float
     coarsest: int
     along: float = 1.0
-    edge: Literal["centres", "touched", "softened"] = "centres"
+    edge: Literal["centres", "touched"] = "centres"
 
     def posed(self, scene: Scene, n: int) -> Scene:
-        """The scene on the grid with `n` elements across the contact."""
+        """The `scene` on the grid with `n` elements across the contact."""
         grid = Grid(nx=n) if scene.line else Grid(nx=round(self.along * n), ny=n, edge=self.edge)
-        motion = scene.motion
-        if self.edge == "softened" and isinstance(motion, Steady):
-            motion = replace(motion, spin_offset=0.1)
-        return replace(scene, grid=grid, motion=motion)
+        return replace(scene, grid=grid)
 
     def elements(self, n: float) -> int:
         """Elements of the grid with `n` across the contact."""
@@ -89,7 +86,7 @@ class Ladder:
         return self.share * abs(step) + self.remainder(n)
 
     def first(self, accuracy: float) -> int:
-        """Fewest elements across the contact that usually reach an accuracy, twice the coarsest grid's at least."""
+        """Fewest elements across the contact that usually reach an `accuracy`, on two grids."""
         n = math.ceil(1.5 * self.coarsest)
         while self.expected(n) > accuracy:
             n = math.ceil(1.05 * n)
