@@ -9,6 +9,7 @@ from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, road
+from varcontact.scene.grid import Grid
 from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
@@ -117,11 +118,15 @@ def _check_edge(scene: Scene, normal: str, reason: str) -> None:
     if scene.touched and normal != "hertz":
         raise SceneError(
             "grid.edge",
-            "touched",
+            _edge(scene),
             '"centres"',
-            message=f'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by '
+            message=f'grid.edge = "{_edge(scene)}" is for Hertz\'s pressure, and here the pressure is by '
             f'{normal} ({reason}); use "centres"',
         )
+
+
+def _edge(scene: Scene) -> str:
+    return scene.grid.edge if isinstance(scene.grid, Grid) else "centres"
 
 
 def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
@@ -226,6 +231,14 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:
     choice("formulation", wanted, ("auto", *FORMULATIONS))
     steady, tangential = isinstance(scene.motion, Steady), chosen["tangential"]
+    if wanted == "marching" and isinstance(scene.motion, Steady) and scene.motion.slip_difference != "first-order":
+        raise SceneError(
+            "formulation",
+            wanted,
+            '"auto" or "gap"',
+            message=f'formulation = "marching" is for motion.slip_difference = "first-order", '
+            f'and it is "{scene.motion.slip_difference}": a march goes from one step to the next; use "auto"',
+        )
     allowed: tuple[str, ...]
     if states_programs(tangential):
         allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")
