@@ -25,8 +25,8 @@ from varcontact.planning.choice import make_plan
 from varcontact.solving.error_norm import units, values
 from varcontact.solving.on_demand.ladder import LADDERS, Ladder, kind_of
 
-CELLS = (6, 8, 12, 16, 24, 32, 48, 64, 96, 144)
-CELLS_IN_LINE = (16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
+CELLS = (4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 144)
+CELLS_IN_LINE = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 BUDGETS = (0.03, 0.1, 0.3, 1.0)
 SURE = 3e-4

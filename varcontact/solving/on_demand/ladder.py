@@ -36,6 +36,10 @@ class Ladder:
         Elements along x by those along y.
     edge : str
         As of `Grid`.
+    second_order : bool
+        Whether the slip of steady rolling is a difference of the second order, see `Scene.second_order`.
+    line : bool
+        Whether it is for line contact.
     """
 
     name: str
@@ -46,16 +50,19 @@ class Ladder:
     usual: float
     coarsest: int
     along: float = 1.0
-    edge: Literal["centres", "touched"] = "centres"
+    edge: Literal["centres", "touched", "softened"] = "centres"
+    second_order: bool = False
+    line: bool = False
 
     def posed(self, scene: Scene, n: int) -> Scene:
         """The `scene` on the grid with `n` elements across the contact."""
         grid = Grid(nx=n) if scene.line else Grid(nx=round(self.along * n), ny=n, edge=self.edge)
-        return replace(scene, grid=grid)
+        posed = replace(scene, grid=grid)
+        return posed.second_order() if self.second_order else posed
 
     def elements(self, n: float) -> int:
         """Elements of the grid with `n` across the contact."""
-        return round(n) if self.name.startswith("line") else round(self.along * n) * round(n)
+        return round(n) if self.line else round(self.along * n) * round(n)
 
     def coarser(self, n: int, part: float) -> int:
         """Elements across the contact on the first of two grids, `part` of the `n` on the second."""
@@ -95,17 +102,27 @@ class Ladder:
 
 LADDERS = {
     (False, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 24),
-    (True, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 100),
-    (False, True, "steady"): Ladder("rolling under Hertz's pressure", 1.2, 1.5, 0.1, 1.2, 0.1, 6, 1.5, "touched"),
-    (False, True, "shift"): Ladder("shifts under Hertz's pressure", 2.0, 1.5, 0.5, 2.0, 0.5, 6, 1.0, "touched"),
-    (False, False, "steady"): Ladder("rolling under computed pressure", 1.2, 1.5, 0.3, 1.2, 0.5, 8),
-    (False, False, "shift"): Ladder("shifts under computed pressure", 2.0, 1.5, 0.5, 2.0, 0.3, 8),
-    (False, False, "none"): Ladder("normal contact", 2.0, 1.5, 0.5, 2.0, 0.3, 8),
-    (True, True, "steady"): Ladder("line contact, rolling under Hertz's pressure", 1.0, 1.5, 0.3, 1.2, 0.2, 16),
-    (True, True, "shift"): Ladder("line contact, shifts under Hertz's pressure", 2.0, 1.5, 0.5, 2.0, 0.5, 16),
-    (True, False, "steady"): Ladder("line contact, rolling under computed pressure", 1.0, 1.5, 0.3, 1.0, 0.5, 16),
-    (True, False, "shift"): Ladder("line contact, shifts under computed pressure", 1.0, 1.5, 0.5, 1.0, 0.5, 16),
-    (True, False, "none"): Ladder("line contact, normal", 1.0, 1.5, 0.5, 1.0, 0.5, 16),
+    (True, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 100, line=True),
+    (False, True, "steady"): Ladder(
+        "rolling under Hertz's pressure", 2.0, 1.0, 0.3, 1.5, 0.3, 4, 1.5, edge="softened", second_order=True
+    ),
+    (False, True, "shift"): Ladder("shifts under Hertz's pressure", 2.0, 0.5, 0.64, 2.0, 0.28, 4, edge="touched"),
+    (False, False, "steady"): Ladder(
+        "rolling under computed pressure", 2.0, 1.5, 0.3, 1.2, 0.5, 6, 1.5, second_order=True
+    ),
+    (False, False, "shift"): Ladder("shifts under computed pressure", 2.0, 1.5, 0.5, 2.0, 0.3, 6),
+    (False, False, "none"): Ladder("normal contact", 2.0, 1.5, 0.5, 2.0, 0.3, 6),
+    (True, True, "steady"): Ladder(
+        "line contact, rolling under Hertz's pressure", 2.0, 0.5, 0.05, 1.5, 0.05, 8, second_order=True, line=True
+    ),
+    (True, True, "shift"): Ladder("line contact, shifts under Hertz's pressure", 2.0, 1.5, 0.5, 2.0, 0.5, 8, line=True),
+    (True, False, "steady"): Ladder(
+        "line contact, rolling under computed pressure", 2.0, 3.0, 0.3, 1.0, 5.0, 8, second_order=True, line=True
+    ),
+    (True, False, "shift"): Ladder(
+        "line contact, shifts under computed pressure", 1.0, 1.5, 0.5, 1.0, 0.5, 8, line=True
+    ),
+    (True, False, "none"): Ladder("line contact, normal", 1.0, 1.5, 0.5, 1.0, 0.5, 8, line=True),
 }
 """By whether it is line contact, whether Hertz's pressure is taken, and motion."""
 
