@@ -45,15 +45,21 @@ def plot(sol: Solution) -> Figure:
         return plot_line(sol)
     panels = 1 if sol.scene.motion is None else 2
     figure, axes = plt.subplots(1, panels + 1, figsize=(5.2 * (panels + 1), 4.6), layout="constrained", squeeze=False)
-    _draw_pressure(axes[0, 0], sol)
+    draw_pressure(axes[0, 0], sol)
     if panels == 2:
         draw_areas(axes[0, 1], sol)
     _draw_section(axes[0, -1], sol)
     return figure
 
 
-def _draw_pressure(ax: Axes, sol: Solution) -> None:
-    """Pressure over the contact."""
+def draw_pressure(ax: Axes, sol: Solution) -> None:
+    """Pressure over the contact.
+
+    Parameters
+    ----------
+    ax : Axes
+    sol : Solution
+    """
     from varcontact.plotting.ticks import readable_numbers
 
     left, right, bottom, top = sol.grid.box

@@ -1,4 +1,4 @@
-"""Pictures of profiles."""
+"""Pictures of profiles, and of wheels on rails."""
 
 from __future__ import annotations
 
@@ -6,13 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.plotting.solution import draw_areas, draw_pressure
+
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.wheel_rail.profile import Profile
+    from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 
 STEP = 0.05
 """Between points of a drawn curve [mm]."""
+NORMAL = 12.0
+"""Length of a drawn normal force that bears all of the load [mm]."""
 
 
 def plot_profile(profile: Profile) -> Figure:
@@ -52,3 +58,74 @@ def plot_profile(profile: Profile) -> Figure:
     below.grid(alpha=0.3)
     plt.close(figure)
     return figure
+
+
+def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
+    """Rail and wheel, seen in the direction of travel, with the patches at their place; pressure and tractions of each.
+
+    Parameters
+    ----------
+    solution : WheelRailSolution
+
+    Returns
+    -------
+    Figure
+        Not shown: call its ``savefig``, or ``plt.show()``.
+    """
+    import matplotlib.pyplot as plt
+
+    count = len(solution.patches)
+    figure = plt.figure(figsize=(16.0, 4.6 * count), layout="constrained")
+    spaces = figure.add_gridspec(count, 3, width_ratios=[1.5, 1, 1])
+    _draw_profiles(figure.add_subplot(spaces[:, 0]), solution)
+    for i, each in enumerate(solution.patches):
+        left, right = (figure.add_subplot(spaces[i, column]) for column in (1, 2))
+        draw_pressure(left, each.solution)
+        draw_areas(right, each.solution)
+        for ax in (left, right):
+            ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]")
+        left.set_title(f"Patch {i + 1}: {each.normal_force / 1e3:.4g} kN, {each.peak_pressure:.4g} N/mm\u00b2")
+        right.set_title("Tangential traction on the rail")
+        areas = right.get_legend()
+        assert areas is not None
+        areas.set_loc("upper right")
+        areas.set_bbox_to_anchor((1.0, 1.0))
+    plt.close(figure)
+    return figure
+
+
+def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
+    """The rail, the wheel's points that come nearest to it, and the patches with their normal forces."""
+    case = solution.case
+    rail = case.rail.points(case.rail.sampled(STEP))
+    ax.plot(*rail.T, color="0.25", linewidth=1.4, label="rail")
+    wheel = case.locus.points[:, 1:] + [0.0, solution.z]
+    ax.plot(*wheel.T, color="C0", linewidth=1.4, label="wheel")
+    loads = [each.normal_force for each in solution.patches]
+    for number, each in enumerate(solution.patches, 1):
+        _draw_patch(ax, each, number, NORMAL * each.normal_force / max(loads))
+    low, high = rail[:, 0].min(), rail[:, 0].max()
+    ax.set(
+        xlim=(low - 5, high + 5),
+        ylim=(rail[:, 1].max() * 0.6, rail[:, 1].min() - 18),
+        aspect="equal",
+        xlabel="y, to the right [mm]",
+        ylabel="z, downwards [mm]",
+        title=f"{case.side.capitalize()} wheel, y = {case.position.y:.4g} mm, yaw = {1e3 * case.position.yaw:.4g} mrad",
+    )
+    ax.legend(fontsize="small", frameon=False)
+
+
+def _draw_patch(ax: Axes, each: PatchSolution, number: int, length: float) -> None:
+    """A patch on the rail's surface, and the direction in which the wheel presses."""
+    rows = np.flatnonzero(each.solution.pressure.max(axis=1) > 0)
+    grid, frame = each.solution.grid, each.patch.frame
+    ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+    line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
+    ax.plot(*line.T, color="C3", linewidth=4, solid_capstyle="butt", label="contact patch" if number == 1 else None)
+    y, z = frame.origin[1:]
+    over, up = -frame.normal[1:]
+    arrow = {"arrowstyle": "-|>", "color": "C3"}
+    ax.annotate("", xy=(y, z), xytext=(y + length * over, z + length * up), arrowprops=arrow)
+    beyond = length + 1.5
+    ax.annotate(str(number), (y + beyond * over, z + beyond * up), color="C3", ha="center", va="center")
