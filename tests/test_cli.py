@@ -12,7 +12,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from varcontact.cli import _by_name
+from varcontact.cli.compare import by_name
 
 SCENE = """
 normal_force = 1.0
@@ -425,10 +425,10 @@ def test_a_scene_with_the_name_of_one_of_the_bank_keeps_its_own(folder):
     """Both are compared, told apart by the path; so are files of one name in two folders, and one called by a path."""
     known = {"pure vx", "two arcs"}
     files = [Path(name) for name in ("pure vx.toml", "a/x.toml", "b/x.toml", "y.toml")]
-    assert list(_by_name(files, known)) == ["pure vx.toml", "a/x.toml", "b/x.toml", "y"]
-    assert list(_by_name(files[:1], set())) == ["pure vx"]
+    assert list(by_name(files, known)) == ["pure vx.toml", "a/x.toml", "b/x.toml", "y"]
+    assert list(by_name(files[:1], set())) == ["pure vx"]
     ambiguous = [Path(name) for name in ("x.toml", "b/x.toml", "x.toml.toml")]
-    assert len(_by_name(ambiguous, known)) == 3
+    assert len(by_name(ambiguous, known)) == 3
     (folder / "pure vx.toml").write_text(SCENE.replace("vx = 0.05", "vx = 0.02"))
     done = run("compare", "pure vx.toml", "--bank", "--methods", "linear", "--json", folder=folder)
     assert done.returncode == 0, done.stderr

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.cli import _stop
+from varcontact.cli.terminal import stop
 
 STEADY = """
 normal_force = 1e-2
@@ -118,7 +118,7 @@ def test_comparison_without_a_table(folder):
 def test_before_anything_is_finished(tmp_path, capsys):
     """A file that was asked for, and is not there yet."""
     with pytest.raises(SystemExit) as status:
-        _stop(vc.Interrupted(None, " after 0 of 2 scenes"), tmp_path / "t.csv", "--out FILE.csv", "scenes")
+        stop(vc.Interrupted(None, " after 0 of 2 scenes"), tmp_path / "t.csv", "--out FILE.csv", "scenes")
     assert status.value.code == 130
     said = capsys.readouterr().err
     assert said.startswith("varcontact: interrupted after 0 of 2 scenes; nothing is kept in ")

@@ -1,0 +1,14 @@
+"""The command line: one file a command, in the order of the help."""
+
+from varcontact.cli.app import app
+from varcontact.cli.terminal import INTERRUPTED
+
+# isort: off
+from varcontact.cli import solve, plan, compare, converge  # noqa: F401 - each adds its command
+
+__all__ = ["INTERRUPTED", "app", "main"]
+
+
+def main() -> None:
+    """Entry point."""
+    app()

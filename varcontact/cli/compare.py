@@ -1,0 +1,90 @@
+"""``varcontact compare SCENE.toml ...``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from varcontact.cli.app import app
+from varcontact.cli.methods import METHODS
+from varcontact.cli.terminal import FORCE, check_outputs, show, stop, with_progress
+from varcontact.errors import Interrupted, SceneError
+
+
+@app.command(
+    short_help="Compare methods on the same scenes.",
+    epilog=f"{METHODS}\n\nExample: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png",
+)
+def compare(
+    scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
+    bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            help="Names separated by commas: convex, active-set, kalker, [normal|]tangential[/formulation][+polish]."
+        ),
+    ] = None,
+    tol: Annotated[float, typer.Option(help="Natural-map residual up to which an answer counts as solved.")] = 1e-6,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Table (.csv), written after each method; rows already in it are not solved again."),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+) -> None:
+    """Solve scenes by several methods and judge each by the same certificate."""
+    from varcontact.io.scene_file import read_scene
+    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.studies import plot_comparison
+    from varcontact.study.bank import standard_bank
+    from varcontact.study.compare import DEFAULT_METHODS
+    from varcontact.study.compare import compare as compare_methods
+    from varcontact.study.store import as_json as table_as_json
+    from varcontact.study.tables import summary
+
+    files = scenes or []
+    check_outputs(out, plot, files, force)
+    known = standard_bank() if bank else {}
+    described = {name: read_scene(path)[0] for name, path in by_name(files, set(known)).items()} | known
+    if not described:
+        raise SceneError(
+            "scenes",
+            [],
+            "one file at least, or --bank",
+            message="no scenes to compare: name a scene file or give --bank",
+        )
+    chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
+    written = table_as_json if as_json else summary
+    try:
+        table = with_progress(
+            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress)
+        )
+    except Interrupted as stopped:
+        if len(stopped.partial):
+            show(written(stopped.partial))
+        stop(stopped, out, "--out FILE.csv", "methods")
+    show(written(table))
+    if plot is not None:
+        write_picture(plot_comparison(table), plot)
+
+
+def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
+    """Scene files by the name of their scene: the file's own, or its path where that is not enough to tell them apart.
+
+    Parameters
+    ----------
+    files : list of Path
+    taken : set of str
+        Names of other scenes.
+    """
+    if len({path.resolve() for path in files}) < len(files):
+        given = " ".join(map(str, files))
+        raise SceneError("scenes", given, "each file once", message=f"scenes: a file is given twice in {given}")
+    stems = [path.stem for path in files]
+    names = [path.stem if stems.count(path.stem) == 1 and path.stem not in taken else str(path) for path in files]
+    if len({*names, *taken}) < len(names) + len(taken):
+        names = [str(path.resolve()) for path in files]
+    return dict(zip(names, files, strict=True))

@@ -1,0 +1,91 @@
+"""``varcontact solve SCENE.toml``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from varcontact.cli.app import app
+from varcontact.cli.methods import METHODS
+from varcontact.cli.terminal import FORCE, check_outputs, show, stop, with_progress
+from varcontact.errors import Interrupted, VarcontactError
+
+
+@app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
+def solve(
+    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    method: Annotated[str | None, typer.Option(help="The overall method, one of those below.")] = None,
+    normal: Annotated[str | None, typer.Option(help="Method of the normal problem, one of those below.")] = None,
+    tangential: Annotated[
+        str | None, typer.Option(help="Method of the tangential problem, or a theory, one of those below.")
+    ] = None,
+    coupling: Annotated[
+        str | None, typer.Option(help="Coupling of the two problems for unlike bodies, see below.")
+    ] = None,
+    formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, see below.")] = None,
+    polish: Annotated[
+        bool | None,
+        typer.Option("--polish/--no-polish", help="Refine a solver's answer to rounding.  [default: polish]"),
+    ] = None,
+    tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
+    start: Annotated[
+        str | None, typer.Option(help="Under a law of friction, where the search for a solution begins: stick or slip.")
+    ] = None,
+    certify: Annotated[
+        str | None,
+        typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the solution to this netCDF file (.nc). A history is written step by step and resumed."
+        ),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
+) -> None:
+    """Solve one scene and report forces, areas and the certificate."""
+    from varcontact.io.scene_file import read_scene
+    from varcontact.io.solution_file import check_solution_file
+    from varcontact.scene.motion import Transient
+    from varcontact.solving.solve import solve as solve_scene
+
+    check_outputs(out, plot, [scene], force, ".nc")
+    described, options = read_scene(scene)
+    given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
+    given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
+    options |= {name: value for name, value in given.items() if value is not None}
+    if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
+        options["store"], out = out, None
+    if out is not None:
+        check_solution_file("--out", out, force)
+    try:
+        solution = with_progress(lambda progress: solve_scene(described, **options, progress=progress))
+    except Interrupted as stopped:
+        if stopped.partial:  # a history of one step at least
+            deliver(stopped.partial, out, plot, force, as_json)
+        stop(stopped, options["store"], "--out FILE.nc", "steps")
+    except VarcontactError as failure:
+        kept = getattr(failure, "solution", None) if failure.history is None else failure.history
+        if kept:
+            deliver(kept, out, plot, force, as_json)
+        raise
+    deliver(solution, out, plot, force, as_json)
+
+
+def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
+    """Print, and write what was asked for."""
+    from varcontact.io.solution_file import save
+    from varcontact.plotting.picture_file import write_picture
+
+    try:
+        show(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
+    finally:  # what was computed is not lost with its reader
+        if out is not None:
+            save(solution, out, "--out", force)
+        if plot is not None:
+            write_picture(solution.plot(), plot)

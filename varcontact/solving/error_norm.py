@@ -1,0 +1,225 @@
+"""How errors against the continuum are measured: which values of an answer count, and in which units.
+
+Forces count by the friction limit f Fz, the moment by f Fz sqrt(ab), creepages that follow from prescribed forces by
+the saturation creepage; of normal contact the approach and the largest pressure count, relative to themselves. The
+error of an answer is the largest of these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from varcontact.errors import SceneError
+from varcontact.problem.slip import EXTERIOR
+from varcontact.reference.creepage_coefficients import GREATEST_RATIO, LEAST_RATIO, creepage_coefficients
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.scene import Scene
+
+NORMAL = ("approach", "normal_force", "peak_pressure")
+"""The quantities of normal contact."""
+
+
+def check_measurable(scene: Scene) -> None:
+    """Refuse scenes whose error has no unit: nothing slips under infinite friction, so there is no friction limit.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If friction is infinite, in one step of a history at least.
+    """
+    if scene.motion is not None and any(isinstance(f, float) and math.isinf(f) for f in scene.frictions):
+        raise SceneError(
+            "friction",
+            math.inf,
+            "finite: errors are measured by the friction limit f Fz",
+            message="friction = inf: errors are measured by the friction limit f Fz, which is infinite; "
+            "give a finite coefficient, or a grid in place of an accuracy",
+        )
+
+
+def values(answer: Solution | History, steps: Sequence[int] | None = None) -> dict[str, float]:
+    """The values of an answer that errors are measured in.
+
+    Parameters
+    ----------
+    answer : Solution or History
+    steps : sequence of int, optional
+        Of a history: the steps that count, from 0; all of them if not given.
+
+    Returns
+    -------
+    dict of str to float
+        In the scene's units. With friction: ``Fx`` and ``Fy``, or the creepages ``vx`` and ``vy`` (of a shift the
+        shifts ``ux`` and ``uy``) where the force is prescribed, and ``Mz``, except in line contact. Without:
+        ``approach`` (``normal_force`` where the approach is prescribed) and ``peak_pressure``. Of a history each with
+        its step, as ``Fx[3]``. What has no value, as the approach of a line contact without reference depth, is left
+        out.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(Fx=-0.1), grid=vc.Grid(nx=8, ny=8))
+    >>> list(values(vc.solve(scene)))
+    ['vx', 'Fy', 'Mz']
+    """
+    if isinstance(answer, History):
+        chosen = range(len(answer)) if steps is None else steps
+        return {f"{name}[{k}]": value for k in chosen for name, value in values(answer[k]).items()}
+    found = _normal(answer) if answer.scene.frictionless else _frictional(answer)
+    return {name: value for name, value in found.items() if not math.isnan(value)}
+
+
+def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dict[str, float]:
+    """What an error of one is, of each of an answer's `values`.
+
+    Parameters
+    ----------
+    answer : Solution or History
+        Any answer of the scene: of Hertzian scenes the units do not depend on it, of others on its area of contact.
+    steps : sequence of int, optional
+        As for `values`.
+
+    Returns
+    -------
+    dict of str to float
+        With the names of `values`, in the scene's units, all positive. In a history the largest f Fz of its steps.
+
+    Raises
+    ------
+    SceneError
+        If friction is infinite.
+
+    Notes
+    -----
+    The saturation creepage is that at which the simplified theory of pure creepage slips all over,
+    ``3 f Fz / (G a b C11)``; that of a shift is Cattaneo's, ``3 (2 - nu) f Fz / (8 G sqrt(ab))``. In line contact they
+    are Carter's ``4 (1 - nu) f Fz / (pi G a)``, and a times that. Where the contact is not Hertzian, a and b are the
+    semi-axes of the ellipse with its area and ratio of second moments.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=2.0, b=0.5), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=8, ny=8))
+    >>> print({name: round(unit, 6) for name, unit in units(vc.solve(scene)).items()})
+    {'Fx': 0.3, 'Fy': 0.3, 'Mz': 0.3}
+    """
+    check_measurable(answer.scene)
+    if not isinstance(answer, History):
+        return _units(answer, list(values(answer)))
+    chosen = range(len(answer)) if steps is None else steps
+    single = {k: _units(answer[k], list(values(answer[k]))) for k in chosen}
+    largest: dict[str, float] = {}
+    for units_of_step in single.values():
+        for name, unit in units_of_step.items():
+            largest[name] = max(largest.get(name, 0.0), unit)
+    return {f"{name}[{k}]": largest[name] for k, units_of_step in single.items() for name in units_of_step}
+
+
+def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping[str, float]) -> float:
+    """The error of an answer: the largest of its values' errors, in their units.
+
+    Parameters
+    ----------
+    found, exact : mapping of str to float
+        Values of the answer, and those it should have; every exact value must have been found.
+    units : mapping of str to float
+        What an error of one is, see `units`.
+
+    Returns
+    -------
+    float
+        NaN where a value was not found or is no number: unknown is not small.
+
+    Examples
+    --------
+    >>> round(error({"Fx": -0.21, "Mz": 0.05}, {"Fx": -0.2, "Mz": 0.05}, {"Fx": 0.3, "Mz": 0.3}), 4)
+    0.0333
+    """
+    return float(np.max([abs(found.get(name, math.nan) - value) / units[name] for name, value in exact.items()]))
+
+
+def _normal(sol: Solution) -> dict[str, float]:
+    load = {"approach": sol.approach} if sol.scene.approach is None else {"normal_force": sol.normal_force}
+    return load | {"peak_pressure": float(sol.pressure.max())}
+
+
+def _frictional(sol: Solution) -> dict[str, float]:
+    motion, found = sol.motion, {}
+    assert motion is not None
+    creepages = ("vx", "vy") if motion.rolls else ("ux", "uy")
+    for i, (name, creepage) in enumerate(zip(("Fx", "Fy"), creepages, strict=True)):
+        prescribed = getattr(motion, name) is not None
+        found[creepage if prescribed else name] = float(sol.creepage[i] if prescribed else sol.force[i])
+    return found if sol.scene.line else found | {"Mz": sol.moment}
+
+
+def _units(sol: Solution, names: list[str]) -> dict[str, float]:
+    found = _normal(sol)
+    if not sol.scene.frictionless and sol.pressure.any():
+        limit, (a, b) = friction_limit(sol), semi_axes(sol)
+        rolling, shift = _saturation(sol.scene, limit, a, b)
+        found |= dict.fromkeys(("Fx", "Fy"), limit) | dict.fromkeys(("vx", "vy"), rolling)
+        found |= dict.fromkeys(("ux", "uy"), shift) | {"Mz": limit * math.sqrt(a * b)}
+    return {name: abs(found.get(name, 0.0)) for name in names}
+
+
+def friction_limit(sol: Solution) -> float:
+    """f Fz: what friction can carry, with the static coefficient where it follows a law [force].
+
+    Parameters
+    ----------
+    sol : Solution
+    """
+    friction = sol.scene.friction
+    if isinstance(friction, np.ndarray):
+        return float(sol.traction_bound.sum() * sol.grid.area)
+    static = friction if isinstance(friction, float) else getattr(friction, "static", math.nan)
+    return static * sol.normal_force
+
+
+def semi_axes(sol: Solution) -> tuple[float, float]:
+    """Semi-axes along x and y of Hertz's ellipse, or of one with the area and ratio of second moments of the contact.
+
+    Parameters
+    ----------
+    sol : Solution
+
+    Returns
+    -------
+    tuple of float
+        [length]; in line contact b is 1, as forces are per unit length.
+    """
+    hertz = sol.scene.hertz
+    if sol.scene.line:
+        return (sol.areas["contact"] / 2 if hertz is None else hertz.a), 1.0
+    if hertz is not None:
+        return hertz.a, hertz.b
+    contact = sol.state != EXTERIOR
+    x, y = np.broadcast_arrays(sol.grid.x[None, :], sol.grid.y[:, None])
+    (dx, dy), size = sol.grid.sides, math.sqrt(sol.areas["contact"] / math.pi)
+    # what is within the elements counts as well: a single row of elements is not infinitely slender
+    ratio = math.sqrt((x[contact].var() + dx**2 / 12) / (y[contact].var() + dy**2 / 12))
+    return size * math.sqrt(ratio), size / math.sqrt(ratio)
+
+
+def _saturation(scene: Scene, limit: float, a: float, b: float) -> tuple[float, float]:
+    """The creepage and the shift at which all of a contact slips, see `units`."""
+    G, nu = scene.bodies.combined_G, scene.bodies.combined_nu
+    if scene.line:
+        full = 4 * (1 - nu) * limit / (math.pi * G * a)
+        return full, a * full
+    ratio = min(max(a / b, LEAST_RATIO), GREATEST_RATIO)
+    C11 = creepage_coefficients(ratio, 1.0, min(max(nu, 0.0), 0.5)).C11
+    return 3 * limit / (G * a * b * C11), 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))
