@@ -13,7 +13,14 @@ from varcontact.scene.units import Units
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
 _NEWTONS = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 
-_POWERS = {"length": (0, 1), "force": (1, 0), "pressure": (1, -2), "moment": (1, 1), "spin": (0, -1), "line force": (1, -1)}
+_POWERS = {
+    "length": (0, 1),
+    "force": (1, 0),
+    "pressure": (1, -2),
+    "moment": (1, 1),
+    "spin": (0, -1),
+    "line force": (1, -1),
+}
 """Powers of force and of length in each quantity."""
 
 _SYMBOLS = {(0, 1): "m", (1, 0): "N", (1, -2): "Pa", (1, 1): "N m", (1, -1): "N/m"}
@@ -34,6 +41,8 @@ class Measure:
     Measure(factor=1000.0, unit='µm')
     >>> measure("pressure", Units(length="in", force="lbf"), 100.0).label("pressure")
     'pressure [lbf/in^2]'
+    >>> measure("1", None, 0.004).label("creepage")
+    'creepage [$10^{-3}$]'
     """
 
     factor: float
@@ -49,7 +58,8 @@ class Measure:
 
     def text(self, value: float, digits: int = 3) -> str:
         """A `value` in the scene's units as text, of so many `digits`, with its unit."""
-        return f"{value * self.factor + 0.0:.{digits}g} {self.unit}".rstrip()
+        times = "× " if self.unit.startswith("$10") else ""
+        return f"{value * self.factor + 0.0:.{digits}g} {times}{self.unit}".rstrip()
 
 
 def measure(quantity: str, units: Units | None, values: Any, line: bool = False) -> Measure:
@@ -66,19 +76,17 @@ def measure(quantity: str, units: Units | None, values: Any, line: bool = False)
     line : bool
         Of a line contact, where forces and moments are per unit length.
     """
-    if units is None:
-        return Measure(1.0, "")
-    if quantity not in _POWERS:
-        return Measure(1.0, "")
+    if units is None or quantity not in _POWERS:
+        return _by_thousands("", values)
     force, length = _POWERS[quantity]
     if line and quantity in ("force", "moment"):
         length -= 1
     if units.length not in _METRES or units.force not in _NEWTONS:
-        return Measure(1.0, units.of(quantity, line).replace("$", r"\$"))  # a dollar, and no formula
+        return _by_thousands(units.of(quantity, line).replace("$", r"\$"), values)  # a dollar, and no formula
     base = _NEWTONS[units.force] ** force * _METRES[units.length] ** length
     symbol = _SYMBOLS.get((force, length))
-    if symbol is None:
-        return Measure(base, "1/m")
+    if symbol is None:  # spin
+        return _by_thousands("1/m", base * np.asarray(values), base)
     prefix = _prefix(symbol, base * _largest(values))
     return Measure(_rounded(base / _PREFIXES[prefix]), prefix + symbol)
 
@@ -95,6 +103,15 @@ def measure_of(scene: Scene, quantity: str, values: Any) -> Measure:
         In the scene's units.
     """
     return measure(quantity, scene.units, values, scene.line)
+
+
+def _by_thousands(unit: str, values: Any, factor: float = 1.0) -> Measure:
+    """Without prefixes: very large and very small numbers by a power of a thousand, which stands with the unit."""
+    largest = _largest(values)
+    if largest == 0 or 1e-2 <= largest < 1e4:
+        return Measure(factor, unit)
+    power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
+    return Measure(_rounded(factor / 10.0**power), f"$10^{{{power}}}$ {unit}".rstrip())
 
 
 def _largest(values: Any) -> float:

@@ -30,6 +30,20 @@ def styled() -> AbstractContextManager[None]:
     return context
 
 
+def colour(number: int) -> str:
+    """One of the style's colours, which come round again; call it within `styled`.
+
+    Parameters
+    ----------
+    number : int
+        From 0.
+    """
+    import matplotlib as mpl
+
+    colours: list[str] = mpl.rcParams["axes.prop_cycle"].by_key()["color"]
+    return colours[number % len(colours)]
+
+
 def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[Figure, list[Axes]]:
     """A figure and its axes, row by row; call it within `styled`.
 
@@ -45,6 +59,16 @@ def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[F
 
     figure, axes = plt.subplots(rows, columns, figsize=figsize, layout="constrained", squeeze=False, **options)
     return figure, list(axes.flat)
+
+
+def settle(figure: Figure) -> None:
+    """Lay a figure out: one pass is not enough for panels of a given shape, and a file is written after one.
+
+    Parameters
+    ----------
+    figure : Figure
+    """
+    figure.draw_without_rendering()
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -96,10 +120,10 @@ def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 
     found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
     if not found:
         return
-    ticks = [text.get_fontsize() for text in ax.get_xticklabels()[:1]] or [8.0]
+    ticks = [float(text.get_fontsize()) for text in ax.get_xticklabels()[:1]] or [8.0]
     label = ax.get_xlabel()
     lines = label.count("\n") + 1 if label else 0
-    points = 6 + 1.5 * max(ticks) + 1.5 * lines * ax.xaxis.label.get_fontsize()
+    points = 6 + 1.5 * max(ticks) + 1.5 * lines * float(ax.xaxis.label.get_fontsize())
     down = ScaledTranslation(0, -points / 72, figure_of(ax).dpi_scale_trans)
     ax.legend(
         handles=found,
@@ -126,3 +150,17 @@ def legend_beside(ax: Axes, handles: Sequence[Any] | None = None) -> None:
     found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
     if found:
         ax.legend(handles=found, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False)
+
+
+def colour_bar(ax: Axes, image: Any, label: str) -> None:
+    """A colour bar to the right of axes, as high as they are.
+
+    Parameters
+    ----------
+    ax : Axes
+    image : ScalarMappable
+    label : str
+    """
+    from varcontact.plotting.ticks import readable_numbers
+
+    figure_of(ax).colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label, format=readable_numbers())
