@@ -1,4 +1,4 @@
-"""Printing errors of the paper that docs/theory.md derives, held against numbers.
+"""Printing errors of the paper that docs/printing_errors.md derives, held against numbers.
 
 The others are found in the tests of what they concern.
 """

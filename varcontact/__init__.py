@@ -1,6 +1,6 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
-from varcontact import reference
+from varcontact import kinematics, reference, wheel_rail
 from varcontact.errors import (
     Interrupted,
     NoContact,
@@ -78,6 +78,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "kinematics",
     "load",
     "plan",
     "plot_comparison",
@@ -91,4 +92,5 @@ __all__ = [
     "stress",
     "stress_below",
     "unlike_bank",
+    "wheel_rail",
 ]

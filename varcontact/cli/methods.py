@@ -12,7 +12,7 @@ from varcontact.theories.methods import THEORIES
 
 
 def listed(kind: str, names: Iterable[str]) -> str:
-    """Names as lines that help does not fill again: it would break them at their hyphens."""
+    """The `names` of a `kind` as lines that help does not fill again: it would break them at their hyphens."""
     return textwrap.fill(f"{kind}: {', '.join(names)}.", 76, subsequent_indent="    ", break_on_hyphens=False)
 
 

@@ -78,7 +78,7 @@ def solve(
 
 
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
-    """Print, and write what was asked for."""
+    """Print a `solution`, or `as_json`, and write it to `out` and its picture to `plot`; `force` replaces any file."""
     from varcontact.io.solution_file import save
     from varcontact.plotting.picture_file import write_picture
 

@@ -27,7 +27,7 @@ LAWS: dict[tuple[str, str], tuple[float, float, float]] = {
     ("clarabel", memory.ONE_BLOCK): (0.01, 3.5e-9, 3.0),
     ("clarabel", memory.TWO_BLOCKS): (0.02, 2e-8, 3.0),
 }
-"""Seconds of a method on one core, ``c + factor n^exponent`` with n elements: docs/methods.md has the measurements."""
+"""Seconds of a method on one core, ``c + factor n^exponent`` with n elements: docs/measurements.md has them."""
 
 CLOSED_FORM = 0.004
 """Seconds of Hertz's pressure, and of an approximate theory."""

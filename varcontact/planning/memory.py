@@ -17,7 +17,7 @@ PEAK_MATRICES: dict[tuple[str, str], float] = {
     ("tang-safeguarded", ""): 4.2,
     ("no-slip", ""): 4.2,
 }
-"""Peak memory of methods, in dense matrices of their unknowns (8 n^2 bytes), as measured: docs/methods.md.
+"""Peak memory of methods, in dense matrices of their unknowns (8 n^2 bytes), as measured: docs/measurements.md.
 
 Programs by complementary energy have one dense block; those by the gap or by potential energy more.
 """

@@ -58,7 +58,7 @@ ROADS: dict[str, Road] = {
 """By name. With the first any solver may be named."""
 
 MANY = 250
-"""Elements in contact beyond which "auto" takes Newton's method without a matrix: docs/methods.md has the seconds."""
+"""Elements in contact beyond which "auto" takes Newton's method without a matrix (docs/measurements.md)."""
 
 MANY_ELEMENTS = Road(
     "newton",
