@@ -103,7 +103,7 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     from matplotlib.lines import Line2D
 
     shown = _box(sol) if box is None else box
-    lengths = measure_of(sol.scene, "length", shown)
+    lengths = _lengths(sol)
     _draw_stick_and_slip(ax, sol, lengths)
     handles = area_patches()
     every = max(1, int(np.ceil(max(sol.grid.shape) / 26)))
@@ -273,7 +273,7 @@ def _spread(box: Box, shape: float) -> Box:
 
 def _lengths(sol: Solution) -> Measure:
     """How lengths in the plane are shown."""
-    return measure_of(sol.scene, "length", _box(sol))
+    return measure_of(sol.scene, "length", sol.grid.box)
 
 
 def _box(sol: Solution) -> Box:

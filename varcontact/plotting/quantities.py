@@ -58,8 +58,9 @@ class Measure:
 
     def text(self, value: float, digits: int = 3) -> str:
         """A `value` in the scene's units as text, of so many `digits`, with its unit."""
-        times = "× " if self.unit.startswith("$10") else ""
-        return f"{value * self.factor + 0.0:.{digits}g} {times}{self.unit}".rstrip()
+        if self.unit.startswith("$10"):  # without its power
+            return f"{value + 0.0:.{digits}g} {self.unit.partition('$ ')[2]}".rstrip()
+        return f"{value * self.factor + 0.0:.{digits}g} {self.unit}".rstrip()
 
 
 def measure(quantity: str, units: Units | None, values: Any, line: bool = False) -> Measure:
@@ -108,7 +109,7 @@ def measure_of(scene: Scene, quantity: str, values: Any) -> Measure:
 def _by_thousands(unit: str, values: Any, factor: float = 1.0) -> Measure:
     """Without prefixes: very large and very small numbers by a power of a thousand, which stands with the unit."""
     largest = _largest(values)
-    if largest == 0 or 1e-2 <= largest < 1e4:
+    if largest == 0 or 0.1 <= largest < 1e4:
         return Measure(factor, unit)
     power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
     return Measure(_rounded(factor / 10.0**power), f"$10^{{{power}}}$ {unit}".rstrip())

@@ -87,7 +87,7 @@ def _draw_tractions(ax: Axes, sol: Solution, row: int, shown: slice, x: np.ndarr
     """Between the bounds of either sign their size and components, the lateral one where there is any."""
     bound, traction = sol.traction_bound[row, shown], sol.traction[:, row, shown]
     finite = bool(np.all(np.isfinite(bound)))
-    measured = measure_of(sol.scene, "pressure", [bound if finite else 0 * bound, *np.abs(traction)])
+    measured = measure_of(sol.scene, "pressure", [bound if finite else np.zeros_like(bound), *traction])
     if finite:
         bounds = measured(bound)
         ax.fill_between(x, -bounds, bounds, color="0.93", linewidth=0)

@@ -79,7 +79,7 @@ def _in_rows(sol: Solution, names: list[str], size: tuple[float, float] | None, 
     rows, columns, shape = -(-len(names) // 3), min(len(names), 3), shape_of(sol)
     width = COLUMN if columns == 1 else PAGE / 3 * columns
     side = width / columns - (0.7 if columns == 1 else 1.05)  # beside which there are labels and a colour bar
-    figure, axes = new_figure(rows, columns, size or (width, rows * (shape * side + 1.1)))
+    figure, axes = new_figure(rows, columns, size or (width, rows * (shape * side + 1.3)))
     for panel, name in zip(axes, names, strict=False):
         panel.set_box_aspect(shape)
         _draw(panel, sol, name, y)
@@ -163,8 +163,8 @@ def _one_legend(axes: list[Axes]) -> None:
     """Panels below each other with the same abscissa: its label and one legend at the foot."""
     entries: dict[str, Any] = {}
     for ax in axes:
-        handles, labels = ax.get_legend_handles_labels()
-        entries = dict(zip(labels, handles, strict=True)) | entries
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
         legend = ax.get_legend()
         if legend is not None:
             legend.remove()

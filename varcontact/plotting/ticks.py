@@ -42,7 +42,7 @@ class RoomyLocator(MaxNLocator):
 def readable_numbers() -> ScalarFormatter:
     """Labels of a few digits, with a power of ten beside the axis where there would be more."""
     formatter = ScalarFormatter(useMathText=True)
-    formatter.set_powerlimits((-3, 4))
+    formatter.set_powerlimits((-4, 5))
     return formatter
 
 
