@@ -17,7 +17,7 @@ def blocks(page, language):
 
 
 MADE = {
-    "docs/convergence.md": {"contact.png", "contact.nc", "study.csv", "order.png"},
+    "docs/sweeps.md": {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"},
     "docs/scenes.md": {"history.nc"},
     "docs/results.md": {
         *(f"{name}.png" for name in ("contact", "fields", "section", "stress", "below", "curve", "history")),
@@ -29,7 +29,7 @@ MADE = {
 
 @pytest.mark.parametrize(
     "pages",
-    [["README.md", "docs/convergence.md"], ["docs/scenes.md"], ["docs/results.md"]],
+    [["README.md", "docs/convergence.md", "docs/sweeps.md"], ["docs/scenes.md"], ["docs/results.md"]],
     ids=lambda pages: pages[-1],
 )
 def test_python_on_the_pages(pages, tmp_path, monkeypatch):

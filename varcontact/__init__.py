@@ -11,6 +11,7 @@ from varcontact.errors import (
     SolverUnavailable,
     TooLarge,
     VarcontactError,
+    WorkersLost,
 )
 from varcontact.io.scene_file import read_scene
 from varcontact.planning.plan import Plan, plan
@@ -36,6 +37,7 @@ from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
 from varcontact.study.scan import scan
+from varcontact.study.sweep import Standing, read_sweep, sweep
 
 __version__ = "0.1.0"
 
@@ -67,6 +69,7 @@ __all__ = [
     "Sizes",
     "Solution",
     "SolverUnavailable",
+    "Standing",
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
@@ -75,6 +78,7 @@ __all__ = [
     "Transient",
     "Units",
     "VarcontactError",
+    "WorkersLost",
     "certify",
     "compare",
     "converge",
@@ -85,12 +89,14 @@ __all__ = [
     "plot_curve",
     "plot_stress",
     "read_scene",
+    "read_sweep",
     "reference",
     "scan",
     "solve",
     "standard_bank",
     "stress",
     "stress_below",
+    "sweep",
     "unlike_bank",
     "wheel_rail",
 ]

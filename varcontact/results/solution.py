@@ -13,6 +13,7 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Transient
@@ -77,6 +78,9 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    error_estimate : ErrorEstimate or None
+        Of a solution to an accuracy, or within a time: how far its forces are from the continuum, about. They are
+        then extrapolated, and not what the elements carry; the fields are those of the grid.
     """
 
     scene: Scene
@@ -99,6 +103,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    error_estimate: ErrorEstimate | None = None
 
     @property
     def normal_force(self) -> float:
@@ -107,14 +112,20 @@ class Solution:
 
     @property
     def force(self) -> np.ndarray:
-        """Total tangential force (Fx, Fy) on body 1 (116)."""
-        return np.asarray(self.traction.sum(axis=(1, 2)) * self.grid.area)
+        """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is one."""
+        carried = self.traction.sum(axis=(1, 2)) * self.grid.area
+        return np.array([self._extrapolated(name, F) for name, F in zip(("Fx", "Fy"), carried, strict=True)])
 
     @property
     def moment(self) -> float:
-        """Twisting moment Mz on body 1 about the origin (117)."""
+        """Twisting moment Mz on body 1 about the origin (117); by `error_estimate`, where there is one."""
         x, y = self.grid.x[None, :], self.grid.y[:, None]
-        return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+        return self._extrapolated("Mz", np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+
+    def _extrapolated(self, name: str, value: float) -> float:
+        """A value by the estimate of its error, where that has it."""
+        known = {} if self.error_estimate is None else self.error_estimate.values
+        return float(known.get(name, value))
 
     @property
     def friction(self) -> np.ndarray | None:
@@ -280,6 +291,7 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
             "seconds": self.timing["total"],
         }
