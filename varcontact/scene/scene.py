@@ -112,7 +112,12 @@ class Scene:
     @property
     def touched(self) -> bool:
         """Whether every element that the contact touches belongs to it, see `Grid`."""
-        return isinstance(self.grid, Grid) and self.grid.edge != "centres"
+        return self.edge != "centres"
+
+    @property
+    def edge(self) -> str:
+        """Which elements at the contact's edge belong to it, see `Grid`; "centres" where the grid is "auto"."""
+        return self.grid.edge if isinstance(self.grid, Grid) else "centres"
 
     def second_order(self) -> Scene:
         """The same steady rolling, discretised for accurate forces on coarse grids in place of as CONTACT does.
