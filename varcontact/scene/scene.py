@@ -140,7 +140,7 @@ class Scene:
         >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0,
         ...                  friction=0.3, motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=16, ny=16))
         >>> print(f"{vc.solve(scene).force[0]:.4f} {vc.solve(scene.second_order()).force[0]:.4f}")
-        -0.1855 -0.1795
+        -0.1743 -0.1659
         """
         if not isinstance(self.motion, Steady):
             raise SceneError(
