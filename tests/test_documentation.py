@@ -17,7 +17,9 @@ def blocks(page, language):
 
 
 @pytest.mark.parametrize(
-    "pages", [["README.md", "docs/convergence.md", "docs/sweeps.md"], ["docs/scenes.md"]], ids=lambda pages: pages[-1]
+    "pages",
+    [["README.md", "docs/convergence.md", "docs/sweeps.md", "docs/fast_theories.md"], ["docs/scenes.md"]],
+    ids=lambda pages: pages[-1],
 )
 def test_python_on_the_pages(pages, tmp_path, monkeypatch):
     """From top to bottom in one session; a page that begins with a scene of its own needs no other."""

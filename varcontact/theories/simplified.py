@@ -101,7 +101,7 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     """
     vx, vy, spin = np.abs(np.moveaxis(triples(creepages), -1, 0))
     L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, coefficients), -1, 0)
-    _check_spin(spin, L3, coefficients)
+    check_spin(spin, L3, coefficients)
     spin = spin * np.sqrt(positives("a", a) * positives("b", b))
     size = np.hypot(np.hypot(vx, vy), spin)
     still = size == 0
@@ -138,12 +138,23 @@ def flexibilities_of(
         weighted = flexibility(a, b, G, creepages, coefficients)
         return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
     separate = flexibilities(a, b, G, coefficients)
-    _check_spin(creepages[..., 2], separate[..., 2], coefficients)
+    check_spin(creepages[..., 2], separate[..., 2], coefficients)
     return separate
 
 
-def _check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
-    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip."""
+def check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
+    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip.
+
+    Parameters
+    ----------
+    spin, L3 : ndarray
+    coefficients : CreepageCoefficients
+
+    Raises
+    ------
+    SceneError
+        If there is any.
+    """
     if np.any((spin != 0) & ~(L3 > 0)):
         least = float(np.min(coefficients.C23))
         raise SceneError("C23", least, "positive for simplified theory to treat spin; take an exact method")
