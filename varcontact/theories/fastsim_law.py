@@ -94,7 +94,7 @@ def fastsim_under_law(
     ...     field = fastsim_under_law(1.0, 1.0, 1.0, 10.0, law, creepage, table, m=50, n=50, start=start)
     ...     print(f"{field.force[0] / 3.0:.3f}")
     -0.840
-    -0.830
+    -0.829
     """
     strips = printed(m, n, bound)
     a, b, Fz = positive("a", a), positive("b", b), positive("normal_force", normal_force)

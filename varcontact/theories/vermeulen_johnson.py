@@ -121,7 +121,7 @@ def vermeulen_johnson(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.0)
-    >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / 3.4, 0.0, 0.0), table))
+    >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / table.C11, 0.0, 0.0), table).round(12))
     [-0.875  0.   ]
     """
     xi, eta, limit = _normalised(a, b, G, friction_force, creepages, coefficients)
@@ -184,7 +184,7 @@ def vermeulen_johnson_creepage(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.0)
-    >>> print((3.4 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
+    >>> print((table.C11 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
     [0.5 0.  0. ]
     """
     given_x, Fx = either("vx", vx, "Fx", Fx)
