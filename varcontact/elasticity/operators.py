@@ -162,7 +162,12 @@ class RestrictedOperator:
     softening: np.ndarray | None = field(default=None, kw_only=True)
 
     def same(self, other: RestrictedOperator) -> bool:
-        """Whether another operator of the same grid is on the same elements, as soft."""
+        """Whether another operator of the same grid is on the same elements, as soft.
+
+        Parameters
+        ----------
+        other : RestrictedOperator
+        """
         if not np.array_equal(self.elements, other.elements):
             return False
         if self.softening is None or other.softening is None:

