@@ -25,7 +25,7 @@ Solver = Callable[[Scene, Progress | None, bool], Solution]
 
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
-COARSER = 0.5
+COARSER = 0.35
 """Elements across the contact on the first of two grids, by those on the second."""
 LEAST_STEP, GREATEST_STEP = 1.5, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""

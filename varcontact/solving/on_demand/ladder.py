@@ -104,20 +104,22 @@ LADDERS = {
     (False, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 24),
     (True, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 100, line=True),
     (False, True, "steady"): Ladder(
-        "rolling under Hertz's pressure", 2.0, 1.0, 0.3, 1.5, 0.3, 4, 1.5, edge="softened", second_order=True
+        "rolling under Hertz's pressure", 1.75, 1.0, 0.028, 1.0, 0.12, 4, 1.5, edge="softened", second_order=True
     ),
-    (False, True, "shift"): Ladder("shifts under Hertz's pressure", 2.0, 0.5, 0.64, 2.0, 0.28, 4, edge="touched"),
+    (False, True, "shift"): Ladder("shifts under Hertz's pressure", 2.0, 0.25, 1.6, 2.0, 0.53, 4, edge="touched"),
     (False, False, "steady"): Ladder(
         "rolling under computed pressure", 2.0, 1.5, 0.3, 1.2, 0.5, 6, 1.5, second_order=True
     ),
     (False, False, "shift"): Ladder("shifts under computed pressure", 2.0, 1.5, 0.5, 2.0, 0.3, 6),
     (False, False, "none"): Ladder("normal contact", 2.0, 1.5, 0.5, 2.0, 0.3, 6),
     (True, True, "steady"): Ladder(
-        "line contact, rolling under Hertz's pressure", 2.0, 0.5, 0.05, 1.5, 0.05, 8, second_order=True, line=True
+        "line contact, rolling under Hertz's pressure", 1.75, 0.5, 0.123, 1.25, 0.077, 8, second_order=True, line=True
     ),
-    (True, True, "shift"): Ladder("line contact, shifts under Hertz's pressure", 2.0, 1.5, 0.5, 2.0, 0.5, 8, line=True),
+    (True, True, "shift"): Ladder(
+        "line contact, shifts under Hertz's pressure", 2.0, 0.25, 0.43, 2.0, 0.084, 8, line=True
+    ),
     (True, False, "steady"): Ladder(
-        "line contact, rolling under computed pressure", 2.0, 3.0, 0.3, 1.0, 5.0, 8, second_order=True, line=True
+        "line contact, rolling under computed pressure", 1.2, 3.0, 0.4, 1.0, 0.12, 12, second_order=True, line=True
     ),
     (True, False, "shift"): Ladder(
         "line contact, shifts under computed pressure", 1.0, 1.5, 0.5, 1.0, 0.5, 8, line=True
