@@ -24,7 +24,8 @@ def report(sol: Solution) -> str:
     sol : Solution
     """
     lines = [_headline(sol), ""]
-    rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), ("", ""), *_methods(sol)]
+    warnings = [("WARNING", warning) for warning in sol.warnings]
+    rows = [*warnings, *_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), ("", ""), *_methods(sol)]
     lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
     return "\n".join(lines)
 

@@ -75,6 +75,8 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    warnings : tuple of str
+        What is wrong with the scene rather than with the solution: noise of a sampled surface that rules the pressure.
     """
 
     scene: Scene
@@ -97,6 +99,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    warnings: tuple[str, ...] = ()
 
     @property
     def normal_force(self) -> float:
@@ -235,6 +238,7 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "warnings": list(self.warnings),
             "coefficient": self._coefficients(),
             "seconds": self.timing["total"],
         }

@@ -28,6 +28,7 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.noise import noise
 from varcontact.solving.series import check_saturation
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
@@ -155,7 +156,9 @@ def solve(
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
     disc, state = on_a_grid_that_holds_it(scene, steps)
     try:
-        return judged(scene, disc, state, steps)
+        solution = judged(scene, disc, state, steps)
+        warning = noise(scene, disc, state, lambda posed: steps.pressure(posed, unloaded(posed.grid)))
+        return replace(solution, warnings=(warning,)) if warning else solution
     finally:
         disc.operators.forget()
 
