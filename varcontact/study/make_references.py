@@ -101,7 +101,8 @@ def make(runs: Path | None = None, scenes: Mapping[str, Posed] | None = None) ->
 
 def _solved(name: str, posed: Posed, known: set[tuple[int, int]]) -> list[dict[str, Any]]:
     """The solves of a scene that are not known yet, as rows of the table."""
-    rows, started = [], time.perf_counter()
+    rows: list[dict[str, Any]] = []
+    started = time.perf_counter()
     for cells, position, values in solves(posed, known):
         if not rows:
             print(name, flush=True)
