@@ -30,7 +30,18 @@ SURFACES = {
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
-SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify")
+SOLVE_KEYS = (
+    "method",
+    "normal",
+    "tangential",
+    "coupling",
+    "formulation",
+    "tol",
+    "polish",
+    "start",
+    "certify",
+    "refine",
+)
 
 
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:

@@ -12,6 +12,7 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
+from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Transient
@@ -75,6 +76,9 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    refinement : Refinement, optional
+        Where `solve` was told to `refine`: the field on parts of the elements, whose `force` and `moment` are those of
+        the solution. The other fields and the certificate are then those of the corrected problem on the elements.
     """
 
     scene: Scene
@@ -97,6 +101,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    refinement: Refinement | None = None
 
     @property
     def normal_force(self) -> float:
@@ -106,11 +111,15 @@ class Solution:
     @property
     def force(self) -> np.ndarray:
         """Total tangential force (Fx, Fy) on body 1 (116)."""
+        if self.refinement is not None:
+            return self.refinement.force
         return np.asarray(self.traction.sum(axis=(1, 2)) * self.grid.area)
 
     @property
     def moment(self) -> float:
         """Twisting moment Mz on body 1 about the origin (117)."""
+        if self.refinement is not None:
+            return self.refinement.moment
         x, y = self.grid.x[None, :], self.grid.y[:, None]
         return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
 
@@ -155,6 +164,8 @@ class Solution:
         The slip of a step is weighed with the traction at the end of the step. In steady rolling this loses less than
         `power` puts in, by a part that falls with the first order of the step.
         """
+        if self.refinement is not None:
+            return self.refinement.friction_work
         return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
 
     @property
@@ -236,6 +247,7 @@ class Solution:
             "branch": self.branch,
             "note": self.note,
             "coefficient": self._coefficients(),
+            "refinement": None if self.refinement is None else self.refinement.summary(),
             "seconds": self.timing["total"],
         }
 

@@ -14,6 +14,7 @@ from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import normal_residual
 from varcontact.problem.state import ContactState
 from varcontact.results.physical import solution_of
+from varcontact.results.refinement import Refinement
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
@@ -25,7 +26,9 @@ ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
 
 
-def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+def judged(
+    scene: Scene, disc: Discretisation, state: ContactState, steps: Steps, refinement: Refinement | None = None
+) -> Solution:
     """The solution, with its certificate; held to the tolerance.
 
     Parameters
@@ -36,6 +39,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     state : ContactState
         Of the solution, dimensionless.
     steps : Steps
+    refinement : Refinement, optional
+        Of the corrected problem whose discretisation and state these are.
 
     Returns
     -------
@@ -66,6 +71,7 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
     clock = steps.clock
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
+    solution = replace(solution, refinement=refinement)
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

@@ -28,6 +28,7 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.refine.road import check_refine, refined, roughly
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
@@ -49,6 +50,7 @@ def solve(
     polish: bool | None = None,
     start: str | Solution | None = None,
     certify: str | None = "auto",
+    refine: str | None = None,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
 ) -> Solution | History:
@@ -98,6 +100,10 @@ def solve(
         How much of the certificate is computed: "full", with guaranteed bounds on the forces; "gap", without them;
         "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
         friction and "gap" beyond. The report says what is left out.
+    refine : {"continuum"}, optional
+        Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
+        on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
+        For steady rolling of Hertzian contacts, see docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -144,6 +150,7 @@ def solve(
     tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     certify = level(certify)
     check_start(scene, start, plan.theory is not None)
+    corrects = check_refine(scene, plan, refine)
     _check_saturation(scene)
     check_fits(scene, plan)
     if isinstance(scene.motion, Transient):
@@ -152,9 +159,12 @@ def solve(
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
     repeats = isinstance(scene.friction, Law) or plan.loops or plan.marches
     steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
-    disc, state = on_a_grid_that_holds_it(scene, steps)
+    disc, state = on_a_grid_that_holds_it(scene, roughly(steps) if corrects else steps)
     try:
-        return judged(scene, disc, state, steps)
+        if not corrects:
+            return judged(scene, disc, state, steps)
+        found, refinement = refined(scene, disc, state, steps)
+        return judged(scene, found.disc, found.state, steps, refinement)
     finally:
         disc.operators.forget()
 
