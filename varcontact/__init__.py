@@ -1,6 +1,6 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
-from varcontact import kinematics, reference
+from varcontact import kinematics, reference, wheel_rail
 from varcontact.errors import (
     Interrupted,
     NoContact,
@@ -11,6 +11,7 @@ from varcontact.errors import (
     SolverUnavailable,
     TooLarge,
     VarcontactError,
+    WorkersLost,
 )
 from varcontact.io.scene_file import read_scene
 from varcontact.planning.plan import Plan, plan
@@ -19,6 +20,7 @@ from varcontact.plotting.stress import plot_stress
 from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
 from varcontact.results.history import History
+from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.results.stress import SubsurfaceStress, stress, stress_below
 from varcontact.scene.bodies import Bodies
@@ -35,6 +37,7 @@ from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
 from varcontact.study.scan import scan
+from varcontact.study.sweep import Standing, read_sweep, sweep
 
 __version__ = "0.1.0"
 
@@ -56,6 +59,7 @@ __all__ = [
     "Paraboloids",
     "Plan",
     "RationalFalling",
+    "Refinement",
     "SampledDistance",
     "Saturated",
     "Scene",
@@ -64,6 +68,7 @@ __all__ = [
     "Sizes",
     "Solution",
     "SolverUnavailable",
+    "Standing",
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
@@ -72,6 +77,7 @@ __all__ = [
     "Transient",
     "Units",
     "VarcontactError",
+    "WorkersLost",
     "certify",
     "compare",
     "converge",
@@ -81,11 +87,14 @@ __all__ = [
     "plot_comparison",
     "plot_stress",
     "read_scene",
+    "read_sweep",
     "reference",
     "scan",
     "solve",
     "standard_bank",
     "stress",
     "stress_below",
+    "sweep",
     "unlike_bank",
+    "wheel_rail",
 ]

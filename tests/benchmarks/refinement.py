@@ -3,9 +3,9 @@
     python -m tests.benchmarks.refinement                  # the table of docs/refinement.md
     python -m tests.benchmarks.refinement references FILE  # the references, tests/data/refined_references.csv
 
-The references are corrected solutions on 192 cells with elements in nine parts; their error is how far those on 160 cells
-with four parts are from them. Beside them stands what plain grids of touched elements extrapolate to, from 96 to 384
-cells, with its own error: how much it changes when one term of the fit is left out.
+The references are corrected solutions on 192 cells with elements in nine parts; their error is how far those on 160
+cells with four parts are from them. Beside them stands what plain grids of touched elements extrapolate to, from 96 to
+384 cells, with its own error: how much it changes when one term of the fit is left out.
 """
 
 import csv

@@ -92,6 +92,8 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
         estimate=estimate,
         seconds=seconds,
     )
+    if not np.array_equal([*sol.force, sol.moment], found.forces[-1]):
+        raise ValueError("forces that are not those of the last pass")
     sums = found.traction.sum(axis=(1, 2)) * grid.area
     if np.abs(sums - found.force).max() > ROUNDED * np.abs(found.traction).sum() * grid.area:
         raise ValueError("forces that are not those of the tractions on parts of the elements")

@@ -1,4 +1,4 @@
-"""What defect correction found beside a coarse solution: the field on parts of its elements, and how far it can be off."""
+"""What defect correction found beside a coarse solution: the field on parts of its elements."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
@@ -76,9 +77,12 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
-    refinement : Refinement, optional
-        Where `solve` was told to `refine`: the field on parts of the elements, whose `force` and `moment` are those of
-        the solution. The other fields and the certificate are then those of the corrected problem on the elements.
+    error_estimate : ErrorEstimate or None
+        Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
+        They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
+    refinement : Refinement or None
+        Where `solve` was told to `refine`: the field on parts of the elements that has these forces. The fields here
+        and the certificate are then those of the corrected problem on the elements.
     """
 
     scene: Scene
@@ -101,6 +105,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    error_estimate: ErrorEstimate | None = None
     refinement: Refinement | None = None
 
     @property
@@ -110,18 +115,20 @@ class Solution:
 
     @property
     def force(self) -> np.ndarray:
-        """Total tangential force (Fx, Fy) on body 1 (116)."""
-        if self.refinement is not None:
-            return self.refinement.force
-        return np.asarray(self.traction.sum(axis=(1, 2)) * self.grid.area)
+        """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is one."""
+        carried = self.traction.sum(axis=(1, 2)) * self.grid.area
+        return np.array([self._extrapolated(name, F) for name, F in zip(("Fx", "Fy"), carried, strict=True)])
 
     @property
     def moment(self) -> float:
-        """Twisting moment Mz on body 1 about the origin (117)."""
-        if self.refinement is not None:
-            return self.refinement.moment
+        """Twisting moment Mz on body 1 about the origin (117); by `error_estimate`, where there is one."""
         x, y = self.grid.x[None, :], self.grid.y[:, None]
-        return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+        return self._extrapolated("Mz", np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+
+    def _extrapolated(self, name: str, value: float) -> float:
+        """A value by the estimate of its error, where that has it."""
+        known = {} if self.error_estimate is None else self.error_estimate.values
+        return float(known.get(name, value))
 
     @property
     def friction(self) -> np.ndarray | None:
@@ -246,6 +253,7 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
             "refinement": None if self.refinement is None else self.refinement.summary(),
             "seconds": self.timing["total"],

@@ -20,6 +20,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.refine.road import estimated
 from varcontact.solving.subproblems import Steps
 
 ROUNDED = 1e-3
@@ -71,7 +72,8 @@ def judged(
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
     clock = steps.clock
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
-    solution = replace(solution, refinement=refinement)
+    if refinement is not None:
+        solution = replace(solution, refinement=refinement, error_estimate=estimated(solution, refinement))
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

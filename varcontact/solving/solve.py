@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Saturated, SceneError
+from varcontact.errors import SceneError
 from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.choice import make_plan
 from varcontact.planning.expectations import check_fits
@@ -28,8 +28,11 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.on_demand.asked import asked_for
+from varcontact.solving.on_demand.climb import on_demand
 from varcontact.solving.refine.road import check_refine, refined, roughly
-from varcontact.solving.subproblems import Steps, contact
+from varcontact.solving.series import check_saturation
+from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 
@@ -53,6 +56,8 @@ def solve(
     refine: str | None = None,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
 ) -> Solution | History:
     """Solve a scene.
 
@@ -109,11 +114,19 @@ def solve(
     store : str or Path, optional
         Of a history: the file its steps are added to as they are finished, so that memory does not grow with them.
         Called again with the same scene, methods and file, an interrupted history goes on where it stopped.
+    accuracy : float, optional
+        Largest error against the continuum: of Fx and Fy by f Fz, of Mz by f Fz sqrt(ab); of a creepage that follows
+        from a prescribed force by the saturation creepage; without friction of the approach and the largest pressure
+        by themselves. The grid is then chosen, the error estimated from the answer itself, and the grid refined until
+        the estimate is below. The scene has no grid of its own.
+    time_budget : float, optional
+        In place of an accuracy: seconds. The most accurate answer that is expected within them.
 
     Returns
     -------
     Solution or History
-        A History where the motion is `Transient`.
+        A History where the motion is `Transient`. With `accuracy` or `time_budget`, the solution on the finest grid
+        that was solved, with its `error_estimate`, whose values are those of the solution.
 
     Raises
     ------
@@ -150,23 +163,30 @@ def solve(
     tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     certify = level(certify)
     check_start(scene, start, plan.theory is not None)
-    corrects = check_refine(scene, plan, refine)
-    _check_saturation(scene)
-    check_fits(scene, plan)
+    check_saturation(scene)
+    asked = asked_for(scene, plan, accuracy, time_budget, start)
+    corrects = check_refine(scene, plan, refine, asked is not None)
     if isinstance(scene.motion, Transient):
+        check_fits(scene, plan)
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
-    repeats = isinstance(scene.friction, Law) or plan.loops or plan.marches
-    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
-    disc, state = on_a_grid_that_holds_it(scene, roughly(steps) if corrects else steps)
-    try:
-        if not corrects:
-            return judged(scene, disc, state, steps)
-        found, refinement = refined(scene, disc, state, steps)
-        return judged(scene, found.disc, found.state, steps, refinement)
-    finally:
-        disc.operators.forget()
+
+    def on_its_grid(posed: Scene, told: Callable[[str], None] | None) -> Solution:
+        known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
+        check_fits(posed, known)
+        repeats = isinstance(posed.friction, Law) or known.loops or known.marches
+        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, certify)
+        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects else steps)
+        try:
+            if not corrects:
+                return judged(posed, disc, state, steps)
+            found, refinement = refined(posed, disc, state, steps)
+            return judged(posed, found.disc, found.state, steps, refinement)
+        finally:
+            disc.operators.forget()
+
+    return on_its_grid(scene, progress) if asked is None else on_demand(scene, plan, asked, on_its_grid, progress)
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
@@ -188,88 +208,6 @@ def polished_by(plan: Plan, polish: bool | None) -> bool:
     if polish and convex:
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
     return polish
-
-
-def solve_many(
-    scene: Scene,
-    motions: Iterable[Steady | Shift | None],
-    plan: Plan,
-    tol: float,
-    polish: bool,
-    progress: Callable[[str], None] | None = None,
-    certify: str = "auto",
-) -> Iterator[Solution]:
-    """Solve a scene for one motion after the other, which differ in creepages or forces only.
-
-    Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
-    each begins, with methods that can begin somewhere, from the solution before with the nearest creepages.
-
-    Parameters
-    ----------
-    scene : Scene
-    motions : iterable of Steady, Shift or None
-    plan : Plan
-        For all of them.
-    tol : float
-        Residual to be reached [-].
-    polish : bool
-        Whether active sets polish the answers of programs.
-    progress : callable, optional
-        Called with the name of each stage.
-    certify : str
-        As of `solve`.
-
-    Yields
-    ------
-    Solution
-        One a motion, in their order.
-
-    Raises
-    ------
-    Saturated
-        If a prescribed force cannot be carried.
-    NotConverged
-        If a solver misses the tolerance.
-    """
-    setups = Setups()
-    disc: Discretisation | None = None
-    state: ContactState | None = None
-    solved: list[Solution] = []
-    creepages = np.empty((0, 3))
-    try:
-        for motion in motions:
-            posed = replace(scene, motion=motion)
-            _check_saturation(posed)
-            steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify, refined=False)
-            with one_blas_thread():
-                if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-                    disc = disc.moved(motion)
-                    near = solved[_nearest(_creepages(disc), creepages)].traction / disc.pressure
-                    state = replace(state, traction=near, iterations={}, status={}, solved={}, friction=None)
-                    state = contact(disc, steps, state)
-                else:
-                    check_fits(posed, plan)
-                    known = None if disc is None else disc.operators
-                    disc, state = on_a_grid_that_holds_it(posed, steps, known)
-                solution = judged(posed, disc, state, steps)
-            solved.append(solution)
-            creepages = np.vstack([creepages, _creepages(disc)])
-            yield solution
-    finally:
-        if disc is not None:
-            disc.operators.forget()
-
-
-def _creepages(disc: Discretisation) -> np.ndarray:
-    """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
-    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
-    return np.array([along_x, along_y, about_z * disc.length / 2])
-
-
-def _nearest(one: np.ndarray, others: np.ndarray) -> int:
-    """Which of several points is nearest to one: the last of these."""
-    distances = np.linalg.norm(others - one, axis=1)
-    return len(others) - 1 - int(np.argmin(distances[::-1]))
 
 
 def level(certify: str | None) -> str:
@@ -358,25 +296,6 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
     finally:
         disc.operators.forget()
-
-
-def _check_saturation(scene: Scene) -> None:
-    """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction."""
-    motion = scene.motion
-    if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
-        for k, friction in enumerate(scene.frictions):
-            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
-            if size > 0 and np.all(np.asarray(friction) == 0):
-                raise Saturated(size, 0.0).in_step(k, None)
-    if not isinstance(motion, Steady | Shift):
-        return
-    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    limit = 0.0 if scene.frictionless else np.inf
-    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
-    if isinstance(friction, float) and scene.normal_force is not None:
-        limit = friction * scene.normal_force
-    if size > 0 and size >= limit:
-        raise Saturated(size, limit)
 
 
 def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:

@@ -23,7 +23,7 @@ class Shape:
     bound : ndarray, shape (ny, nx)
         Traction bound, zero outside the contact.
     behind : ndarray, shape (ny, nx)
-        Distance along x from the contact's trailing edge, and half an element more.
+        Distance along x from the contact's trailing edge, and a part of an element more.
     """
 
     bound: np.ndarray

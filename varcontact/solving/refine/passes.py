@@ -1,4 +1,4 @@
-"""The passes: what a reconstructed field lacks of the continuum's slip is added, and the coarse problem solved again."""
+"""The passes: what a field lacks of the continuum's slip is added, and the coarse problem solved again."""
 
 from __future__ import annotations
 

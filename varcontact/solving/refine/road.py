@@ -12,15 +12,18 @@ from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import SceneError
 from varcontact.machine.memory import SMALLER, need
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import known_grid
+from varcontact.problem.contact_grid import across, known_grid
 from varcontact.problem.discretisation import Discretisation, discretise
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState, unloaded
+from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.refinement import Refinement
+from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.solving.error_norm import units
 from varcontact.solving.refine.passes import PARTS, PASSES, Corrected, defect_corrected
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
@@ -33,7 +36,7 @@ ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
 
 
-def check_refine(scene: Scene, plan: Plan, refine: Any) -> bool:
+def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool = False) -> bool:
     """Whether defect correction is asked for; refused, before any work, where it does not hold.
 
     Parameters
@@ -42,6 +45,8 @@ def check_refine(scene: Scene, plan: Plan, refine: Any) -> bool:
     plan : Plan
     refine : str or None
         As of `solve`.
+    chosen : bool
+        Whether the grid is to be chosen for an accuracy or a time.
 
     Raises
     ------
@@ -52,14 +57,16 @@ def check_refine(scene: Scene, plan: Plan, refine: Any) -> bool:
         return False
     kind = checks.choice("refine", refine, KINDS)
     reason = _why_not(scene, plan)
+    if chosen:
+        reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
     if reason:
         raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
     grid, hertz = known_grid(scene), scene.hertz
     assert hertz is not None
     dx, dy = grid.sides
-    across = (2 * hertz.a / dx,) if grid.line else (2 * hertz.a / dx, 2 * hertz.b / dy)
-    if min(across) < LEAST * (1 - 1e-9):
-        found = " by ".join(f"{count:.3g}" for count in across)
+    count = (2 * hertz.a / dx,) if grid.line else (2 * hertz.a / dx, 2 * hertz.b / dy)
+    if min(count) < LEAST * (1 - 1e-9):
+        found = " by ".join(f"{each:.3g}" for each in count)
         raise SceneError(
             "grid",
             scene.grid,
@@ -131,6 +138,25 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         estimate=np.abs(found.forces[-1] - [coarser[-1], found.forces[-2]]).max(axis=0),
         seconds=found.seconds,
     )
+
+
+def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
+    """What a refinement says of a solution's forces: those of its field, with their estimated errors.
+
+    Parameters
+    ----------
+    solution : Solution
+    found : Refinement
+    """
+    scales, names = units(solution), ("Fx", "Fy", "Mz")
+    forces = {name: float(found.forces[-1, k]) for k, name in enumerate(names)}
+    errors = {name: float(found.estimate[k]) / scales[name] for k, name in enumerate(names) if name in scales}
+    how = (
+        "no bound: the difference from half as many elements across the contact, or what the last of "
+        f"{found.passes} passes changed"
+    )
+    nx, ny = across(solution.pressure)
+    return ErrorEstimate(forces, errors, how, (Solve(nx, ny, sum(found.seconds)),))
 
 
 def forces_on(scene: Scene, grid: Grid, steps: Steps) -> np.ndarray:
