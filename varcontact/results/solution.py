@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -139,6 +141,41 @@ class Solution:
         return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
 
     @property
+    def Fx(self) -> float:
+        """Tangential force on body 1 along x; in line contact per unit length."""
+        return float(self.force[0])
+
+    @property
+    def Fy(self) -> float:
+        """Tangential force on body 1 along y."""
+        return float(self.force[1])
+
+    @property
+    def Mz(self) -> float:
+        """Twisting moment on body 1 about the origin: `moment`."""
+        return self.moment
+
+    @property
+    def vx(self) -> float:
+        """Longitudinal creepage, prescribed or found; of a shift ux [length]."""
+        return self.creepage[0]
+
+    @property
+    def vy(self) -> float:
+        """Lateral creepage, prescribed or found; of a shift uy [length]."""
+        return self.creepage[1]
+
+    @property
+    def spin(self) -> float:
+        """Spin creepage [1/length]; of a shift the rotation."""
+        return self.creepage[2]
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest pressure of an element."""
+        return float(self.pressure.max())
+
+    @property
     def traction_bound(self) -> np.ndarray:
         """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
         bound, contact = np.zeros(self.grid.shape), self.pressure > 0
@@ -173,7 +210,15 @@ class Solution:
         """
         if self.refinement is not None:
             return self.refinement.friction_work
-        return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
+        return float(np.sum(self.power_density) * self.grid.area)
+
+    @property
+    def power_density(self) -> np.ndarray:
+        """Work lost by friction by area, ``-p.s``, shape (ny, nx); its integral over the contact is `friction_work`.
+
+        By distance rolled [force/area]; in a shift [force/length].
+        """
+        return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
 
     @property
     def power(self) -> float:
@@ -320,11 +365,71 @@ class Solution:
 
         return sensitivity(self)
 
-    def plot(self) -> Figure:
-        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x."""
+    def plot(
+        self,
+        what: str | Sequence[str] | None = None,
+        *,
+        ax: Axes | None = None,
+        figsize: tuple[float, float] | None = None,
+        y: float | None = None,
+    ) -> Figure:
+        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x.
+
+        Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and
+        slip areas. Without a motion: the pressure, and its section. Numbers are in MPa, mm and kN by their size where
+        the scene's `units` are metric, else in its own.
+
+        Parameters
+        ----------
+        what : str or sequence of str, optional
+            Other panels: "pressure", "traction", "slip", "distance", "power_density", "section".
+        ax : matplotlib Axes, optional
+            Where to draw one panel; a new figure if not given.
+        figsize : pair of float, optional
+            Of a new figure [inch].
+        y : float, optional
+            Of the section [length]; the row with the largest pressure if not given.
+
+        Returns
+        -------
+        matplotlib Figure
+            Not shown: call its ``savefig``, or ``plt.show()``.
+
+        Raises
+        ------
+        SceneError
+            For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
+        """
         from varcontact.plotting.solution import plot
 
-        return plot(self)
+        return plot(self, what, ax=ax, figsize=figsize, y=y)
+
+    def section(
+        self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
+    ) -> Figure:
+        """Picture of a section along x: the traction and its size beside the traction bound.
+
+        Without a motion: the pressure.
+
+        Parameters
+        ----------
+        y : float, optional
+            Where [length]: the row of elements next to it, with the largest pressure if not given.
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure if not given.
+        figsize : pair of float, optional
+            Of a new figure [inch].
+
+        Returns
+        -------
+        matplotlib Figure
+
+        Raises
+        ------
+        SceneError
+            For a `y` off the grid, or in line contact.
+        """
+        return self.plot("section", ax=ax, figsize=figsize, y=y)
 
     def plot_passes(self) -> Figure:
         """Picture of how the passes of a coupling loop, or under a law of friction, converged.
