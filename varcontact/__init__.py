@@ -20,7 +20,9 @@ from varcontact.plotting.curve import plot_curve
 from varcontact.plotting.stress import plot_stress
 from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.results.history import History
+from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.results.stress import SubsurfaceStress, stress, stress_below
 from varcontact.scene.bodies import Bodies
@@ -48,6 +50,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
     "ExponentialFalling",
@@ -63,6 +66,7 @@ __all__ = [
     "Plan",
     "RationalFalling",
     "Reference",
+    "Refinement",
     "SampledDistance",
     "Saturated",
     "Scene",
@@ -86,6 +90,7 @@ __all__ = [
     "converge",
     "kinematics",
     "load",
+    "no_slip_coefficients",
     "plan",
     "plot_comparison",
     "plot_curve",
