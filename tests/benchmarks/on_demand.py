@@ -141,7 +141,12 @@ def fit(path: Path) -> None:
                             float(np.median(estimate / np.maximum(error, 1e-9))),
                         )
         _, order, share, floor, fall, usual, ratio = best
-        words = f"order {order:g}, share {share:g}, floor {floor:.3g}, fall {fall:g}, usual {usual:.3g}"
+        single = SAFETY * max(
+            abs(np.array(row) - each["continuum"]).max() * n**order
+            for each in chosen
+            for n, row in zip(each["cells"][:-3], each["found"], strict=False)
+        )
+        words = f"{order:g}, {share:g}, {floor:.2g}, {fall:g}, {usual:.2g}, {single:.2g}"
         print(f"{key}: {len(chosen)} scenes, {words}; estimate/error {ratio:.1f} in the median")
         found = np.array([pair for each in chosen for pair in pairs(each, order)])
         for n in np.unique(found[:, 0]):
