@@ -21,6 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -309,20 +310,48 @@ class Solution:
 
         return dataset(self)
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """The fields as a table with one row per element, row of elements by row of elements.
+
+        Columns: x, y, pressure, traction_x, traction_y, traction_bound, slip_x, slip_y, distance, state,
+        power_density; their units are in its `attrs`.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+        ...     motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=8, ny=8))
+        >>> sol = vc.solve(scene)
+        >>> table = sol.to_dataframe()
+        >>> len(table) == sol.grid.size, bool(abs(table["traction_x"].sum() * sol.grid.area - sol.Fx) < 1e-12)
+        (True, True)
+        """
+        from varcontact.io.elements import dataframe
+
+        return dataframe(self)
+
     def save(self, path: str | Path, overwrite: bool = False) -> None:
-        """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
+        """Write a file in the format of its ending, whole or not at all.
+
+        ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs: ``.csv``, a row per
+        element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's.
 
         Parameters
         ----------
         path : str or Path
-            Ends in ``.nc``. A solution that is there is replaced.
+            A solution that is there in the same format is replaced.
         overwrite : bool
             Whether any other file that is there is replaced as well.
 
         Raises
         ------
         OutputError
-            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
+            If the name has another ending, the file holds something else, or cannot be written.
         """
         from varcontact.io.solution_file import save
 
