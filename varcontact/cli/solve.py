@@ -78,7 +78,7 @@ def solve(
     may_move = plot is not None and plot.suffix.lower() in MOVING
     check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)
     described, options = read_scene(scene)
-    if may_move:
+    if plot is not None and may_move:
         _check_moving(plot, described, [scene] if out is None else [scene, out], force)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from varcontact.results.normalised import Normalised
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +175,24 @@ class Solution:
         return float(self.pressure.max())
 
     @property
+    def normalised(self) -> Normalised:
+        """Forces, creepages and the largest pressure without dimension, see `Normalised`.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+        ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+        >>> part = vc.solve(scene).normalised
+        >>> print(f"Fx = {part.Fx:.3f} at vx = {part.vx:.3f}; largest pressure {part.max_pressure:.2f}")
+        Fx = -0.392 at vx = 0.095; largest pressure 1.49
+        """
+        from varcontact.results.normalised import normalised
+
+        return normalised(self)
+
+    @property
     def traction_bound(self) -> np.ndarray:
         """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
         bound, contact = np.zeros(self.grid.shape), self.pressure > 0
@@ -257,6 +278,11 @@ class Solution:
     def __str__(self) -> str:
         return self.report()
 
+    def _repr_html_(self) -> str:
+        from varcontact.results.report import headline, report_rows
+
+        return html_table(headline(self), report_rows(self))
+
     def __repr__(self) -> str:
         Fx, Fy = self.force
         return (
@@ -275,6 +301,7 @@ class Solution:
             "moment": known(self.moment),
             "approach": known(self.approach),
             "creepage": [known(c) for c in self.creepage],
+            "doubts": list(self.scene.doubts),
             "power": known(self.power),
             "friction_work": known(self.friction_work),
             "elements": self.elements,
