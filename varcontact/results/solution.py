@@ -186,7 +186,7 @@ class Solution:
         ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
         >>> part = vc.solve(scene).normalised
         >>> print(f"Fx = {part.Fx:.3f} at vx = {part.vx:.3f}; largest pressure {part.max_pressure:.2f}")
-        Fx = -0.392 at vx = 0.095; largest pressure 1.49
+        Fx = -0.392 at vx = 0.095; largest pressure 1.48
         """
         from varcontact.results.normalised import normalised
 
