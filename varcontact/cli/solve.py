@@ -44,6 +44,12 @@ def solve(
         str | None,
         typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
     ] = None,
+    refine: Annotated[
+        str | None,
+        typer.Option(
+            help="Correct towards the continuum: continuum (steady rolling, Hertzian contacts).  [default: none]"
+        ),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
@@ -82,7 +88,7 @@ def solve(
         _check_moving(plot, described, [scene] if out is None else [scene, out], force)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
-    given |= {"accuracy": accuracy, "time_budget": time_budget}
+    given |= {"refine": refine, "accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         if out is not None:

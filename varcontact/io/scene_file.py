@@ -46,6 +46,7 @@ SOLVE_KEYS = (
     "polish",
     "start",
     "certify",
+    "refine",
     "accuracy",
     "time_budget",
 )
