@@ -115,6 +115,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "timing": sol.timing,
         "passes": sol.passes,
         "branch": sol.branch,
+        "warnings": list(sol.warnings),
         "solved_by": sol.solved_by,
         "calls": plain_calls(sol.calls),
         "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
@@ -353,6 +354,7 @@ def assembled(
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
+        warnings=tuple(str(warning) for warning in record.get("warnings", [])),
         solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
         calls={
             problem: {name: Calls(**each) for name, each in solvers.items()}

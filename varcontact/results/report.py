@@ -34,10 +34,10 @@ def report_rows(sol: Solution) -> list[tuple[str, str]]:
     ----------
     sol : Solution
     """
+    warnings = [("WARNING", warning) for warning in sol.warnings]
     doubtful = [("" if i else "doubtful", doubt) for i, doubt in enumerate(sol.scene.doubts)]
-    rows = [*_loads(sol), *_areas(sol), *doubtful, ("", "")]
-    rows += [*_refinement(sol), *_certificate(sol), *_estimate(sol), ("", "")]
-    return [*rows, *_methods(sol)]
+    judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
+    return [*warnings, *_loads(sol), *_areas(sol), *doubtful, ("", ""), *judged, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}

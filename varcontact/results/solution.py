@@ -83,6 +83,8 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    warnings : tuple of str
+        What is wrong with the scene rather than with the solution: noise of a sampled surface that rules the pressure.
     error_estimate : ErrorEstimate or None
         Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
         They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
@@ -111,6 +113,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
     refinement: Refinement | None = None
 
@@ -326,6 +329,7 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "warnings": list(self.warnings),
             "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
             "refinement": None if self.refinement is None else self.refinement.summary(),
