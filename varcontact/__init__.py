@@ -21,6 +21,7 @@ from varcontact.plotting.stress import plot_stress
 from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
@@ -53,6 +54,7 @@ __all__ = [
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
+    "ErrorEstimate",
     "ExponentialFalling",
     "Grid",
     "History",
@@ -108,3 +110,8 @@ __all__ = [
     "unlike_bank",
     "wheel_rail",
 ]
+
+
+def __dir__() -> list[str]:
+    """The public names alone."""
+    return sorted([*__all__, "__version__"])

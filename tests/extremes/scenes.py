@@ -85,7 +85,7 @@ class Case:
 
 LIKE, UNLIKE = Bodies(G=1.0, nu=0.28), Bodies(G=(1.0, math.inf), nu=0.0)
 SPHERES = Paraboloids(Rx=1.0, Ry=0.7)
-ROLLING = Scene(
+ROLLING: Scene = Scene(
     bodies=LIKE,
     surface=Ellipse(a=1.0, b=0.8),
     normal_force=1.0,
@@ -94,9 +94,9 @@ ROLLING = Scene(
     grid=Grid(nx=10, ny=10),
 )
 ROLLING_UNLIKE = replace(ROLLING, bodies=UNLIKE)
-SHIFT = replace(ROLLING, motion=Shift(ux=0.08, uy=0.04, rotation=0.05))
+SHIFT: Scene = replace(ROLLING, motion=Shift(ux=0.08, uy=0.04, rotation=0.05))
 PRESSING = replace(ROLLING, surface=SPHERES, motion=None, friction=None)
-LINE = Scene(
+LINE: Scene = Scene(
     bodies=LIKE,
     surface=Cylinders(R=1.0, reference_depth=10.0),
     normal_force=1e-3,

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from varcontact import checks
+from varcontact.checks import named
 from varcontact.errors import SceneError
 
 
+@named({"E": "Bodies.from_young(E, nu)", "mu": "G for the modulus of rigidity, and friction in the Scene"})
 @dataclass(frozen=True)
 class Bodies:
     """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).

@@ -23,6 +23,20 @@ MOST_STEPS = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
 
 
+WORDS = {
+    "cksi": "vx, the longitudinal creepage",
+    "ceta": "vy, the lateral creepage",
+    "cphi": "spin",
+    "phi": "spin",
+    "xi": "vx, the longitudinal creepage",
+    "eta": "vy, the lateral creepage",
+}
+"""Names of creepages in other programs and books."""
+
+
+@checks.named(
+    WORDS | {"ux": "Shift for a shift, or vx for a creepage", "uy": "Shift for a shift, or vy for a creepage"}
+)
 @dataclass(frozen=True, kw_only=True)
 class Steady:
     """Steady rolling in the direction of x.
@@ -84,6 +98,7 @@ class Steady:
         )
 
 
+@checks.named({"vx": "ux, or Steady for a creepage", "vy": "uy, or Steady for a creepage", "spin": "rotation"})
 @dataclass(frozen=True, kw_only=True)
 class Shift:
     """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.

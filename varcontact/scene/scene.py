@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Generic, Literal, overload
 
 import numpy as np
 
@@ -24,9 +24,37 @@ from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.units import Units
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default
 
+    MotionT_co = TypeVar("MotionT_co", bound=Motion | Transient | None, default=Any, covariant=True)
+else:
+    from typing import TypeVar
+
+    MotionT_co = TypeVar("MotionT_co", covariant=True)
+
+WORDS = {
+    "FN": "normal_force",
+    "fn": "normal_force",
+    "Fz": "normal_force",
+    "N": "normal_force",
+    "pen": "approach",
+    "penetration": "approach",
+    "mu": "friction",
+    "fstat": "friction",
+    "f": "friction",
+    "vx": "motion=Steady(vx=...)",
+    "vy": "motion=Steady(vy=...)",
+    "spin": "motion=Steady(spin=...)",
+    "material": "bodies",
+    "geometry": "surface",
+}
+"""Names of entries in other programs and books."""
+
+
+@checks.named(WORDS)
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Scene:
+class Scene(Generic[MotionT_co]):
     """A contact as the user describes it, in any consistent units.
 
     Parameters
@@ -72,9 +100,41 @@ class Scene:
     normal_force: float | None = None
     approach: float | None = None
     friction: float | np.ndarray | Law | None = None
-    motion: Motion | Transient | None = None
+    motion: MotionT_co = None  # type: ignore[assignment]
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
+
+    if TYPE_CHECKING:  # without a motion it is a Scene[None]
+
+        @overload
+        def __init__(
+            self: Scene[None],
+            *,
+            bodies: Bodies,
+            surface: Surface,
+            normal_force: float | None = None,
+            approach: float | None = None,
+            friction: float | np.ndarray | Law | None = None,
+            motion: None = None,
+            grid: Grid | Literal["auto"] = "auto",
+            units: Units | None = None,
+        ) -> None: ...
+
+        @overload
+        def __init__(
+            self,
+            *,
+            bodies: Bodies,
+            surface: Surface,
+            normal_force: float | None = None,
+            approach: float | None = None,
+            friction: float | np.ndarray | Law | None = None,
+            motion: MotionT_co,
+            grid: Grid | Literal["auto"] = "auto",
+            units: Units | None = None,
+        ) -> None: ...
+
+        def __init__(self, **entries: Any) -> None: ...
 
     def __post_init__(self) -> None:
         consistency.check_parts(self)
@@ -246,8 +306,9 @@ class Scene:
         surface, force, approach = self.contact(k)
         own = motion.of("friction", k)
         friction = self.friction if own is None else own
+        history: Scene = self  # of any motion, as the step has another
         return replace(
-            self,
+            history,
             surface=surface,
             normal_force=force,
             approach=approach,

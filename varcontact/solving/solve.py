@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack, overload
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.noise import noise
 from varcontact.solving.on_demand.asked import asked_for
 from varcontact.solving.on_demand.climb import on_demand
+from varcontact.solving.options import CouplingName, NormalName, Options, TangentialName
 from varcontact.solving.refine.road import check_refine, refined, roughly
 from varcontact.solving.series import check_saturation
 from varcontact.solving.subproblems import Steps
@@ -39,6 +41,36 @@ from varcontact.solving.transient import solve_transient
 
 MOST_BY_PRESSURE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
+
+
+@overload
+def solve(
+    scene: Scene[Transient],
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName | str = "auto",
+    **options: Unpack[Options],
+) -> History: ...
+
+
+@overload
+def solve(
+    scene: Scene[Steady] | Scene[Shift] | Scene[None],
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName | str = "auto",
+    **options: Unpack[Options],
+) -> Solution: ...
+
+
+@overload
+def solve(
+    scene: Scene,
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName | str = "auto",
+    **options: Unpack[Options],
+) -> Solution | History: ...
 
 
 @one_blas_thread()

@@ -11,6 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged
 from varcontact.results.solution import Solution
+from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 
@@ -28,7 +29,7 @@ class ConformalContact(UserWarning):
 
 
 def solve_wheel_on_rail(
-    case: WheelOnRail, tol: float, certify: str | None, methods: dict[str, Any]
+    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """The solution of a wheel on a rail: see `WheelOnRail.solve`.
 
@@ -97,10 +98,8 @@ def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     return float(total)
 
 
-def _solved(patch: ContactPatch, certify: str | None, methods: dict[str, Any]) -> Solution:
-    found = solve(patch.scene, certify=certify, **methods)
-    assert isinstance(found, Solution)
-    return found
+def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
+    return solve(patch.scene, certify=certify, **methods)
 
 
 def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:

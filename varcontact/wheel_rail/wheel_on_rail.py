@@ -242,7 +242,7 @@ class WheelOnRail:
             at2=particle,
         )
 
-    def solve(self, *, tol: float = 1e-6, certify: str | None = None, **methods: Any) -> WheelRailSolution:
+    def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
         """Solve all patches, with the height of the axle that bears the vertical force, where that is given.
 
         Parameters
