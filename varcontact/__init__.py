@@ -39,6 +39,7 @@ from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
+from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
 
@@ -48,6 +49,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
@@ -84,6 +86,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_forces",
     "kinematics",
     "load",
     "no_slip_coefficients",
