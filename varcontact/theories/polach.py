@@ -67,7 +67,7 @@ def polach(
 
     For ``k_A = k_S = 1`` without spin that is the simplified theory under the elliptic bound. The part of spin is
 
-        F_s = 9/16 a f Fz q K spin/s,    q = 1 + 6.3 (1 - exp(-a/b)),    e_s = 8/3 G b (ab)^(1/2) C23 |s_y|/(f Fz q),
+        F_s = 9/16 a f Fz q K spin/s,    q = 1 + 6.3 (1 - exp(-a/b)),    e_s = 8/3 G b (ab)^(1/2) C23 abs(s_y)/(f Fz q),
         K = e_s (d^3/3 - d^2/2 + 1/6) - (1 - d^2)^(3/2)/3,    d = (e_s^2 - 1)/(e_s^2 + 1),
 
     with the sign that gives pure spin Kalker's slope. A total beyond f Fz is cut to it; the source leaves it as it is.
