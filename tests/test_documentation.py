@@ -19,7 +19,7 @@ def blocks(page, language):
 MADE = {
     "docs/sweeps.md": {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"},
     "docs/scenes.md": {"history.nc"},
-    "docs/fast_theories.md": set(),
+    "docs/fast_theories.md": {"theories.png"},
     "docs/results.md": {
         *(f"{name}.png" for name in ("contact", "fields", "section", "stress", "below", "curve", "history")),
         *("history.gif", "contact.nc", "contact.csv", "contact.vtu", "contact.mat", "scene.toml"),

@@ -38,6 +38,7 @@ from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
+from varcontact.study.curve import creep_curve
 from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
@@ -90,6 +91,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_curve",
     "creep_forces",
     "kinematics",
     "load",
