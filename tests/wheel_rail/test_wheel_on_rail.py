@@ -90,6 +90,41 @@ def test_the_load_is_borne_with_and_without_friction():
     assert again.force == pytest.approx(plain.force, rel=1e-9)
 
 
+def test_a_flange_contact_takes_few_heights():
+    """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power of the depth."""
+    position = Position(y=-7.0, roll=-6e-4, yaw=0.026)
+    case = wheel(side="left", position=position, vertical_force=65e3, with_friction=True, dx=1.0, dy=1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConformalContact)
+        found = case.solve()
+    assert found.force[2] == pytest.approx(65e3, rel=1e-6)
+    assert found.rounds <= 12
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_any_position_bears_its_load(seed):
+    """Random places, sides and loads: the load is met, nothing pulls, and the tractions obey Coulomb's law."""
+    rng = np.random.default_rng(seed)
+    case = wheel(
+        side=("left", "right")[seed % 2],
+        position=Position(y=rng.uniform(-10, 10), roll=rng.normal() * 3e-3, yaw=rng.uniform(-0.02, 0.02)),
+        vertical_force=10 ** rng.uniform(3.5, 5.0),
+        dx=1.0,
+        dy=1.0,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConformalContact)
+        found = case.solve()
+    borne = sum(each.normal_force * np.cos(each.patch.angle) for each in found.patches)
+    assert borne == pytest.approx(case.vertical_force, rel=1e-6)
+    for each in found.patches:
+        assert each.solution.pressure.min() >= 0
+        tangential = np.hypot(*each.solution.traction)
+        assert np.all(tangential <= 0.3 * each.solution.pressure * (1 + 1e-7))
+        assert not each.solution.pressure[[0, -1]].any()
+        assert not each.solution.pressure[:, [0, -1]].any()
+
+
 def test_forces_in_the_frames_belong_together():
     found = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, join=3.0).solve()
     assert len(found.patches) == 2

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 ROUNDS = 30
 """Heights that are tried."""
+GROWTH = 10.0
+"""How many times deeper the next height may be."""
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
 
@@ -62,25 +64,25 @@ def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[flo
     """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight."""
     load = case.vertical_force
     assert load is not None
-    low, low_value = case.touching, -(load ** (2 / 3))  # no force
-    high, high_value = None, 0.0
+    low, high = case.touching, np.inf
+    last, last_value = low, -(load ** (2 / 3))  # no force
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
-    z = case.touching + (load / stiffness) ** (2 / 3)
+    z = low + (load / stiffness) ** (2 / 3)
     for rounds in range(1, ROUNDS + 1):
         force = _vertical(case, z, methods)
-        value = np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3)
         if abs(force - load) <= tol * load:
             return z, rounds
-        # the secant through this height and the nearer of those before, kept within what is known
-        slope = (value - low_value) / (z - low)
-        if value < 0:
-            low, low_value = z, value
-        if value > 0:
-            high, high_value = z, value
-        if high is not None:
-            slope = (high_value - low_value) / (high - low)
-        step = low - low_value / slope
-        z = step if high is None or low < step < high else (low + high) / 2
+        value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))
+        low, high = (z, high) if value < 0 else (low, z)
+        slope = (value - last_value) / (z - last)
+        step = z - value / slope if slope > 0 else np.inf
+        last, last_value = z, value
+        if np.isinf(high):
+            z = min(step, case.touching + GROWTH * (z - case.touching))
+        else:
+            z = step if low < step < high else (low + high) / 2
+        if z == last:
+            break
     raise NotConverged(f"the height of the axle that bears {load:g} N was not found", abs(force - load) / load)
 
 
