@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,10 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged
 from varcontact.results.solution import Solution
+from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.seams import weakened
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
@@ -88,21 +91,34 @@ def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[flo
 
 def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     """The vertical force on the rail at a height of the axle."""
-    total = 0.0
+    total, pressed = 0.0, _presser(methods)
     for patch in case.patches(z):
         if case.with_friction:
             total += PatchSolution(patch, _solved(patch, None, methods)).force_on_track[2]
         else:
-            scene = replace(patch.scene, motion=None, friction=None)
-            normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
-            total += solve(scene, certify=None, **normal).normal_force * np.cos(patch.angle)
+            scene = weakened(patch.scene, patch.seams, pressed) if patch.seams else patch.scene
+            total += pressed(scene).normal_force * np.cos(patch.angle)
     return float(total)
 
 
 def _solved(patch: ContactPatch, certify: str | None, methods: dict[str, Any]) -> Solution:
-    found = solve(patch.scene, certify=certify, **methods)
+    """A patch; one in parts by what each feels of the others."""
+    scene = weakened(patch.scene, patch.seams, _presser(methods)) if patch.seams else patch.scene
+    found = solve(scene, certify=certify, **methods)
     assert isinstance(found, Solution)
     return found
+
+
+def _presser(methods: dict[str, Any]) -> Callable[[Scene], Solution]:
+    """Solves the normal problem of a scene alone."""
+    normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
+
+    def pressed(scene: Scene) -> Solution:
+        found = solve(replace(scene, motion=None, friction=None), certify=None, **normal)
+        assert isinstance(found, Solution)
+        return found
+
+    return pressed
 
 
 def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:
