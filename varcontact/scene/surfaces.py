@@ -200,6 +200,9 @@ class SampledDistance:
     y: np.ndarray | None = None
     reference_depth: float | None = None
 
+    def __repr__(self) -> str:
+        return checks.short_entries(self)
+
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "h", checks.array("surface.h", self.h, 1 if checks.dimensions(self.h) == 1 else 2))
