@@ -288,7 +288,7 @@ def _shift(conditions: Conditions) -> Callable[[np.ndarray, np.ndarray], np.ndar
     """E of tractions and rigid shifts, in single precision but for what is known."""
 
     def shift(traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-        return conditions.known + rigid + conditions.kernel(traction.astype(np.float32))
+        return conditions.known + conditions.forces.moved(rigid) + conditions.kernel(traction.astype(np.float32))
 
     return shift
 
