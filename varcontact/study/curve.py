@@ -48,8 +48,9 @@ def creep_curve(
     Returns
     -------
     xarray.Dataset
-        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; ``limit``, what friction can carry at
-        most (nan for friction that has no single coefficient), as an attribute. Mz is nan by a theory that has none.
+        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; as an
+        attribute ``limit``, what friction can carry at most (nan for friction that has no single coefficient). Mz is nan by a
+        theory that has none.
 
     Raises
     ------
@@ -118,14 +119,14 @@ def _way(scene: Scene, name: str) -> Callable[[np.ndarray], np.ndarray]:
     if name in VECTORISED and (single or name == "linear") and why_not(name, scene) == "":
         return lambda triples: _by_formula(scene, name, triples)
     method = Method.named(name)
-    method.plan(scene)
+    normal = "auto" if method.plan(scene).normal == "hertz" else method.normal
     options: dict[str, Any] = {"formulation": method.formulation, "method": method.method}
     if method.polish:
         options["polish"] = True
     tangential = method.tangential or "auto"
 
     def solved(triples: np.ndarray) -> np.ndarray:
-        every = scan(scene, triples, method.normal, tangential, certify=None, **options)
+        every = scan(scene, triples, normal, tangential, certify=None, **options)
         return np.array([[*sol.force, sol.moment] for sol in every])
 
     return solved
