@@ -19,6 +19,8 @@ ORDER = (
     {"results", "plotting", "io"},
     {"solving"},
     {"study"},
+    {"kinematics"},
+    {"wheel_rail"},
     {"energy", "cli", "__init__", "__main__"},
 )
 """The rooms and the modules beside them, in the order of the data; those of one line may import each other."""

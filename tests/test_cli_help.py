@@ -21,7 +21,7 @@ def said(*arguments):
 
 
 def test_commands():
-    assert COMMANDS == ["compare", "converge", "plan", "solve"]
+    assert {"compare", "converge", "plan", "solve", "sweep"} <= set(COMMANDS)
     assert all(f"\n  {command} " in said("--help") for command in COMMANDS)
 
 
@@ -41,7 +41,7 @@ def test_brackets_are_not_markup():
     assert "[default: polish]" in " ".join(said("solve", "--help").split())
 
 
-@pytest.mark.parametrize("command", ["solve", "plan", "compare", "converge"])
+@pytest.mark.parametrize("command", ["solve", "plan", "compare", "converge", "sweep"])
 def test_help_names_all_methods(command):
     """Whole, and not broken at a hyphen."""
     words = set(said(command, "--help").replace(",", " ").replace(".", " ").split())

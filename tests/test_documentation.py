@@ -17,7 +17,7 @@ def blocks(page, language):
 
 
 @pytest.mark.parametrize(
-    "pages", [["README.md", "docs/convergence.md"], ["docs/scenes.md"]], ids=lambda pages: pages[-1]
+    "pages", [["README.md", "docs/convergence.md", "docs/sweeps.md"], ["docs/scenes.md"]], ids=lambda pages: pages[-1]
 )
 def test_python_on_the_pages(pages, tmp_path, monkeypatch):
     """From top to bottom in one session; a page that begins with a scene of its own needs no other."""
@@ -30,7 +30,9 @@ def test_python_on_the_pages(pages, tmp_path, monkeypatch):
             exec(block, names)
     made = {path.name for path in tmp_path.iterdir()}
     assert made == (
-        {"history.nc"} if pages == ["docs/scenes.md"] else {"contact.png", "contact.nc", "study.csv", "order.png"}
+        {"history.nc"}
+        if pages == ["docs/scenes.md"]
+        else {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"}
     )
 
 

@@ -1,6 +1,6 @@
 """Kalker's rolling contact of elastic bodies as convex optimisation, with a certificate of exactness."""
 
-from varcontact import reference
+from varcontact import kinematics, reference, wheel_rail
 from varcontact.errors import (
     Interrupted,
     NoContact,
@@ -11,6 +11,7 @@ from varcontact.errors import (
     SolverUnavailable,
     TooLarge,
     VarcontactError,
+    WorkersLost,
 )
 from varcontact.io.scene_file import read_scene
 from varcontact.planning.plan import Plan, plan
@@ -35,6 +36,7 @@ from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
 from varcontact.study.scan import scan
+from varcontact.study.sweep import Standing, read_sweep, sweep
 
 __version__ = "0.1.0"
 
@@ -64,6 +66,7 @@ __all__ = [
     "Sizes",
     "Solution",
     "SolverUnavailable",
+    "Standing",
     "StaticKinetic",
     "Steady",
     "SubsurfaceStress",
@@ -72,19 +75,24 @@ __all__ = [
     "Transient",
     "Units",
     "VarcontactError",
+    "WorkersLost",
     "certify",
     "compare",
     "converge",
+    "kinematics",
     "load",
     "plan",
     "plot_comparison",
     "plot_stress",
     "read_scene",
+    "read_sweep",
     "reference",
     "scan",
     "solve",
     "standard_bank",
     "stress",
     "stress_below",
+    "sweep",
     "unlike_bank",
+    "wheel_rail",
 ]

@@ -38,6 +38,10 @@ class VarcontactError(Exception):
         self.args = (f"step {step} of the history: {self.args[0]}",)
         return self
 
+    def __reduce__(self) -> Any:
+        """For `pickle`: an error of another process is the same here, with its message and attributes."""
+        return _again, (type(self), self.args, vars(self))
+
 
 class SceneError(VarcontactError):
     """A scene (or an argument of a call) that cannot be treated.
@@ -174,6 +178,18 @@ class TooLarge(VarcontactError):
         )
 
 
+class WorkersLost(VarcontactError):
+    """The executor of a study ended, or lost its workers; what was finished is kept.
+
+    Attributes
+    ----------
+    partial : Dataset or None
+        What is finished, where the study gives a dataset.
+    """
+
+    partial: Any = None
+
+
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C in a study of many solves, or in a history of steps; what was finished is kept.
 
@@ -191,6 +207,14 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, partial: Any, finished: str = "") -> None:
         self.partial = partial
         super().__init__(f"interrupted{finished}")
+
+
+def _again(kind: type[VarcontactError], args: tuple[Any, ...], attributes: dict[str, Any]) -> VarcontactError:
+    """An error as it was in another process."""
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
 
 
 def _refusal(field: str, value: Any, allowed: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -30,6 +30,8 @@ SURFACES = {
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
+MOST_VALUES = 1_000_000
+"""Values of an entry that varies."""
 SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify")
 
 
@@ -72,19 +74,83 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     Paraboloids(Rx=0.1, Ry=0.1)
     >>> folder.cleanup()
     """
+    table, folder = _read_toml(path)
+    options = _solve_table(table)
+    return scene_from(table, folder), options
+
+
+def read_sweep_scene(path: str | Path) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
+    """Read a scene file with a table ``[over]``, of entries that take several values.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    scene : Scene
+    over : dict of str to list
+        Values by name of the entry. In the file a list, or ``{from = 0.0, to = 3e-3, count = 7}``, evenly spaced, with
+        ``spacing = "log"`` by equal ratios.
+    options : dict
+        The file's ``[solve]`` table.
+
+    Raises
+    ------
+    SceneError
+        As `read_scene`, or if nothing varies.
+    """
+    table, folder = _read_toml(path)
+    options = _solve_table(table)
+    if "over" not in table:
+        raise SceneError("over", None, "given: add a table [over] of the entries that vary")
+    over = dict(_varied(_table("over", table.pop("over"))))
+    return scene_from(table, folder), over, options
+
+
+def _varied(table: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, list[Any]]]:
+    """The entries that vary, whether a table names them in quotes or in tables of their own."""
+    for key, value in table.items():
+        name = within + key
+        if not isinstance(value, Mapping):
+            yield name, value
+        elif "from" in value:
+            yield name, _range(f"over.{name}", value)
+        else:
+            yield from _varied(value, f"{name}.")
+
+
+def _range(field: str, table: Mapping[str, Any]) -> list[float]:
+    """Numbers from one to another."""
+    _known(field, table, ("from", "to", "count", "spacing"))
+    first, last = (checks.moderate(f"{field}.{name}", _needed(field, table, name)) for name in ("from", "to"))
+    count = checks.whole(f"{field}.count", _needed(field, table, "count"), least=2, most=MOST_VALUES)
+    if checks.choice(f"{field}.spacing", table.get("spacing", "linear"), ("linear", "log")) == "linear":
+        return np.linspace(first, last, count).tolist()
+    if first * last <= 0:
+        raise SceneError(f"{field}.from", first, 'of the same sign as "to", and neither zero, for spacing = "log"')
+    return np.geomspace(first, last, count).tolist()
+
+
+def _read_toml(path: str | Path) -> tuple[dict[str, Any], Path]:
+    """A scene file as nested dictionaries, and its folder."""
     import tomllib
 
     path = checks.file_name("path", path)
     text = text_of("scene file", path, SCENE_BYTES, "a TOML file")
     try:
-        table = tomllib.loads(text)
+        return tomllib.loads(text), path.parent
     except RecursionError:
         raise _unreadable(path, "is not a TOML file (it is nested too deep)") from None
     except ValueError as error:  # also a number of thousands of digits
         raise _unreadable(path, f"is not a TOML file ({first_line(error)})") from None
+
+
+def _solve_table(table: dict[str, Any]) -> dict[str, Any]:
+    """Take the table ``[solve]`` out of a file."""
     options = table.pop("solve", {})
     _known("solve", _table("solve", options), SOLVE_KEYS)
-    return scene_from(table, path.parent), options
+    return options
 
 
 def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:

@@ -52,7 +52,10 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
 
 
 def on_a_grid_that_holds_it(
-    scene: Scene, steps: Steps, known: Operators | None = None
+    scene: Scene,
+    steps: Steps,
+    known: Operators | None = None,
+    begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
 
@@ -64,6 +67,8 @@ def on_a_grid_that_holds_it(
     scene : Scene
     steps : Steps
     known : Operators, optional
+    begun : callable, optional
+        Gives the state without tractions those to begin with.
 
     Returns
     -------
@@ -91,7 +96,7 @@ def on_a_grid_that_holds_it(
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
         if (overlap is None and closer is None) or (coupled and moved):
-            state = contact(disc, steps, state)
+            state = contact(disc, steps, state if begun is None else begun(disc, state))
             if not coupled:
                 return disc, state
             with steps.clock("grid"):

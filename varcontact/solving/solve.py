@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Saturated, SceneError
+from varcontact.errors import SceneError
 from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.choice import make_plan
 from varcontact.planning.expectations import check_fits
@@ -28,7 +28,8 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact
+from varcontact.solving.series import check_saturation
+from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient
 
@@ -144,7 +145,7 @@ def solve(
     tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
     certify = level(certify)
     check_start(scene, start, plan.theory is not None)
-    _check_saturation(scene)
+    check_saturation(scene)
     check_fits(scene, plan)
     if isinstance(scene.motion, Transient):
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
@@ -178,88 +179,6 @@ def polished_by(plan: Plan, polish: bool | None) -> bool:
     if polish and convex:
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
     return polish
-
-
-def solve_many(
-    scene: Scene,
-    motions: Iterable[Steady | Shift | None],
-    plan: Plan,
-    tol: float,
-    polish: bool,
-    progress: Callable[[str], None] | None = None,
-    certify: str = "auto",
-) -> Iterator[Solution]:
-    """Solve a scene for one motion after the other, which differ in creepages or forces only.
-
-    Influence numbers, the pressure (where tractions do not change it) and the set-ups of solvers are made once, and
-    each begins, with methods that can begin somewhere, from the solution before with the nearest creepages.
-
-    Parameters
-    ----------
-    scene : Scene
-    motions : iterable of Steady, Shift or None
-    plan : Plan
-        For all of them.
-    tol : float
-        Residual to be reached [-].
-    polish : bool
-        Whether active sets polish the answers of programs.
-    progress : callable, optional
-        Called with the name of each stage.
-    certify : str
-        As of `solve`.
-
-    Yields
-    ------
-    Solution
-        One a motion, in their order.
-
-    Raises
-    ------
-    Saturated
-        If a prescribed force cannot be carried.
-    NotConverged
-        If a solver misses the tolerance.
-    """
-    setups = Setups()
-    disc: Discretisation | None = None
-    state: ContactState | None = None
-    solved: list[Solution] = []
-    creepages = np.empty((0, 3))
-    try:
-        for motion in motions:
-            posed = replace(scene, motion=motion)
-            _check_saturation(posed)
-            steps = Steps(plan, tol, polish, Clock(progress), setups, certify=certify, refined=False)
-            with one_blas_thread():
-                if disc is not None and state is not None and motion is not None and plan.coupling == "none":
-                    disc = disc.moved(motion)
-                    near = solved[_nearest(_creepages(disc), creepages)].traction / disc.pressure
-                    state = replace(state, traction=near, iterations={}, status={}, solved={}, friction=None)
-                    state = contact(disc, steps, state)
-                else:
-                    check_fits(posed, plan)
-                    known = None if disc is None else disc.operators
-                    disc, state = on_a_grid_that_holds_it(posed, steps, known)
-                solution = judged(posed, disc, state, steps)
-            solved.append(solution)
-            creepages = np.vstack([creepages, _creepages(disc)])
-            yield solution
-    finally:
-        if disc is not None:
-            disc.operators.forget()
-
-
-def _creepages(disc: Discretisation) -> np.ndarray:
-    """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
-    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
-    return np.array([along_x, along_y, about_z * disc.length / 2])
-
-
-def _nearest(one: np.ndarray, others: np.ndarray) -> int:
-    """Which of several points is nearest to one: the last of these."""
-    distances = np.linalg.norm(others - one, axis=1)
-    return len(others) - 1 - int(np.argmin(distances[::-1]))
 
 
 def level(certify: str | None) -> str:
@@ -348,25 +267,6 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
     finally:
         disc.operators.forget()
-
-
-def _check_saturation(scene: Scene) -> None:
-    """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction."""
-    motion = scene.motion
-    if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
-        for k, friction in enumerate(scene.frictions):
-            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
-            if size > 0 and np.all(np.asarray(friction) == 0):
-                raise Saturated(size, 0.0).in_step(k, None)
-    if not isinstance(motion, Steady | Shift):
-        return
-    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    limit = 0.0 if scene.frictionless else np.inf
-    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
-    if isinstance(friction, float) and scene.normal_force is not None:
-        limit = friction * scene.normal_force
-    if size > 0 and size >= limit:
-        raise Saturated(size, limit)
 
 
 def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) -> np.ndarray:

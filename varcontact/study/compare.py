@@ -16,7 +16,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
-from varcontact.solving.solve import solve_many
+from varcontact.solving.series import solve_many
 from varcontact.study.answers import Answer, distances, forget_answers, keep_answers, kept_answers
 from varcontact.study.method import Method
 from varcontact.study.store import COLUMNS, WORDS, Table, identity

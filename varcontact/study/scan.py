@@ -14,7 +14,8 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.solve import level, polished_by, solve_many
+from varcontact.solving.series import solve_many
+from varcontact.solving.solve import level, polished_by
 
 
 def scan(

@@ -1,0 +1,447 @@
+"""Sweeps: nothing but single solves, wherever they run, and a store that nothing spoils."""
+
+import dataclasses
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+
+import varcontact as vc
+from varcontact.io.sweep_file import RECORD
+from varcontact.study import sweep as module
+
+ROOT = Path(__file__).parents[2]
+GRID = vc.Grid(nx=6, ny=6)
+OVER = {"friction": [0.2, 0.3], "motion.vx": [0.0, 0.02, 0.05, 0.1, 0.3]}
+FIGURES = ("Fx", "Fy", "Mz", "vx", "spin", "normal_force", "approach", "relative_gap", "residual")
+
+
+@pytest.fixture(scope="module")
+def scene(rolling):
+    return rolling(grid=GRID)
+
+
+@pytest.fixture(scope="module")
+def alone(scene, tmp_path_factory):
+    """The store of the sweep in this process, and what it returns."""
+    store = tmp_path_factory.mktemp("alone") / "sweep.nc"
+    return store, vc.sweep(scene, OVER, chunk=4, store=store)
+
+
+def test_a_sweep_is_its_single_solves(scene, alone):
+    _, swept = alone
+    assert dict(swept.sizes) == {"friction": 2, "motion.vx": 5}
+    assert (swept["outcome"] == "solved").all()
+    for f in OVER["friction"]:
+        for vx in OVER["motion.vx"]:
+            motion = dataclasses.replace(scene.motion, vx=vx)
+            sol = vc.solve(dataclasses.replace(scene, friction=f, motion=motion))
+            found = swept.sel({"friction": f, "motion.vx": vx})
+            np.testing.assert_allclose([found["Fx"], found["Fy"]], sol.force, rtol=0, atol=1e-8)
+            np.testing.assert_allclose(found["Mz"], sol.moment, rtol=0, atol=1e-8)
+            assert {name: int(found[name]) for name in ("contact", "stick", "slip")} == sol.elements
+            assert (float(found["vx"]), float(found["spin"])) == (vx, 0.05)
+            assert float(found["residual"]) < 1e-8
+            assert float(found["Fx_bound"]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "changes"),
+    [
+        ("normal_force", 2.0, {"normal_force": 2.0}),
+        ("bodies.nu", 0.4, {"bodies": vc.Bodies(G=1.0, nu=0.4)}),
+        ("surface.a", 1.5, {"surface": vc.Ellipse(a=1.5, b=0.9)}),
+        ("grid.nx", 7, {"grid": vc.Grid(nx=7, ny=6)}),
+        ("grid.edge", "touched", {"grid": vc.Grid(nx=6, ny=6, edge="touched")}),
+    ],
+)
+def test_any_entry_can_vary(scene, name, value, changes):
+    swept = vc.sweep(scene, {name: [value]})
+    sol = vc.solve(dataclasses.replace(scene, **changes))
+    np.testing.assert_allclose([swept["Fx"][0], swept["Fy"][0]], sol.force, rtol=1e-7, atol=1e-9)
+
+
+def test_entries_of_one_part_change_together(scene):
+    """None of the scenes in between is ever made: an ellipse so thin would be refused."""
+    swept = vc.sweep(scene, {"surface.a": [1e-3], "surface.b": [1e-3]})
+    assert swept["outcome"].item() == "solved"
+
+
+def test_scenes_by_name_and_by_number(scene):
+    other = dataclasses.replace(scene, bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3)))
+    named = vc.sweep({"like": scene, "unlike": other}, {"friction": [0.3, 0.4]})
+    assert named["Fx"].dims == ("scene", "friction")
+    assert named["scene"].values.tolist() == ["like", "unlike"]
+    single = vc.solve(other).force[0]
+    np.testing.assert_allclose(named["Fx"].sel(scene="unlike", friction=0.3), single, rtol=0, atol=1e-8)
+    numbered = vc.sweep([scene, other])
+    np.testing.assert_allclose(numbered["Fx"], named["Fx"].sel(friction=0.3), rtol=0, atol=1e-8)
+
+
+def test_a_single_scene_and_normal_contact(scene):
+    assert vc.sweep(dataclasses.replace(scene, motion=None))["approach"].shape == ()
+
+
+def test_theories_are_approximate(scene):
+    assert (vc.sweep(scene, OVER, tangential="fastsim")["outcome"] == "approximate").all()
+
+
+def test_all_executors_give_the_same_bytes(scene, alone, tmp_path):
+    """Own processes, threads, and a cluster of two worker processes."""
+    from distributed import Client, LocalCluster
+
+    expected, swept = alone[0].read_bytes(), alone[1]
+    assert vc.sweep(scene, OVER, chunk=4, workers=2, store=tmp_path / "processes.nc").identical(swept)
+    with ThreadPoolExecutor(2) as pool:
+        vc.sweep(scene, OVER, chunk=4, executor=pool, store=tmp_path / "threads.nc")
+        assert pool.submit(int).result() == 0, "it stays open"
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)
+    with cluster, Client(cluster, set_as_default=False) as client:
+        assert len(client.scheduler_info()["workers"]) == 2
+        vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
+    assert {file.name: file.read_bytes() == expected for file in tmp_path.iterdir()} == {
+        "processes.nc": True,
+        "threads.nc": True,
+        "cluster.nc": True,
+    }
+
+
+def test_what_ran_before_changes_no_digit(scene, alone, tmp_path):
+    """Influence numbers stay with a worker, answers do not."""
+    vc.sweep(dataclasses.replace(scene, friction=0.7), {"motion.vx": [0.01, 0.2]})
+    vc.sweep(scene, OVER, chunk=4, store=tmp_path / "again.nc")
+    assert (tmp_path / "again.nc").read_bytes() == alone[0].read_bytes()
+
+
+def test_chunks_differ_within_the_tolerance(scene, alone):
+    singly = vc.sweep(scene, OVER, chunk=1)
+    for name in ("Fx", "Fy", "Mz"):
+        np.testing.assert_allclose(singly[name], alone[1][name], rtol=0, atol=1e-8)
+
+
+def test_influence_numbers_are_made_once(rolling, built):
+    scene = rolling(grid=GRID, bodies=vc.Bodies(G=1.0, nu=0.123))
+    vc.sweep(scene, OVER, chunk=2)
+    assert [name for name, _ in built].count("A_tt - C_tt") == 1
+
+
+def test_neighbours_begin_from_each_other(rolling):
+    scene = rolling(grid=vc.Grid(nx=14, ny=14))
+    over = {"friction": [0.3, 0.301, 0.302, 0.303]}
+    near, alone = (vc.sweep(scene, over, tangential="newton", chunk=chunk)["iterations"] for chunk in (4, 1))
+    assert int(near[1:].sum()) < 0.7 * int(alone[1:].sum())
+
+
+def test_failures_are_recorded_and_the_rest_goes_on(scene, rolling):
+    scenes = {
+        "good": scene,
+        "saturated": dataclasses.replace(scene, motion=vc.Steady(Fx=-0.5)),
+        "broken": dataclasses.replace(scene, surface=Broken(Rx=1.0, Ry=1.0)),
+        "again": scene,
+    }
+    swept = vc.sweep(scenes)
+    assert swept["outcome"].values.tolist() == ["solved", "refused", "failed", "solved"]
+    reasons = swept["reason"].values.tolist()
+    assert "a tangential force of 0.5 cannot be carried" in reasons[1]
+    assert reasons[2] == "ValueError: no such distance"
+    assert np.isnan(swept["Fx"].values[[1, 2]]).all()
+    np.testing.assert_allclose(swept["Fx"][3], swept["Fx"][0], rtol=0, atol=1e-8)
+
+
+class Broken(vc.Paraboloids):
+    """A surface with an error of its own."""
+
+    def distance(self, grid):
+        raise ValueError("no such distance")
+
+
+def test_what_does_not_converge_is_no_figure(scene):
+    swept = vc.sweep(scene, {"motion.vx": [0.01, 0.02]}, tangential="scs", polish=False, tol=1e-15)
+    assert (swept["outcome"] == "not converged").all()
+    assert "the residual is not below tol" in swept["reason"].values[0]
+    assert np.isnan(swept["Fx"]).all()
+
+
+def test_ctrl_c_keeps_what_is_finished_and_the_sweep_goes_on(scene, alone, tmp_path):
+    store, told = tmp_path / "sweep.nc", []
+
+    def stop(standing):
+        told.append(standing)
+        if standing.done == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted, match=r"^interrupted after 4 of 10 scenes$") as stopped:
+        vc.sweep(scene, OVER, chunk=4, store=store, progress=stop)
+    partial = stopped.value.partial
+    assert (partial["outcome"].values.ravel() == "solved").tolist() == 4 * [True] + 6 * [False]
+    assert vc.read_sweep(store).identical(partial)
+    again = []
+    assert vc.sweep(scene, OVER, chunk=4, store=store, progress=again.append).identical(alone[1])
+    assert [standing.done for standing in again] == [4, 8, 10], "the first chunk is not solved again"
+    assert store.read_bytes() == alone[0].read_bytes()
+    vc.sweep(scene, OVER, chunk=4, store=store, workers=3, progress=again.append)
+    assert again[-1].done == 10 and len(again) == 4, "nothing is left to do"
+
+
+PROGRAM = """
+import os, sys
+import psutil
+import varcontact as vc
+
+def main():
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.2, b=0.9), normal_force=1.0, friction=0.3,
+        motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05), grid=vc.Grid(nx=6, ny=6))
+    over = {"friction": [0.2, 0.3], "motion.vx": [0.0, 0.02, 0.05, 0.1, 0.3]}
+
+    def told(standing):
+        if standing.done >= 4:
+            print(*(child.pid for child in psutil.Process().children(recursive=True)), flush=True)
+            sys.stdin.readline()
+
+    vc.sweep(scene, over, chunk=2, workers=int(sys.argv[1]), store="sweep.nc", progress=told)
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_killed_it_goes_on_and_leaves_no_process(scene, workers, tmp_path):
+    """Killed with two chunks in the store; the next run fills in the rest, and the bytes are those of a whole run."""
+    (tmp_path / "program.py").write_text(PROGRAM)
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    program = subprocess.Popen([sys.executable, "program.py", str(workers)], cwd=tmp_path, **pipes)
+    children = [int(word) for word in program.stdout.readline().split()]
+    assert len(children) >= workers if workers > 1 else children == []
+    with pytest.raises(vc.OutputError, match=rf"is being written by process {program.pid} on"):
+        vc.sweep(scene, OVER, chunk=2, store=tmp_path / "sweep.nc")
+    program.kill()
+    program.communicate()
+    kept = vc.read_sweep(tmp_path / "sweep.nc")
+    assert int((kept["outcome"] == "solved").sum()) >= 4
+    vc.sweep(scene, OVER, chunk=2, store=tmp_path / "sweep.nc")
+    vc.sweep(scene, OVER, chunk=2, store=tmp_path / "alone.nc")
+    assert (tmp_path / "sweep.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()
+    assert sorted(os.listdir(tmp_path)) == ["alone.nc", "program.py", "sweep.nc"]
+    until = time.monotonic() + 60
+    while any(psutil.pid_exists(child) for child in children) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(psutil.pid_exists(child) for child in children)
+
+
+def test_an_executor_that_dies(scene, alone, tmp_path):
+    store = tmp_path / "sweep.nc"
+    with ProcessPoolExecutor(1) as pool:
+
+        def kill(standing):
+            if standing.done == 4:
+                os.kill(next(iter(pool._processes)), signal.SIGKILL)
+
+        words = r"^the executor gives no result \(BrokenProcessPool: .*\) after \d+ of 10 scenes$"
+        with pytest.raises(vc.WorkersLost, match=words) as lost:
+            vc.sweep(scene, OVER, chunk=1, executor=pool, store=store, progress=kill)
+    assert int((lost.value.partial["outcome"] == "solved").sum()) >= 4
+    assert vc.read_sweep(store).identical(lost.value.partial)
+
+
+def test_an_executor_that_is_shut_down(scene):
+    pool = ThreadPoolExecutor(1)
+    pool.shutdown()
+    with pytest.raises(
+        vc.WorkersLost, match=r"\(RuntimeError: cannot schedule new futures after shutdown\) after 0 of"
+    ):
+        vc.sweep(scene, OVER, executor=pool)
+
+
+def test_a_store_of_another_sweep_is_refused_and_stays(scene, alone, tmp_path):
+    store = tmp_path / "sweep.nc"
+    store.write_bytes(alone[0].read_bytes())
+    others = [
+        lambda: vc.sweep(scene, OVER, chunk=5, store=store),
+        lambda: vc.sweep(scene, OVER, chunk=4, tol=1e-7, store=store),
+        lambda: vc.sweep(scene, {**OVER, "friction": [0.2, 0.31]}, chunk=4, store=store),
+        lambda: vc.sweep(dataclasses.replace(scene, normal_force=1.1), OVER, chunk=4, store=store),
+    ]
+    for other in others:
+        with pytest.raises(vc.OutputError, match="holds another sweep; name a new file"):
+            other()
+    assert store.read_bytes() == alone[0].read_bytes()
+
+
+@pytest.mark.parametrize("content", [b"words", b"CDF\x02" + bytes(40)])
+def test_another_file_is_refused_and_stays(scene, content, tmp_path):
+    store = tmp_path / "sweep.nc"
+    store.write_bytes(content)
+    with pytest.raises(vc.OutputError, match=r"exists already and .*; name a new file"):
+        vc.sweep(scene, OVER, store=store)
+    assert store.read_bytes() == content
+
+
+def test_a_history_is_no_sweep(scene, tmp_path):
+    store = tmp_path / "run.nc"
+    vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0.2, vx=0.01)), store=store)
+    with pytest.raises(vc.OutputError, match="is not a 'varcontact sweep 1' file"):
+        vc.read_sweep(store)
+
+
+@pytest.mark.parametrize("where", [0, 100, RECORD.itemsize - 1])
+def test_a_damaged_record_is_solved_again(scene, alone, where, tmp_path):
+    store, content = tmp_path / "sweep.nc", bytearray(alone[0].read_bytes())
+    begin = len(content) - 10 * RECORD.itemsize
+    content[begin + 5 * RECORD.itemsize + where] ^= 64
+    store.write_bytes(content)
+    found = vc.read_sweep(store)["outcome"].values.ravel() == "solved"
+    assert found.tolist() == 5 * [True] + [False] + 4 * [True]
+    told = []
+    vc.sweep(scene, OVER, chunk=4, store=store, progress=told.append)
+    assert [standing.done for standing in told] == [6, 10], "its chunk, and no other"
+    assert store.read_bytes() == alone[0].read_bytes()
+
+
+def test_a_store_that_is_replaced_meanwhile_is_not_written_over(scene, alone, tmp_path):
+    store, other = tmp_path / "sweep.nc", tmp_path / "other.nc"
+    other.write_bytes(b"somebody else's")
+
+    def meddle(standing):
+        if standing.done == 4:
+            os.replace(other, store)
+
+    with pytest.raises(vc.OutputError, match="has been replaced by something else"):
+        vc.sweep(scene, OVER, chunk=4, store=store, progress=meddle)
+    assert store.read_bytes() == b"somebody else's"
+
+
+def test_a_full_disk_is_found_before_any_work(tmp_path):
+    """The store takes all its room at once: a limit on the size of files stands for the disk."""
+    code = (
+        "import resource, signal; import varcontact as vc; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.2, b=0.9), normal_force=1.0,\n"
+        "    friction=0.3, motion=vc.Steady(vx=0.04), grid=vc.Grid(nx=6, ny=6))\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))\n"
+        "vc.sweep(scene, {'friction': [0.01 * k for k in range(1, 30)]}, store='sweep.nc', progress=print)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "OutputError: store = 'sweep.nc': cannot be written (File too large)" in done.stderr
+    assert done.stdout == ""
+    assert os.listdir(tmp_path) == []
+
+
+def test_any_netcdf_reader_reads_the_store(alone):
+    store, swept = alone
+    with xr.open_dataset(store, engine="scipy") as flat:
+        for name in FIGURES:
+            np.testing.assert_array_equal(flat[name].values, swept[name].values.ravel())
+        assert flat["outcome"].values.tolist() == 10 * [1]
+        assert "1 solved; 2 approximate; 3 not converged" in flat["outcome"].meaning
+        assert json.loads(flat.attrs["sweep"])["coordinates"] == OVER
+
+
+def test_units_and_settings_are_with_the_results(rolling):
+    scene = rolling(grid=GRID, units=vc.Units(length="mm", force="N"))
+    swept = vc.sweep(scene, {"motion.vx": [0.01]}, tol=1e-7)
+    assert (swept["Fx"].units, swept["Mz"].units, swept["approach"].units) == ("N", "N mm", "mm")
+    assert swept.attrs["tol"] == 1e-7
+
+
+def test_standing():
+    assert str(vc.Standing(3, 10, 0)) == "3 of 10 scenes"
+    assert str(vc.Standing(3, 10, 1, 3725.0)) == "3 of 10 scenes, 1 not solved, 1:02:05 left"
+
+
+def test_time_left_is_by_what_was_solved_now(scene, alone, tmp_path, monkeypatch):
+    """Scenes that were in the store took no time."""
+    records = module.blank(10)
+    records["outcome"][:6] = 1
+    assert module._standing(records, before=4, seconds=10.0).left == 20.0
+    assert module._standing(records, before=6, seconds=10.0).left is None
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        vc.SceneError("bodies.nu", 0.7, "a number in (-1, 0.5]"),
+        vc.NoContact("approach", -1.0, "positive"),
+        vc.OutputError("store", "a.nc", "is a folder"),
+        vc.Saturated(2.0, 1.0),
+        vc.NotConverged("no", 1e-3),
+        vc.SolverUnavailable("scs", "pip install scs"),
+        vc.TooLarge("it", 2e9, 1e9, "less"),
+        vc.WorkersLost("gone"),
+        vc.Saturated(2.0, 1.0).in_step(3, None),
+    ],
+)
+def test_errors_come_whole_out_of_other_processes(error):
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error)
+    assert (str(again), vars(again)) == (str(error), vars(error))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda s: vc.sweep(3),
+            "scenes = 3 is not allowed: must be a Scene, a list of them, or a dict of them by name",
+        ),
+        (lambda s: vc.sweep([]), "no scenes to sweep: give one at least"),
+        (lambda s: vc.sweep([s, 3]), r"scenes\[1\] = 3 is not allowed: must be a Scene"),
+        (lambda s: vc.sweep({1: s}), "scenes = 1 is not allowed: must be named by strings"),
+        (
+            lambda s: vc.sweep(dataclasses.replace(s, motion=vc.Transient(steps=1, vx=0.1))),
+            "scenes is a history: a sweep solves single problems",
+        ),
+        (lambda s: vc.sweep(s, [1.0]), "over = .* must be a dict of values by entry"),
+        (lambda s: vc.sweep(s, {"motion.spni": [1.0]}), r'the scene has no "motion.spni" \(did you mean spin\?\)'),
+        (lambda s: vc.sweep(s, {"mu": [1.0]}), 'over: the scene has no "mu"'),
+        (lambda s: vc.sweep(s, {"friction.static": [1.0]}), 'no "friction.static": friction is float'),
+        (lambda s: vc.sweep(s, {"motion": [1.0]}), r'over: "motion" is no number \(as "motion.vx"\)'),
+        (
+            lambda s: vc.sweep(dataclasses.replace(s, motion=None), {"motion.vx": [1.0]}),
+            'no "motion.vx": motion is missing',
+        ),
+        (lambda s: vc.sweep(s, {"motion.vx": []}), r"over\['motion.vx'\] is empty"),
+        (lambda s: vc.sweep(s, {"motion.vx": 0.1}), r"over\['motion.vx'\] = 0.1 is not allowed: must be a list of"),
+        (lambda s: vc.sweep(s, {"motion.vx": [0.1, None]}), r"over\['motion.vx'\] = None .* a list of numbers"),
+        (lambda s: vc.sweep(s, {"motion.vx": [0.1, 0.1]}), r"over\['motion.vx'\] has a value twice"),
+        (lambda s: vc.sweep(s, {"motion.vx": [0.1, np.nan]}), r"motion\.vx = nan is not allowed"),
+        (lambda s: vc.sweep(s, {"friction": [0.1, -0.1]}), r"friction = -0\.1 is not allowed"),
+        (lambda s: vc.sweep(s, tangential="tangg"), "tangential = 'tangg' .*did you mean"),
+        (lambda s: vc.sweep(s, chunk=0), "chunk = 0 is not allowed: must be a whole number, 1 or more"),
+        (lambda s: vc.sweep(s, workers=0), "workers = 0 is not allowed"),
+        (lambda s: vc.sweep(s, executor=3), r"executor = 3 .* None or a concurrent\.futures\.Executor$"),
+        (lambda s: vc.sweep(s, tol=0.0), "tol = 0.0 is not allowed"),
+        (lambda s: vc.sweep(s, progress=3), "progress = 3 is not allowed"),
+        (lambda s: vc.sweep(s, store=3), "store = 3 is not allowed"),
+    ],
+)
+def test_bad_input_is_refused_by_name(scene, call, words):
+    with pytest.raises(vc.SceneError, match=words):
+        call(scene)
+
+
+def test_a_dask_client_is_no_executor_and_the_message_says_what_is(scene):
+    class Client:
+        def get_executor(self): ...
+
+    with pytest.raises(vc.SceneError, match=r"of a dask client: client\.get_executor\(\)"):
+        vc.sweep(scene, executor=Client())
+    with ThreadPoolExecutor(1) as pool, pytest.raises(vc.SceneError, match="workers = 2 must be left out"):
+        vc.sweep(scene, executor=pool, workers=2)
+
+
+def test_a_store_has_to_be_netcdf(scene, tmp_path):
+    with pytest.raises(vc.OutputError, match=r"written as netCDF, and the name must end in \.nc"):
+        vc.sweep(scene, OVER, store=tmp_path / "sweep.csv")
+    with pytest.raises(vc.OutputError, match="there is no such file"):
+        vc.read_sweep(tmp_path / "sweep.nc")

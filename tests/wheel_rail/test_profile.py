@@ -1,0 +1,208 @@
+"""Profiles: designed ones against measured points, curves in closed form, smoothing, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from varcontact.errors import SceneError
+from varcontact.wheel_rail import Profile
+
+DATA = Path(__file__).parents[1] / "data" / "profiles"
+RAIL = Profile.read(DATA / "rail_UIC60.csv", "rail")
+WHEEL = Profile.read(DATA / "wheel_S1002.csv", "wheel")
+
+
+def arc(radius=100.0, half=0.3, n=121, kind="rail", **more):
+    angle = np.linspace(-half, half, n)
+    sign = 1 if kind == "rail" else -1
+    return Profile(y=radius * np.sin(angle), z=sign * radius * (1 - np.cos(angle)), kind=kind, **more)
+
+
+def roof(**more):
+    """Two lines of slope 1 and -1 that meet in a kink at y = 0."""
+    y = np.linspace(-10.0, 10.0, 41)
+    return Profile(y=y, z=np.abs(y), kind="rail", **more)
+
+
+def test_an_arc_has_its_curvature_and_slope():
+    y = np.linspace(-25.0, 25.0, 51)
+    for kind in ("rail", "wheel"):
+        profile = arc(kind=kind)
+        assert profile.curvature_at(y) == pytest.approx(0.01, rel=1e-3)
+    slopes = y / np.sqrt(100.0**2 - y**2)
+    assert np.tan(arc().angle_at(y)) == pytest.approx(slopes, abs=1e-6)
+    assert arc().z_at(y) == pytest.approx(100 - np.sqrt(100.0**2 - y**2), abs=1e-7)
+    assert np.isnan(arc().z_at(40.0))
+
+
+def test_s1002_from_its_definition_is_the_benchmarks_wheel():
+    """Points of the Manchester benchmark's file, which are rounded to five decimals."""
+    wheel = Profile.s1002(step=0.05)
+    inside = (WHEEL.y > -69.0) & (WHEEL.y < 60.0)
+    flank = np.abs(WHEEL.y + 60.0) > 9.5  # but for the flange's steep sides, where z is sensitive
+    assert np.abs(wheel.z_at(WHEEL.y) - WHEEL.z)[inside & flank].max() < 3e-5
+    assert np.abs(wheel.z_at(WHEEL.y) - WHEEL.z)[inside].max() < 5e-4
+
+
+def test_s1002_has_the_dimensions_of_its_standard():
+    """Flange height 28 mm; flange thickness 32.5 mm, 10 mm below the running circle; slope 1/15 at the outside."""
+    wheel = Profile.s1002()
+    assert wheel.z.max() == pytest.approx(28.0, abs=1e-3)
+    side = np.interp(10.0, wheel.z[wheel.y > -50][::-1], wheel.y[wheel.y > -50][::-1])
+    assert side + 70.0 == pytest.approx(32.5, abs=0.01)
+    assert wheel.z_at(0.0) == pytest.approx(0.0, abs=1e-9)
+    assert np.tan(wheel.angle_at(50.0)) == pytest.approx(-1 / 15, rel=1e-6)
+
+
+def test_rail_60e1_is_symmetric_smooth_and_72_mm_wide():
+    rail = Profile.rail_60e1()
+    assert rail.y == pytest.approx(-rail.y[::-1], abs=1e-12)
+    assert rail.z == pytest.approx(rail.z[::-1], abs=1e-12)
+    assert rail.kink_points.size == 0
+    assert np.interp(14.3, rail.z[rail.y > 0], rail.y[rail.y > 0]) == pytest.approx(36.0, abs=0.005)
+    for y, radius in ((0.0, 300.0), (18.0, 80.0), (32.0, 13.0)):
+        assert rail.curvature_at(y) == pytest.approx(1 / radius, rel=2e-3)
+
+
+def test_rail_60e1_is_the_benchmarks_rail_inclined_by_one_in_forty():
+    """The best rigid motion of the standard's head onto the benchmark's points: 1/40, within 0.03 mm."""
+    head = np.abs(RAIL.y + 7.5) < 34.0
+    rail = Profile.rail_60e1()
+
+    def apart(motion):
+        angle, dy, dz = motion
+        y = np.cos(angle) * RAIL.y - np.sin(angle) * RAIL.z + dy
+        z = np.sin(angle) * RAIL.y + np.cos(angle) * RAIL.z + dz
+        return (rail.z_at(y) - z)[head]
+
+    fit = least_squares(apart, [0.025, 7.5, 0.1])
+    assert 1 / fit.x[0] == pytest.approx(40.0, abs=0.2)
+    assert np.abs(fit.fun).max() < 0.03
+
+
+def test_order_and_mirror_of_the_points_do_not_matter():
+    y = np.linspace(-20.0, 20.0, 81)
+    backwards = Profile(y=WHEEL.y[::-1], z=WHEEL.z[::-1], kind="wheel")
+    assert backwards.z_at(y) == pytest.approx(WHEEL.z_at(y), abs=1e-12)
+
+
+def test_a_wheel_is_mirrored_by_its_flange_and_a_rail_as_told(tmp_path):
+    points = np.genfromtxt(DATA / "wheel_S1002.csv", delimiter=",", skip_header=1)
+    assert points[points[:, 1].argmax(), 0] > 0  # the file's y points to the flange
+    assert WHEEL.y[WHEEL.z.argmax()] == pytest.approx(-55.0, abs=0.5)
+    np.savetxt(tmp_path / "turned.csv", points * [-1, 1], delimiter=",")
+    assert Profile.read(tmp_path / "turned.csv", "wheel").y == pytest.approx(WHEEL.y)
+    with pytest.raises(SceneError, match=r"the wheel's flange is at y = 54.89 mm: y must point to the outside"):
+        Profile.read(DATA / "wheel_S1002.csv", "wheel", mirror_y=False)
+    mirrored = Profile.read(DATA / "rail_UIC60.csv", "rail", mirror_y=True)
+    assert mirrored.z_at(-12.0) == pytest.approx(RAIL.z_at(12.0), abs=1e-9)
+
+
+def test_smoothing_halves_the_wave_of_its_length():
+    y = np.linspace(-100.0, 100.0, 2001)
+    for length, kept in ((10.0, 0.5), (5.0, 16 / 17), (20.0, 1 / 17)):
+        wave = Profile(y=y, z=np.cos(2 * np.pi * y / 10.0) * 1e-4 + 1e-5 * y**2, kind="rail", smoothing=length)
+        inner = np.linspace(-40.0, 40.0, 401)
+        ripple = wave.z_at(inner) - 1e-5 * inner**2
+        assert (ripple.max() - ripple.min()) / 2e-4 == pytest.approx(kept, abs=0.01)
+
+
+def test_noise_of_two_micrometres_ruins_curvatures_and_smoothing_mends_them():
+    noise = 0.002 * np.random.default_rng(0).normal(size=RAIL.z.size)
+    noisy = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
+    y = np.linspace(-15.0, 2.0, 200)  # the arc of 300 mm
+    assert np.std(noisy.curvature_at(y)) > 5 / 300
+    assert np.std(noisy.smoothed(10.0).curvature_at(y) - 1 / 300) < 0.5 / 300
+    assert np.abs(noisy.smoothed(10.0).z_at(y) - RAIL.z_at(y)).max() < 2 * 0.002
+
+
+def test_kinks_are_found_and_kept():
+    sharp = roof()
+    assert sharp.y[sharp.kink_points] == pytest.approx([0.0])
+    for profile in (sharp, roof(smoothing=5.0), roof(kinks=[0.0])):
+        assert profile.z_at([-5.0, -0.25, 0.0, 3.0]) == pytest.approx([5.0, 0.25, 0.0, 3.0], abs=1e-6)
+    rounded = roof(kinks=[], smoothing=5.0)
+    assert rounded.z_at(0.0) > 0.3
+    assert RAIL.kink_points.size == WHEEL.kink_points.size == 0
+
+
+def test_points_on_top_of_each_other_are_left_out():
+    profile = arc()
+    twice = Profile(y=np.repeat(profile.y, 2), z=np.repeat(profile.z, 2) + 1e-6, kind="rail")
+    assert twice.y.size == profile.y.size
+
+
+def test_the_running_part_ends_where_the_profile_turns_under():
+    """A head that comes back under itself: only what is seen from above can be touched."""
+    angle = np.linspace(-2.5, 2.5, 201)
+    bulb = Profile(y=20 * np.sin(angle), z=20 * (1 - np.cos(angle)), kind="rail")
+    y = bulb.running.points(bulb.running.s)[:, 0]
+    assert np.all(np.diff(y) > 0)
+    assert y[-1] == pytest.approx(20.0, abs=0.05)
+    assert bulb.z_at(10.0) == pytest.approx(20 - np.sqrt(300.0), abs=1e-6)
+
+
+def test_pictures_show_points_kinks_and_sides():
+    figure = roof().plot()
+    above, below = figure.axes
+    assert {text.get_text() for text in above.texts} == {"track side", "field side"}
+    assert [text.get_text() for text in above.get_legend().get_texts()] == ["points", "spline", "kinks"]
+    assert above.yaxis_inverted()
+    assert "curvature" in below.get_ylabel()
+
+
+LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1, 3], [5, 4], [6, 5], [7, 6]], float)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: Profile(y=[0.0, 1.0, 2.0], z=[0.0, 1.0, 2.0], kind="rail"),
+            "the profile has 3 different points; it needs 10 at least",
+        ),
+        (
+            lambda: Profile(y=np.arange(20.0), z=np.arange(19.0), kind="rail"),
+            "profile.z has shape (19,); it must be as long as profile.y, 20 numbers",
+        ),
+        (
+            lambda: Profile(y=[0.0, np.nan], z=[0.0, 1.0], kind="rail"),
+            "profile.y[1] = nan is not allowed: must be finite (no NaN, no inf)",
+        ),
+        (
+            lambda: Profile(y=LOOP[:, 0], z=LOOP[:, 1], kind="rail"),
+            "the profile crosses itself near y = 2, z = 0.5 mm, between its points 3 and 6: the points must follow "
+            "each other along the profile",
+        ),
+        (
+            lambda: Profile(y=RAIL.y, z=-RAIL.z, kind="rail"),
+            "the rail's profile is upside down (its head points down): z must point down; change the sign of z, or "
+            "read the file with mirror_z=True",
+        ),
+        (
+            lambda: Profile(y=WHEEL.y, z=-WHEEL.z, kind="wheel"),
+            "the wheel's profile is upside down (its flange points up): z must point down; change the sign of z, or "
+            "read the file with mirror_z=True",
+        ),
+        (
+            lambda: arc(smoothing=0.1),
+            "profile.smoothing = 0.1 is not allowed: must be 0 (none), or at least the points' spacing, 0.5 mm",
+        ),
+        (
+            lambda: arc(kinks="none"),
+            "profile.kinks = 'none' is not allowed: must be y of the kinks [mm], or \"auto\"",
+        ),
+        (
+            lambda: Profile(y=np.arange(20.0), z=np.arange(20.0), kind="tram"),
+            "profile.kind = 'tram' is not allowed: must be one of rail, wheel (did you mean rail?)",
+        ),
+    ],
+)
+def test_bad_profiles_are_refused(make, message):
+    with pytest.raises(SceneError) as caught:
+        make()
+    assert str(caught.value) == message

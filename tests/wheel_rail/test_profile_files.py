@@ -1,0 +1,145 @@
+"""The formats of profiles: each file written here in its own way gives the same profile."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from varcontact.errors import SceneError
+from varcontact.wheel_rail import Profile
+
+DATA = Path(__file__).parents[1] / "data" / "profiles"
+RAIL = Profile.read(DATA / "rail_UIC60.csv", "rail")
+WHEEL = Profile.read(DATA / "wheel_S1002.csv", "wheel")
+KNOWN = (
+    "two columns y and z (.txt, .csv, .dat), SIMPACK (.prr of rails, .prw of wheels), MiniProf (.ban of rails, .whl "
+    "of wheels)"
+)
+
+SIMPACK = """header.begin
+  version  = 1
+  type     = {type}
+header.end
+spline.begin
+  approx.smooth = 0.000000
+  comment       = 'a profile'
+  units.len.f   = {unit}
+{more}  point.begin
+{points}
+  point.end
+spline.end
+"""
+
+MINIPROF = """Filename=rail.ban
+ProgramName=MiniProf for Windows
+XYPoints={n}
+ColumnDef={columns}
+
+{points}
+"""
+
+
+def written(path, text, encoding="utf-8"):
+    path.write_text(text, encoding=encoding)
+    return path
+
+
+def rows(points, form="{:.6f} {:.6f}"):
+    return "\n".join(form.format(*point) for point in points)
+
+
+def same(profile, other, within=2e-6):
+    assert profile.kind == other.kind
+    assert profile.y == pytest.approx(other.y, abs=within)
+    assert profile.z == pytest.approx(other.z, abs=within)
+
+
+RAIL_POINTS = np.stack([RAIL.y, RAIL.z], axis=1)
+WHEEL_POINTS = np.stack([WHEEL.y, WHEEL.z], axis=1)
+
+
+@pytest.mark.parametrize(
+    "form", ["{:.6f} {:.6f}", "{:.6f},{:.6f}", "{:.6f};{:.6f}", "{:.8e}\t{:.8e}", "  {:.6f}  {:.6f} "]
+)
+def test_two_columns(tmp_path, form):
+    text = "# made by hand\ny z\n" + rows(RAIL_POINTS, form) + "\n\n"
+    same(Profile.read(written(tmp_path / "rail.txt", text), "rail"), RAIL)
+
+
+def test_simpack_of_rails_and_wheels(tmp_path):
+    rail = SIMPACK.format(type=0, unit=1000.0, more="", points=rows(RAIL_POINTS))
+    same(Profile.read(written(tmp_path / "rail.prr", rail)), RAIL)
+    wheel = SIMPACK.format(type=1, unit=1.0, more="", points=rows(WHEEL_POINTS[::-1] / 1000, "{:.9f} {:.9f} 1.0"))
+    same(Profile.read(written(tmp_path / "wheel.prw", wheel)), WHEEL)
+
+
+def test_simpack_shifts_mirrors_and_cuts_as_its_header_says(tmp_path):
+    more = "  shift.y = 2.5\n  shift.z = -1.0 ! a remark\n  mirror.y = 1\n"
+    text = SIMPACK.format(type=0, unit=1000.0, more=more, points=rows(RAIL_POINTS * [-1, 1] + [-2.5, 1.0]))
+    same(Profile.read(written(tmp_path / "moved.prr", text)), RAIL)
+    cut = SIMPACK.format(
+        type=0, unit=1000.0, more="  bound.y.min = -20\n  bound.y.max = 10\n", points=rows(RAIL_POINTS)
+    )
+    profile = Profile.read(written(tmp_path / "cut.prr", cut))
+    assert profile.y[0] >= -20
+    assert profile.y[-1] <= 10
+    turned = SIMPACK.format(
+        type=0, unit=1000.0, more="  rotate = 0.025\n", points=rows(np.stack([np.arange(-10.0, 11.0), np.zeros(21)], 1))
+    )
+    flat = Profile.read(written(tmp_path / "turned.prr", turned))
+    assert flat.angle_at(0.0) == pytest.approx(0.025)
+
+
+def test_miniprof_old_and_new(tmp_path):
+    lines = rows(RAIL_POINTS, "{:.6f}\t{:.6f}").splitlines()
+    new = MINIPROF.format(n=len(lines), columns="X,Y", points="\n".join([*lines, '"  1.0\t2.0']))
+    same(Profile.read(written(tmp_path / "rail.ban", new)), RAIL)
+    columns = "\n".join(f"0.1, {z:.6f}, {y:.6f}, 0.5" for y, z in RAIL_POINTS)
+    same(Profile.read(written(tmp_path / "c.ban", MINIPROF.format(n=1, columns="A,Y,X,C", points=columns))), RAIL)
+    old = "MINIPROF 101 148 1994 3 24\nwhl.prd\nStock.......: Å\nWheel ID....:\n32.58 37.11 14.71  (Sd/Sh/qR)\n\n"
+    body = rows(np.column_stack([WHEEL_POINTS, 0 * WHEEL.y]), "{:.6f} {:.6f} {:.3f}")
+    same(Profile.read(written(tmp_path / "w.whl", old + body, "cp1252")), WHEEL)
+
+
+def test_a_unit_of_length_by_hand(tmp_path):
+    path = written(tmp_path / "inch.csv", rows(RAIL_POINTS / 25.4, "{:.9f},{:.9f}"))
+    same(Profile.read(path, "rail", scale=25.4), RAIL)
+
+
+def test_z_up_is_turned_when_told(tmp_path):
+    path = written(tmp_path / "up.txt", rows(RAIL_POINTS * [1, -1]))
+    same(Profile.read(path, "rail", mirror_z=True), RAIL)
+    with pytest.raises(SceneError, match="upside down"):
+        Profile.read(path, "rail")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind", "message"),
+    [
+        ("rail.stl", "solid", "rail", f"rail.stl is of a format that is not known; known are {KNOWN}"),
+        ("rail.txt", "1 2\n", None, 'kind is missing: "rail" or "wheel"; rail.txt does not tell'),
+        ("rail.prr", "1 2\n", "wheel", "kind = 'wheel', but rail.prr is a rail's by its suffix"),
+        ("rail.prr", "1 2\n", None, f"rail.prr has no points; known formats are {KNOWN}"),
+        ("rail.csv", "y,z\n1,2\n3\n", "rail", "rail.csv, line 3: two numbers, y and z, are needed, not '3'"),
+        ("rail.csv", "1,2\n3,four\n", "rail", "rail.csv, line 2: two numbers, y and z, are needed, not '3,four'"),
+        (
+            "rail.prr",
+            "point.begin\n1 two\npoint.end\n",
+            None,
+            "rail.prr, line 2: two numbers, y and z, are needed, not '1 two'",
+        ),
+        ("rail.ban", "ColumnDef=X,A\n\n1 2\n", None, "rail.ban: ColumnDef = X,A has no column Y"),
+        ("rail.ban", "ColumnDef=X,A,Y\n\n1 2\n", None, "rail.ban: lines have fewer columns than ColumnDef names"),
+    ],
+)
+def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, message):
+    with pytest.raises(SceneError) as caught:
+        Profile.read(written(tmp_path / name, text), kind)
+    assert str(caught.value) == message
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(SceneError, match=r"path .*none.csv' cannot be read \(No such file or directory\)"):
+        Profile.read(tmp_path / "none.csv", "rail")

@@ -1,0 +1,276 @@
+"""Sweeps as files whose records are filled in any order.
+
+The file is classic netCDF and has its full length from the beginning: a record for each scene, empty until that scene
+is solved. A record lies in one piece and carries its own checksum, so it is there whole or not at all, whatever ends
+the program; nothing else of the file changes, and no disk is too full for it later on. The order in which results come
+leaves no trace: the same sweep gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from varcontact.errors import OutputError
+from varcontact.io.history_record import COUNT_AT, MAGIC
+from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
+
+FORMAT = "varcontact sweep 1"
+OUTCOMES = ("", "solved", "approximate", "not converged", "refused", "unavailable", "failed")
+"""What becomes of a scene; nothing, while it is not solved."""
+LONGEST_REASON = 240
+
+NUMBERS = {
+    "normal_force": "force",
+    "approach": "length",
+    "Fx": "force",
+    "Fy": "force",
+    "Mz": "moment",
+    "vx": "1",
+    "vy": "1",
+    "spin": "1",
+    "gap": "1",
+    "relative_gap": "1",
+    "residual": "1",
+    "Fx_bound": "force",
+    "Fy_bound": "force",
+    "Mz_bound": "moment",
+}
+COUNTS = ("contact", "stick", "slip", "iterations")
+RECORD = np.dtype(
+    [(name, ">f8") for name in NUMBERS]
+    + [(name, ">i4") for name in (*COUNTS, "outcome")]
+    + [("reason", f"S{LONGEST_REASON}"), ("check", ">u4")]
+)
+"""What the file has of each scene, in the order and the bytes of its records."""
+
+
+def blank(scenes: int) -> np.ndarray:
+    """Records of scenes that are not solved.
+
+    Parameters
+    ----------
+    scenes : int
+
+    Returns
+    -------
+    ndarray of RECORD, shape (scenes,)
+    """
+    records = np.zeros(scenes, RECORD)
+    for name in NUMBERS:
+        records[name] = np.nan
+    return records
+
+
+def sealed(records: np.ndarray) -> np.ndarray:
+    """Records with their checksums.
+
+    Parameters
+    ----------
+    records : ndarray of RECORD
+
+    Returns
+    -------
+    ndarray of RECORD
+    """
+    records = records.copy()
+    records["check"] = [_checksum(record) for record in records]
+    return records
+
+
+def finished(records: np.ndarray) -> np.ndarray:
+    """Which records are of scenes that are solved, or have failed, and are whole.
+
+    Parameters
+    ----------
+    records : ndarray of RECORD, shape (n,)
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    there = (records["outcome"] > 0) & (records["outcome"] < len(OUTCOMES))
+    there[there] = [record["check"] == _checksum(record) for record in records[there]]
+    return there
+
+
+def _checksum(record: np.void) -> int:
+    return zlib.crc32(record.tobytes()[: -RECORD["check"].itemsize])
+
+
+@dataclass(frozen=True, eq=False)
+class SweepFile:
+    """The file of a sweep, open for records to be put into it.
+
+    Attributes
+    ----------
+    path : Path
+    begin : int
+        Where the first record begins [bytes].
+    """
+
+    path: Path
+    begin: int
+    _file: BinaryIO
+
+    @classmethod
+    @contextmanager
+    def opened(cls, path: Path, described: dict[str, Any], scenes: int) -> Iterator[SweepFile]:
+        """The file at `path`, for nobody else meanwhile: a new one, or that of the same sweep.
+
+        Parameters
+        ----------
+        path : Path
+            Ending in .nc.
+        described : dict
+            What makes the sweep the same: plain words, numbers and lists.
+        scenes : int
+            How many.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written, holds something else, or another run writes to it.
+        """
+        check_ending("store", path, ".nc")
+        check_writable("store", path)
+        with only_writer("store", path):
+            header = _header(described, scenes)
+            if not path.exists() or path.stat().st_size == 0:
+                with replacing("store", path) as file:
+                    file.write(header)
+                    file.write(blank(scenes).tobytes())
+            elif _read(path)[1] != json.loads(json.dumps(described)):
+                raise OutputError("store", path, "holds another sweep; name a new file")
+            with path.open("r+b", buffering=0) as file:
+                yield cls(path, len(header), file)
+
+    def records(self, scenes: int) -> np.ndarray:
+        """What is in the file; records that are not whole are as if nothing were there.
+
+        Parameters
+        ----------
+        scenes : int
+            How many.
+        """
+        return _records(self._file, self.begin, scenes)
+
+    def put(self, first: int, records: np.ndarray) -> None:
+        """Put some records behind each other, and force them to the disk.
+
+        Parameters
+        ----------
+        first : int
+            Number of the first, from 0.
+        records : ndarray of RECORD
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written, or the file has been replaced or removed by something else.
+        """
+        try:
+            if not (self.path.exists() and os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())):
+                raise OutputError("store", self.path, "has been replaced by something else since this sweep opened it")
+            self._file.seek(self.begin + first * RECORD.itemsize)
+            self._file.write(records.tobytes())
+            os.fsync(self._file.fileno())
+        except OutputError:
+            raise
+        except OSError as error:
+            raise OutputError("store", self.path, f"cannot be written ({error.strerror or error})") from None
+
+
+def read_sweep_file(path: Path) -> tuple[dict[str, Any], np.ndarray]:
+    """What a sweep is, and its records, from its file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    described : dict
+    records : ndarray of RECORD
+
+    Raises
+    ------
+    OutputError
+        If it holds no sweep that can be read.
+    """
+    begin, described, scenes = _read(path)
+    with path.open("rb") as file:
+        return described, _records(file, begin, scenes)
+
+
+def _records(file: BinaryIO, begin: int, scenes: int) -> np.ndarray:
+    file.seek(begin)
+    content = file.read(scenes * RECORD.itemsize)
+    records, whole = blank(scenes), len(content) // RECORD.itemsize
+    there = np.frombuffer(content[: whole * RECORD.itemsize], RECORD)
+    done = np.flatnonzero(finished(there))
+    records[done] = there[done]
+    return records
+
+
+def _header(described: dict[str, Any], scenes: int) -> bytes:
+    """The file up to its first record."""
+    content, size = _file_of(described, 0)
+    content, size = _file_of(described, len(content) - size)
+    assert size == RECORD.itemsize
+    return MAGIC + scenes.to_bytes(4, "big") + content[COUNT_AT + 4 : -size]
+
+
+def _file_of(described: dict[str, Any], begin: int) -> tuple[bytes, int]:
+    """A file of one empty record, and the bytes of that at its end."""
+    from scipy.io import netcdf_file
+
+    buffer = io.BytesIO()
+    file = netcdf_file(buffer, "w", version=2)
+    file.format, file.first_record, file.sweep = FORMAT, f"{begin:012d}", json.dumps(described)
+    file.createDimension("number", None)
+    file.createDimension("characters", LONGEST_REASON)
+    units = described.get("units", {})
+    for name in RECORD.names or ():
+        if name == "reason":
+            file.createVariable(name, "c", ("number", "characters"))[0] = np.zeros(LONGEST_REASON, "S1")
+            continue
+        variable = file.createVariable(name, "d" if name in NUMBERS else "i", ("number",))
+        variable[0] = 0
+        if name in NUMBERS and units.get(NUMBERS[name]):
+            variable.units = units[NUMBERS[name]]
+    file.variables["outcome"].meaning = "; ".join(f"{k} {word or 'not solved yet'}" for k, word in enumerate(OUTCOMES))
+    file.variables["check"].meaning = "CRC-32 of the other bytes of the record, unsigned"
+    file.flush()
+    return buffer.getvalue(), int(file._recsize)
+
+
+def _read(path: Path) -> tuple[int, dict[str, Any], int]:
+    """Where the records of a file begin, what sweep it is of, and how many there are."""
+    from scipy.io import netcdf_file
+
+    try:
+        with netcdf_file(path, "r", mmap=False) as file:
+            if getattr(file, "format", b"") != FORMAT.encode():
+                raise OutputError("store", path, f"exists already and is not a {FORMAT!r} file; name a new file")
+            begin, described = int(file.first_record), json.loads(file.sweep.decode())
+            scenes = int(file.variables["outcome"].shape[0])
+    except OutputError:
+        raise
+    except FileNotFoundError:
+        raise OutputError("store", path, "there is no such file") from None
+    except Exception as error:  # whatever scipy makes of other files, or of damaged bytes
+        reason = (
+            f"exists already and cannot be read as a sweep ({str(error).splitlines()[0] if str(error) else error!r})"
+        )
+        raise OutputError("store", path, f"{reason}; name a new file") from None
+    return begin, described, scenes

@@ -1,0 +1,515 @@
+"""Rigid bodies that move against each other: distance, rigid slip, creepages (paper, sections 1.1 to 1.5 and 2.2).
+
+Positions and velocities are arrays of three components in one global frame, in any consistent units.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import creepage_coefficients
+
+UNIT = 1e-9
+"""How far a matrix may be from a rotation."""
+
+
+def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndarray:
+    """The matrix of a body that is pitched about its y-axis, then rolled about x, then yawed about z.
+
+    Parameters
+    ----------
+    roll, yaw, pitch : float
+        About x, z and y [rad], by the right-hand rule.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        ``Rz(yaw) Rx(roll) Ry(pitch)``; its columns are the body's axes in the global frame.
+
+    Examples
+    --------
+    >>> rotation(yaw=np.pi / 2).round(6) @ [1.0, 0.0, 0.0]
+    array([0., 1., 0.])
+    """
+    angles = [checks.moderate(name, value) for name, value in (("roll", roll), ("yaw", yaw), ("pitch", pitch))]
+    (a, b, c), (sa, sb, sc) = np.cos(angles), np.sin(angles)
+    about_x = np.array([[1, 0, 0], [0, a, -sa], [0, sa, a]])
+    about_z = np.array([[b, -sb, 0], [sb, b, 0], [0, 0, 1]])
+    about_y = np.array([[c, 0, sc], [0, 1, 0], [-sc, 0, c]])
+    return np.asarray(about_z @ about_x @ about_y)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RigidBody:
+    """Where a rigid body is, and how it moves: ``x = A y + R``, (5).
+
+    Parameters
+    ----------
+    position : array_like, shape (3,)
+        R, its origin in the global frame [length].
+    rotation : array_like, shape (3, 3), optional
+        A, see `rotation`; the identity if not given.
+    velocity : array_like, shape (3,), optional
+        Of its origin [length/time]; at rest if not given.
+    angular_velocity : array_like, shape (3,), optional
+        In the global frame [rad/time]; none if not given.
+
+    Raises
+    ------
+    SceneError
+        If a shape is wrong, a number is not finite, or the matrix is no rotation.
+
+    Examples
+    --------
+    A wheel of radius 0.5 that rolls along x at 10, z down: the particle at the bottom is at rest.
+
+    >>> wheel = RigidBody(position=[0.0, 0.0, -0.5], velocity=[10.0, 0.0, 0.0], angular_velocity=[0.0, -20.0, 0.0])
+    >>> wheel.velocity_at([0.0, 0.0, 0.0])
+    array([0., 0., 0.])
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray = None  # type: ignore[assignment]
+    velocity: np.ndarray = None  # type: ignore[assignment]
+    angular_velocity: np.ndarray = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        for name in ("position", "velocity", "angular_velocity"):
+            value = getattr(self, name)
+            set_(self, name, np.zeros(3) if value is None else _vector(f"body.{name}", value))
+        set_(self, "rotation", np.eye(3) if self.rotation is None else _rotation("body.rotation", self.rotation))
+
+    def globally(self, points: np.ndarray) -> np.ndarray:
+        """Points of the body in the global frame.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+            In the body's own frame.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+        """
+        return np.asarray(points) @ self.rotation.T + self.position
+
+    def locally(self, points: np.ndarray) -> np.ndarray:
+        """Points of the global frame in the body's own.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+        """
+        return (np.asarray(points) - self.position) @ self.rotation
+
+    def velocity_at(self, points: np.ndarray) -> np.ndarray:
+        """Velocity of the particles that are at points of the global frame.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+        """
+        return self.velocity + np.cross(self.angular_velocity, np.asarray(points) - self.position)
+
+    def after(self, time: float) -> RigidBody:
+        """The body after a time, its velocities kept.
+
+        Parameters
+        ----------
+        time : float
+
+        Returns
+        -------
+        RigidBody
+        """
+        from scipy.spatial.transform import Rotation
+
+        turn = Rotation.from_rotvec(self.angular_velocity * time).as_matrix()
+        return RigidBody(
+            position=self.position + time * self.velocity,
+            rotation=turn @ self.rotation,
+            velocity=self.velocity,
+            angular_velocity=self.angular_velocity,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A contact frame: x the rolling direction, z the normal into body 1.
+
+    Parameters
+    ----------
+    origin : array_like, shape (3,)
+        In the global frame [length].
+    axes : array_like, shape (3, 3)
+        Its columns are x, y and z in the global frame.
+
+    Raises
+    ------
+    SceneError
+        If a shape is wrong, or the axes are not orthonormal and right-handed.
+
+    Examples
+    --------
+    >>> Frame([0.0, 0.0, 0.0], rotation(roll=0.1)).normal.round(4)
+    array([ 0.    , -0.0998,  0.995 ])
+    """
+
+    origin: np.ndarray
+    axes: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", _vector("frame.origin", self.origin))
+        object.__setattr__(self, "axes", _rotation("frame.axes", self.axes))
+
+    @property
+    def normal(self) -> np.ndarray:
+        """The z-axis, shape (3,)."""
+        return np.asarray(self.axes[:, 2])
+
+    def globally(self, points: np.ndarray) -> np.ndarray:
+        """Points of the frame in the global one.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+        """
+        return np.asarray(points) @ self.axes.T + self.origin
+
+    def locally(self, points: np.ndarray) -> np.ndarray:
+        """Points of the global frame in this one.
+
+        Parameters
+        ----------
+        points : array_like, shape (..., 3)
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+        """
+        return (np.asarray(points) - self.origin) @ self.axes
+
+
+@dataclass(frozen=True)
+class Creepages:
+    """Rigid slip of body 1 over body 2 by rolling velocity: ``(vx - spin y, vy + spin x)`` near the origin, (75).
+
+    Attributes
+    ----------
+    vx, vy : float
+        Longitudinal and lateral creepage [-].
+    spin : float
+        [1/length]
+    speed : float
+        The rolling velocity they are divided by, positive [length/time].
+    """
+
+    vx: float
+    vy: float
+    spin: float
+    speed: float
+
+
+def distance(point1: np.ndarray, point2: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Distance from body 2 to body 1 along the outer normal of body 2, (10); negative where they penetrate.
+
+    Parameters
+    ----------
+    point1, point2 : array_like, shape (..., 3)
+        Opposite points of the bodies' surfaces.
+    normal : array_like, shape (3,) or (..., 3)
+        Outer unit normal of body 2: the z-axis of the contact frame.
+
+    Returns
+    -------
+    ndarray, shape (...)
+
+    Examples
+    --------
+    >>> float(distance([0.0, 0.0, 2.0], [0.0, 0.0, 0.5], [0.0, 0.0, 1.0]))
+    1.5
+    """
+    return np.asarray(np.sum((np.asarray(point1) - np.asarray(point2)) * np.asarray(normal), axis=-1))
+
+
+def rigid_slip(body1: RigidBody, body2: RigidBody, points: np.ndarray) -> np.ndarray:
+    """Creep (22): the velocity of body 1 over body 2 at points of the global frame.
+
+    Parameters
+    ----------
+    body1, body2 : RigidBody
+    points : array_like, shape (..., 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        [length/time]
+    """
+    return body1.velocity_at(points) - body2.velocity_at(points)
+
+
+def creepages(
+    body1: RigidBody,
+    body2: RigidBody,
+    frame: Frame,
+    *,
+    frame_velocity: np.ndarray | None = None,
+    at1: np.ndarray | None = None,
+    at2: np.ndarray | None = None,
+) -> Creepages:
+    """Creepages and spin of two rigid bodies in a contact frame.
+
+    The rolling velocity (23) is the speed at which the material of both, on average, runs through the frame against
+    its x-axis.
+
+    Parameters
+    ----------
+    body1, body2 : RigidBody
+    frame : Frame
+        Its z-axis points into body 1.
+    frame_velocity : array_like, shape (3,), optional
+        Velocity of the contact, which moves along with the frame; at rest if not given.
+    at1, at2 : array_like, shape (3,), optional
+        The undeformed surface points of the two bodies that meet there; the frame's origin if not given. They are
+        some hundredths of a millimetre apart, which counts where creepages are as small as that by the radius.
+
+    Returns
+    -------
+    Creepages
+
+    Raises
+    ------
+    SceneError
+        If nothing rolls along the frame's x-axis.
+
+    Examples
+    --------
+    The simplified wheel of section 1.5, z up: radius 0.5, angular velocity 19, the rail drawn backwards at 10.
+
+    >>> wheel = RigidBody(position=[0.0, 0.0, 0.5], angular_velocity=[0.0, 19.0, 0.0])
+    >>> rail = RigidBody(position=[0.0, 0.0, 0.0], velocity=[-10.0, 0.0, 0.0])
+    >>> found = creepages(wheel, rail, Frame([0.0, 0.0, 0.0], np.eye(3)))
+    >>> print(f"{found.vx:.6f} at {found.speed}")
+    0.051282 at 9.75
+    """
+    moving = np.zeros(3) if frame_velocity is None else _vector("frame_velocity", frame_velocity)
+    first = frame.axes.T @ (body1.velocity_at(frame.origin if at1 is None else _vector("at1", at1)) - moving)
+    second = frame.axes.T @ (body2.velocity_at(frame.origin if at2 is None else _vector("at2", at2)) - moving)
+    speed = -float(first[0] + second[0]) / 2
+    if speed <= 0:
+        raise SceneError(
+            "frame",
+            speed,
+            message=f"the bodies do not roll along x of the contact frame: the rolling velocity is {speed + 0.0:.6g}, "
+            "and must be positive; turn the frame, or give the velocity of the contact as frame_velocity",
+        )
+    slip = (first - second) / speed
+    spin = frame.normal @ (body1.angular_velocity - body2.angular_velocity) / speed
+    return Creepages(float(slip[0]), float(slip[1]), float(spin), speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelSetMotion:
+    """The linearised motion of a wheel set on straight rails (section 2.2.3): z up, x forward, y to the left.
+
+    Parameters
+    ----------
+    speed : float
+        V, along the track [length/time].
+    angular_velocity : float
+        omega, about the axle [rad/time]; `speed` by the mean radius in pure rolling.
+    radii : tuple of float
+        Rolling radii of the left and the right wheel [length].
+    half_gauge : float
+        b, half the distance of the contacts [length].
+    angles : tuple of float
+        gamma, contact angles of the left and the right wheel [rad].
+    yaw, yaw_rate : float
+        alpha and its rate [rad, rad/time].
+    lateral_velocity : float
+        Of the centre [length/time].
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or a length or the speed is not positive.
+
+    Examples
+    --------
+    Klingel's rolling has no creep:
+
+    >>> V, gamma, R, b, y = 27.8, 1 / 40, 0.5, 0.715, 0.003
+    >>> motion = WheelSetMotion(
+    ...     speed=V, angular_velocity=V / R, radii=(R + gamma * y, R - gamma * y), half_gauge=b,
+    ...     yaw_rate=-V * gamma * y / (R * b), angles=(gamma, gamma))
+    >>> left, right = motion.creepages
+    >>> print(f"{abs(left.vx):.6f} {abs(right.vx):.6f} {left.spin:.4f} {right.spin:.4f}")
+    0.000000 0.000000 -0.0502 0.0498
+    """
+
+    speed: float
+    angular_velocity: float
+    radii: tuple[float, float]
+    half_gauge: float
+    angles: tuple[float, float] = (0.0, 0.0)
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+    lateral_velocity: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "half_gauge"):
+            object.__setattr__(self, name, checks.positive(f"motion.{name}", getattr(self, name)))
+        for name in ("angular_velocity", "yaw", "yaw_rate", "lateral_velocity"):
+            object.__setattr__(self, name, checks.moderate(f"motion.{name}", getattr(self, name)))
+        checks.positives("motion.radii", self.radii)
+        checks.numbers("motion.angles", self.angles)
+
+    @property
+    def creepages(self) -> tuple[Creepages, Creepages]:
+        """Of the left and the right wheel over the rails, (135) to (139).
+
+        Derived again: (136) and (137) lack a factor 1/2 before the difference of the radii, without which Klingel's
+        rolling would have the creep ``-omega gamma y / V`` where it has none.
+        """
+        mean, difference = sum(self.radii) / 2, (self.radii[0] - self.radii[1]) / 2
+        driven = 1 - self.angular_velocity * mean / self.speed
+        turned = (self.angular_velocity * difference + self.yaw_rate * self.half_gauge) / self.speed
+        lateral = self.lateral_velocity / self.speed - self.yaw
+        geometric = [angle * self.angular_velocity / self.speed for angle in self.angles]
+        kinematic = self.yaw_rate / self.speed
+        left = Creepages(driven - turned, lateral, kinematic - geometric[0], self.speed)
+        return left, Creepages(driven + turned, lateral, kinematic + geometric[1], self.speed)
+
+
+def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> float:
+    """Wavelength of Klingel's motion of a conical wheel set (section 2.2.1), ``2 pi sqrt(R b / gamma)``.
+
+    Parameters
+    ----------
+    conicity : float
+        gamma, slope of the cones (or the equivalent conicity) [-].
+    radius : float
+        R, of the wheels in mid-position [length].
+    half_gauge : float
+        b [length].
+
+    Returns
+    -------
+    float
+        [length]; the frequency is the speed divided by it.
+
+    Raises
+    ------
+    SceneError
+        If one is not positive and finite.
+
+    Examples
+    --------
+    >>> print(f"{klingel_wavelength(1 / 40, 0.5, 0.715):.1f} m")
+    23.8 m
+    """
+    numbers = (("conicity", conicity), ("radius", radius), ("half_gauge", half_gauge))
+    gamma, R, b = (checks.positive(name, value) for name, value in numbers)
+    return 2 * math.pi * math.sqrt(R * b / gamma)
+
+
+def spin_pole(vx: float, vy: float, spin: float) -> tuple[float, float]:
+    """The point of the contact plane where the rigid slip vanishes (section 6.3.1).
+
+    Parameters
+    ----------
+    vx, vy : float
+        Creepages [-].
+    spin : float
+        [1/length], not zero.
+
+    Returns
+    -------
+    tuple of float
+        ``(-vy/spin, vx/spin)`` [length]; the paper prints the opposite sign.
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or the spin is zero.
+
+    Examples
+    --------
+    >>> spin_pole(0.001, 0.002, 0.5)
+    (-0.004, 0.002)
+    """
+    vx, vy = checks.moderate("vx", vx), checks.moderate("vy", vy)
+    if checks.moderate("spin", spin) == 0:
+        raise SceneError("spin", spin, "not zero: without spin the rigid slip is the same everywhere")
+    return -vy / spin, vx / spin
+
+
+def ball_between_planes(force: float, angle: float, nu: float) -> float:
+    """Lateral force on a ball that rolls between two planes at an angle (section 2.2.2, Johnson 1959).
+
+    The sum of the components of the two normal forces and of what spin makes by the linear theory, with the
+    lateral creepage held at zero.
+
+    Parameters
+    ----------
+    force : float
+        N, normal force at each contact [force].
+    angle : float
+        gamma, half the angle between the planes [rad].
+    nu : float
+        Poisson's ratio, in [0, 0.5].
+
+    Returns
+    -------
+    float
+        ``2 N gamma (1 - 3 (1 - nu) C23 / 16)`` [force].
+
+    Raises
+    ------
+    SceneError
+        If the force is not positive, the angle not finite, or nu out of range.
+
+    Examples
+    --------
+    >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.1f} N gamma")
+    1.6 N gamma
+    """
+    N, gamma = checks.positive("force", force), checks.moderate("angle", angle)
+    C23 = float(creepage_coefficients(1.0, 1.0, nu).C23)
+    return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 16)
+
+
+def _vector(field: str, value: object) -> np.ndarray:
+    """Three finite numbers."""
+    vector = checks.array(field, value, 1)
+    if vector.shape != (3,):
+        raise checks.wrong_shape(field, vector.shape, "three numbers")
+    return vector
+
+
+def _rotation(field: str, value: object) -> np.ndarray:
+    """A rotation matrix."""
+    matrix = checks.array(field, value, 2)
+    if matrix.shape != (3, 3):
+        raise checks.wrong_shape(field, matrix.shape, "a matrix of 3 x 3")
+    if np.abs(matrix @ matrix.T - np.eye(3)).max() > UNIT or np.linalg.det(matrix) < 0:
+        raise SceneError(field, value, message=f"{field} must be a rotation: orthonormal columns, right-handed")
+    return matrix

@@ -1,0 +1,221 @@
+"""Scenes solved one after the other: each uses what the ones before have made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.errors import Saturated
+from varcontact.machine.threads import one_blas_thread
+from varcontact.planning.expectations import check_fits
+from varcontact.planning.plan import Plan
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.operators import Operators
+from varcontact.problem.state import ContactState
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
+from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.conic.setups import Setups
+from varcontact.solving.certify import judged
+from varcontact.solving.grid_search import on_a_grid_that_holds_it
+from varcontact.solving.subproblems import Steps, contact
+from varcontact.solving.timing import Clock
+
+
+@dataclass
+class Series:
+    """Solves scenes one after the other, and keeps what the next may use.
+
+    Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
+    pressure (where tractions do not change it) and the set-ups of solvers serve again, too. Each tangential problem
+    begins, with methods that can begin somewhere, from the tractions of the solved one with the nearest creepages.
+
+    Attributes
+    ----------
+    tol : float
+        Residual to be reached [-].
+    polish : bool
+        Whether active sets polish the answers of programs.
+    certify : str
+        As of `solve`.
+    progress : callable, optional
+        Called with the name of each stage.
+    operators : Operators, optional
+        Influence numbers from elsewhere; then those of the last scene.
+    """
+
+    tol: float
+    polish: bool
+    certify: str = "auto"
+    progress: Callable[[str], None] | None = None
+    operators: Operators | None = None
+    _setups: Setups = field(default_factory=Setups)
+    _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
+    _found: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+
+    @one_blas_thread()
+    def solve(self, scene: Scene, plan: Plan) -> Solution:
+        """The solution of the next scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            Of one problem: not a history.
+        plan : Plan
+            For it.
+
+        Raises
+        ------
+        Saturated
+            If a prescribed force cannot be carried.
+        NotConverged
+            If a solver misses the tolerance.
+        """
+        check_saturation(scene)
+        moved = self._moved(scene, plan)
+        if moved is None:
+            check_fits(scene, plan)
+            self._setups = Setups()
+        setups = self._setups
+        steps = Steps(plan, self.tol, self.polish, Clock(self.progress), setups, certify=self.certify, refined=False)
+        if moved is None:
+            disc, state = on_a_grid_that_holds_it(scene, steps, self.operators, self._begun)
+        else:
+            disc, state = moved
+            state = contact(disc, steps, self._begun(disc, state))
+        if self.operators is not disc.operators:
+            self.forget()
+        self.operators, self._last = disc.operators, (scene, plan, disc, state)
+        solution = judged(scene, disc, state, steps)
+        self._found.append((_creepages(disc), state.traction))
+        return solution
+
+    def forget(self) -> None:
+        """Let go of dense matrices and factors; influence numbers stay."""
+        if self.operators is not None:
+            self.operators.forget()
+
+    def _moved(self, scene: Scene, plan: Plan) -> tuple[Discretisation, ContactState] | None:
+        """The contact of the scene before with another motion, where nothing else is different."""
+        if self._last is None or scene.motion is None or plan.coupling != "none":
+            return None
+        before, planned, disc, state = self._last
+        if _methods(plan) != _methods(planned) or not _same_but_motion(scene, before):
+            return None
+        assert not isinstance(scene.motion, Transient)
+        state = replace(state, iterations={}, status={}, solved={}, friction=None)
+        return disc.moved(scene.motion), state
+
+    def _begun(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The state with the tractions of the solved scene with the nearest creepages, if it has as many elements."""
+        found = [(at, traction) for at, traction in self._found if traction.shape == state.traction.shape]
+        if (
+            not found or disc.motion is None or disc.K != 0
+        ):  # of unlike bodies, the pressure without tractions comes first
+            return state
+        distances = [float(np.linalg.norm(at - _creepages(disc))) for at, _ in found]
+        nearest = len(found) - 1 - int(np.argmin(distances[::-1]))  # the last of these
+        return replace(state, traction=found[nearest][1])
+
+
+def solve_many(
+    scene: Scene,
+    motions: Iterable[Steady | Shift | None],
+    plan: Plan,
+    tol: float,
+    polish: bool,
+    progress: Callable[[str], None] | None = None,
+    certify: str = "auto",
+) -> Iterator[Solution]:
+    """Solve a scene for one motion after the other, which differ in creepages or forces only, as a `Series`.
+
+    Parameters
+    ----------
+    scene : Scene
+    motions : iterable of Steady, Shift or None
+    plan : Plan
+        For all of them.
+    tol : float
+        Residual to be reached [-].
+    polish : bool
+        Whether active sets polish the answers of programs.
+    progress : callable, optional
+        Called with the name of each stage.
+    certify : str
+        As of `solve`.
+
+    Yields
+    ------
+    Solution
+        One a motion, in their order.
+
+    Raises
+    ------
+    Saturated
+        If a prescribed force cannot be carried.
+    NotConverged
+        If a solver misses the tolerance.
+    """
+    series = Series(tol, polish, certify, progress)
+    try:
+        for motion in motions:
+            yield series.solve(replace(scene, motion=motion), plan)
+    finally:
+        series.forget()
+
+
+def check_saturation(scene: Scene) -> None:
+    """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    Saturated
+        If friction cannot carry them.
+    """
+    motion = scene.motion
+    if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
+        for k, friction in enumerate(scene.frictions):
+            size = float(np.hypot(motion.of("Fx", k) or 0.0, motion.of("Fy", k) or 0.0))
+            if size > 0 and np.all(np.asarray(friction) == 0):
+                raise Saturated(size, 0.0).in_step(k, None)
+    if not isinstance(motion, Steady | Shift):
+        return
+    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+    limit = 0.0 if scene.frictionless else np.inf
+    friction = scene.friction.static if isinstance(scene.friction, Law) else scene.friction
+    if isinstance(friction, float) and scene.normal_force is not None:
+        limit = friction * scene.normal_force
+    if size > 0 and size >= limit:
+        raise Saturated(size, limit)
+
+
+def _methods(plan: Plan) -> tuple[str, ...]:
+    """What of a plan decides how its problems are solved."""
+    return plan.normal, plan.tangential, plan.coupling, plan.formulation, plan.method
+
+
+def _same_but_motion(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes differ in the creepages or forces of their motion only."""
+    one, two = scene.motion, other.motion
+    if type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
+        return False
+    return all(_same(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion")
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two entries of scenes are the same; of arrays, whether they are one."""
+    return one is other or (not isinstance(one, np.ndarray) and not isinstance(other, np.ndarray) and one == other)
+
+
+def _creepages(disc: Discretisation) -> np.ndarray:
+    """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
+    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
+    return np.array([along_x, along_y, about_z * disc.length / 2])

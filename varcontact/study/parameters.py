@@ -1,0 +1,152 @@
+"""Grids of parameters: a scene with some of its numbers replaced, one for each point of the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.scene import Scene
+
+SCENE = "scene"
+"""The dimension of scenes that are given one by one."""
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Scenes on a grid of parameters.
+
+    Attributes
+    ----------
+    coordinates : dict
+        Values by dimension, in their order.
+    scenes : tuple of Scene
+        The last dimension varies fastest.
+    """
+
+    coordinates: dict[str, list[Any]]
+    scenes: tuple[Scene, ...]
+
+    @classmethod
+    def of(cls, scenes: Any, over: Any) -> Swept:
+        """From scenes, and the numbers in them that vary.
+
+        Parameters
+        ----------
+        scenes : Scene, sequence of Scene, or mapping of str to Scene
+        over : mapping or None
+            Values by name of the entry, as ``{"motion.vx": [0.0, 1e-3]}``.
+
+        Raises
+        ------
+        SceneError
+            If there are none, an entry does not exist, or a value is not allowed.
+        """
+        coordinates, base = _given(scenes)
+        varied = _values({} if over is None else over)
+        made = [_changed(scene, dict(zip(varied, point, strict=True))) for scene in base for point in _points(varied)]
+        return cls(coordinates | varied, tuple(made))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the grid."""
+        return tuple(len(values) for values in self.coordinates.values())
+
+
+def _points(varied: Mapping[str, list[Any]]) -> Iterable[tuple[Any, ...]]:
+    return product(*varied.values())
+
+
+def _given(scenes: Any) -> tuple[dict[str, list[Any]], list[Scene]]:
+    """The scenes, with their names or numbers where there is more than one."""
+    if isinstance(scenes, Scene):
+        _check_one_problem("scenes", scenes)
+        return {}, [scenes]
+    if isinstance(scenes, Mapping):
+        names, base = list(scenes), list(scenes.values())
+        for name in names:
+            if not isinstance(name, str):
+                raise SceneError("scenes", name, "named by strings")
+    elif isinstance(scenes, Sequence) and not isinstance(scenes, str | bytes):
+        base = list(scenes)
+        names = list(range(len(base)))
+    else:
+        raise SceneError("scenes", scenes, "a Scene, a list of them, or a dict of them by name")
+    if not base:
+        raise SceneError("scenes", base, "one at least", message="no scenes to sweep: give one at least")
+    for name, scene in zip(names, base, strict=True):
+        _check_one_problem(f"scenes[{name!r}]", scene)
+    return {SCENE: names}, base
+
+
+def _check_one_problem(field: str, scene: Any) -> None:
+    if not isinstance(scene, Scene):
+        raise SceneError(field, scene, "a Scene")
+    if isinstance(scene.motion, Transient | TimeStep):
+        allowed = "Steady, Shift or none"
+        message = f"{field} is a history: a sweep solves single problems (motion {allowed})"
+        raise SceneError(f"{field}.motion", type(scene.motion).__name__, allowed, message=message)
+
+
+def _values(over: Any) -> dict[str, list[Any]]:
+    """The values of each entry that varies, as plain numbers and words."""
+    if not isinstance(over, Mapping):
+        raise SceneError("over", over, 'a dict of values by entry, as {"motion.vx": [0.0, 1e-3]}')
+    varied: dict[str, list[Any]] = {}
+    for name, given in over.items():
+        field = f"over[{name!r}]"
+        if not isinstance(name, str):
+            raise SceneError("over", name, "named by strings")
+        if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
+            raise SceneError(field, given, "a list of numbers")
+        values = [value.item() if isinstance(value, np.generic) else value for value in given]
+        if not values:
+            raise SceneError(field, values, "one value at least", message=f"{field} is empty: give one value at least")
+        for value in values:
+            if isinstance(value, bool) or not isinstance(value, int | float | str):
+                raise SceneError(field, value, "a list of numbers")
+        if len(set(values)) < len(values):
+            raise SceneError(field, values, "different values", message=f"{field} has a value twice")
+        varied[name] = values
+    return varied
+
+
+def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """A scene with some entries replaced, all of one part at once."""
+    parts: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        part, _, entry = name.partition(".")
+        _check_entry(scene, name, part, entry)
+        parts.setdefault(part, {})[entry] = value
+    changes = {
+        part: entries[""] if "" in entries else replace(getattr(scene, part), **entries)
+        for part, entries in parts.items()
+    }
+    return replace(scene, **changes)
+
+
+def _check_entry(scene: Scene, name: str, part: str, entry: str) -> None:
+    """Refuse a name that is of no number in the scene."""
+    whole = [f.name for f in fields(Scene)]
+    if part not in whole:
+        raise _no_entry(name, checks.nearest(part, whole))
+    inside = getattr(scene, part)
+    known = [f.name for f in fields(inside)] if is_dataclass(inside) else []
+    if entry and entry not in known:
+        kind = "missing" if inside is None else f"{type(inside).__name__}"
+        raise _no_entry(
+            name, checks.nearest(entry, known), f": {part} is {kind}" if inside is None or not known else ""
+        )
+    if not entry and (known or part in ("motion", "units")):
+        example = f' (as "{part}.{known[0]}")' if known else ""
+        raise SceneError("over", name, "a number of the scene", message=f'over: "{name}" is no number{example}')
+
+
+def _no_entry(name: str, near: str, why: str = "") -> SceneError:
+    return SceneError("over", name, "a number of the scene", message=f'over: the scene has no "{name}"{why}{near}')

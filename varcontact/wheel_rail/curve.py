@@ -1,0 +1,256 @@
+"""Plane curves (y, z) by their arc length: cubic splines between kinks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+ACROSS = 1e-11
+"""How near to a wanted coordinate Newton's steps come, by the curve's length."""
+STEPS = 30
+HELD = 1e6
+"""Weight of a kink over that of other points: smoothing leaves it in its place, and both of its sides meet there."""
+FEWEST = 5
+"""Points of a section that can be smoothed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A piecewise cubic curve.
+
+    Parameters
+    ----------
+    s : ndarray, shape (n,)
+        Parameter at the breakpoints, ascending: very nearly arc length [mm].
+    coefficients : ndarray, shape (4, n - 1, 2)
+        Of the cubics of y and z in ``s - s[i]``, highest power first.
+    """
+
+    s: np.ndarray
+    coefficients: np.ndarray
+
+    @cached_property
+    def _derivatives(self) -> tuple[Any, Any, Any]:
+        """The curve and its first two derivatives."""
+        from scipy.interpolate import PPoly
+
+        curve = PPoly(self.coefficients, self.s)
+        return curve, curve.derivative(1), curve.derivative(2)
+
+    def points(self, s: np.ndarray) -> np.ndarray:
+        """(y, z) at parameters.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+
+        Returns
+        -------
+        ndarray, shape (..., 2)
+        """
+        return np.asarray(self._derivatives[0](s))
+
+    def directions(self, s: np.ndarray) -> np.ndarray:
+        """(dy/ds, dz/ds) at parameters, very nearly of unit length.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+
+        Returns
+        -------
+        ndarray, shape (..., 2)
+        """
+        return np.asarray(self._derivatives[1](s))
+
+    def angles(self, s: np.ndarray) -> np.ndarray:
+        """Inclination atan2(dz, dy) at parameters [rad].
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+
+        Returns
+        -------
+        ndarray, shape (...)
+        """
+        along = self.directions(s)
+        return np.asarray(np.arctan2(along[..., 1], along[..., 0]))
+
+    def curvatures(self, s: np.ndarray) -> np.ndarray:
+        """Signed curvature at parameters [1/mm]: positive where the inclination grows along the curve.
+
+        Parameters
+        ----------
+        s : array_like, shape (...)
+
+        Returns
+        -------
+        ndarray, shape (...)
+        """
+        first, second = self.directions(s), np.asarray(self._derivatives[2](s))
+        turn = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+        return np.asarray(turn / np.hypot(first[..., 0], first[..., 1]) ** 3)
+
+    def moved(self, matrix: np.ndarray, shift: np.ndarray) -> Curve:
+        """The curve after ``matrix @ point + shift``.
+
+        Parameters
+        ----------
+        matrix : array_like, shape (2, 2)
+        shift : array_like, shape (2,)
+
+        Returns
+        -------
+        Curve
+        """
+        coefficients = np.asarray(self.coefficients @ np.asarray(matrix).T)
+        coefficients[3] += shift
+        return Curve(self.s, coefficients)
+
+    def reversed(self) -> Curve:
+        """The same curve run through the other way."""
+        s = self.s[-1] - self.s[::-1]
+        width = np.diff(self.s)[:, None]
+        a, b, c, d = self.coefficients
+        # the cubic in width - t
+        turned = np.array(
+            [
+                -a,
+                b + 3 * a * width,
+                -(c + 2 * b * width + 3 * a * width**2),
+                d + c * width + b * width**2 + a * width**3,
+            ]
+        )
+        return Curve(s, turned[:, ::-1])
+
+    def part(self, first: int, last: int) -> Curve:
+        """The curve from breakpoint `first` to breakpoint `last`.
+
+        Parameters
+        ----------
+        first, last : int
+
+        Returns
+        -------
+        Curve
+        """
+        return Curve(self.s[first : last + 1], self.coefficients[:, first:last])
+
+    def sampled(self, step: float) -> np.ndarray:
+        """Parameters from end to end, about a step apart.
+
+        Parameters
+        ----------
+        step : float
+            [mm]
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        """
+        return np.linspace(self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1))
+
+    def single_valued(self, axis: int, near: float) -> Curve:
+        """The part around a parameter along which one coordinate keeps growing.
+
+        Parameters
+        ----------
+        axis : {0, 1}
+            y or z.
+        near : float
+            Parameter of a point where it grows.
+
+        Returns
+        -------
+        Curve
+        """
+        at = self.points(self.s)[:, axis]
+        middle = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
+        # between breakpoints, too: no turning point inside
+        grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2)[:, axis] > 0)
+        stops = np.flatnonzero(~grows)
+        below, above = stops[stops < middle - 1], stops[stops >= middle]
+        return self.part(
+            int(below[-1]) + 1 if below.size else 0,
+            int(above[0]) if above.size else self.s.size - 1,
+        )
+
+    def at(self, value: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Parameters where ``direction . (y, z)`` has values; the curve has to be single-valued along it.
+
+        Parameters
+        ----------
+        value : ndarray, shape (n,)
+        direction : array_like, shape (2,)
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            NaN beyond the ends.
+        """
+        direction = np.asarray(direction)
+        known = self.points(self.s) @ direction
+        s = np.interp(value, known, self.s, left=np.nan, right=np.nan)
+        inside = np.isfinite(s)
+        wanted, found = np.asarray(value)[inside], s[inside]
+        cell = np.clip(np.searchsorted(self.s, found, side="right") - 1, 0, self.s.size - 2)
+        low, high = self.s[cell], self.s[cell + 1]
+        for _ in range(STEPS):
+            step = (self.points(found) @ direction - wanted) / (self.directions(found) @ direction)
+            found = np.clip(found - step, low, high)
+            if step.size == 0 or np.abs(step).max() <= ACROSS * (self.s[-1] - self.s[0]):
+                break
+        s[inside] = found
+        return s
+
+
+def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
+    """The curve through (or near) points.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        (y, z), one after the other [mm].
+    kinks : ndarray of int
+        Indices of points where the direction jumps.
+    smoothing : float
+        Wavelength that is halved [mm]; 0: the curve goes through the points.
+
+    Returns
+    -------
+    Curve
+    """
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    ends = [0, *kinks.tolist(), len(points) - 1]
+    sections = [slice(a, b + 1) for a, b in pairwise(ends)]
+    fits = [_fit(s[section], points[section], smoothing) for section in sections]
+    return Curve(
+        np.concatenate([fits[0][0][:1], *(knots[1:] for knots, _ in fits)]),
+        np.concatenate([coefficients for _, coefficients in fits], axis=1),
+    )
+
+
+def _fit(s: np.ndarray, points: np.ndarray, smoothing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Breakpoints and coefficients of one smooth section.
+
+    A cubic smoothing spline, which minimises the integral of the squared distance plus ``lambda`` times that of the
+    squared second derivative, passes a wave of length L with the factor ``1/(1 + lambda (2 pi/L)^4)``.
+    """
+    from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
+
+    if smoothing == 0 or s.size < FEWEST:
+        fit = CubicSpline(s, points)
+        return np.asarray(fit.x), np.asarray(fit.c)
+    weights = np.gradient(s)
+    weights[[0, -1]] *= 0.5 * HELD
+    strength = (smoothing / (2 * np.pi)) ** 4
+    parts = [PPoly.from_spline(make_smoothing_spline(s, p, weights, strength)) for p in points.T]
+    width = np.diff(parts[0].x)
+    keep = width > 0  # from_spline repeats the end knots
+    coefficients = np.stack([part.c[:, keep] for part in parts], axis=-1)
+    return np.append(parts[0].x[:-1][keep], parts[0].x[-1]), coefficients
