@@ -1,6 +1,6 @@
 """Run what the site shows: every example with its pictures, and every page that shows what its own code draws.
 
-Examples get a page each, and an index, in the folder gallery; pages find their pictures in made/<name of the page>.
+Examples get a page each, and an index, in the folder gallery; pages find their pictures in made/pages/<name of the page>.
 What has not changed since it was run is not run again; without these two folders everything is.
 """
 
@@ -95,7 +95,7 @@ class Example:
             words = ("-c", f"{calling}; example.main({SMALLER[self.name]})")
         else:
             words = (str(self.path), *([f"{self.name}.png"] if "[picture.png]" in self.head else []))
-        return Work((sys.executable, *words), made / self.name, "".join(words) + self.path.read_text())
+        return Work((sys.executable, *words), made / "examples" / self.name, "".join(words) + self.path.read_text())
 
     def page(self, output: str, pictures: list[str]) -> str:
         """Its page, in the folder gallery."""
@@ -128,7 +128,7 @@ def show(example: Example, made: Path, gallery: Path) -> str:
         output, pictures = "", [f"../pictures/{PICTURES_OF_FULL_RUNS[example.name]}"]
     else:
         output = example.work(made).done()
-        pictures = [f"../made/{example.name}/{each.name}" for each in sorted((made / example.name).glob("*.png"))]
+        pictures = [f"../made/examples/{example.name}/{each.name}" for each in sorted((made / "examples" / example.name).glob("*.png"))]
     write(gallery / f"{example.name}.md", example.page(output, pictures))
     return card(example, pictures[0] if pictures else None)
 
@@ -142,12 +142,12 @@ def write(path: Path, text: str) -> None:
 def drawing_pages() -> Iterator[Path]:
     """Pages whose own code draws what they show."""
     for page in sorted(DOCS.rglob("*.md")):
-        if "gallery" not in page.parts and f"made/{page.stem}/" in page.read_text():
+        if "gallery" not in page.parts and f"made/pages/{page.stem}/" in page.read_text():
             yield page
 
 
 def page_work(page: Path, made: Path) -> Work:
-    return Work((sys.executable, pages.__file__, str(page), "."), made / page.stem, page.read_text())
+    return Work((sys.executable, pages.__file__, str(page), "."), made / "pages" / page.stem, page.read_text())
 
 
 def make(app: Sphinx) -> None:
