@@ -128,7 +128,10 @@ def show(example: Example, made: Path, gallery: Path) -> str:
         output, pictures = "", [f"../pictures/{PICTURES_OF_FULL_RUNS[example.name]}"]
     else:
         output = example.work(made).done()
-        pictures = [f"../made/examples/{example.name}/{each.name}" for each in sorted((made / "examples" / example.name).glob("*.png"))]
+        pictures = [
+            f"../made/examples/{example.name}/{each.name}"
+            for each in sorted((made / "examples" / example.name).glob("*.png"))
+        ]
     write(gallery / f"{example.name}.md", example.page(output, pictures))
     return card(example, pictures[0] if pictures else None)
 
