@@ -110,6 +110,4 @@ def test_every_public_name_has_its_place():
     """Under one of the topics of the interface."""
     told = "".join(page.read_text() for page in (ROOT / "docs" / "api").glob("*.md"))
     for name in set(vc.__all__) - {"reference"}:
-        assert re.search(rf"(?:autoclass|autofunction|autoexception):: {name}\b|\b{name}\b", told) or name in vars(
-            vc.errors
-        ), name
+        assert re.search(rf"\b{name}\b", told) or hasattr(vc.errors, name), name

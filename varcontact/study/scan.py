@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.series import solve_many
-from varcontact.solving.solve import level, polished_by
+from varcontact.solving.solve import level, polished_by, solve
 
 
 def scan(
@@ -31,6 +32,8 @@ def scan(
     polish: bool | None = None,
     certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
 ) -> list[Solution]:
     """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
 
@@ -44,6 +47,8 @@ def scan(
         vx, vy, spin; of a shift ux, uy, rotation.
     normal, tangential, coupling, formulation, method, tol, polish, certify, progress
         As for `solve`.
+    accuracy, time_budget : float, optional
+        As for `solve`, of each solution. Each then has a grid of its own, and nothing is shared between them.
 
     Returns
     -------
@@ -77,6 +82,11 @@ def scan(
     triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
     motions = [_with_rigid(motion, triple) for triple in triples]
     choices = normal, tangential, coupling, formulation, method
+    if accuracy is not None or time_budget is not None:
+        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
+        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
+        posed = [replace(scene, motion=each) for each in motions]
+        return [cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed]
     plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
     tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
     return list(solve_many(scene, motions, plans[0], tol, polish, progress, level(certify)))
