@@ -1,7 +1,8 @@
 """The built site: every link and picture leads somewhere, formulas are formulas, and nothing comes from a network.
 
 Run: python -m tests.site folder, after python -m sphinx docs folder. Where Chromium is installed it opens every page,
-without a network, and finds pictures that are not drawn and formulas without extent. Exit status: 0 all right, 1 if not.
+without a network, and finds pictures that are not drawn and formulas without extent.
+Exit status: 0 all right, 1 if not.
 """
 
 from __future__ import annotations
@@ -178,7 +179,7 @@ def faults_in_browser(folder: Path, browser: str) -> Iterator[str]:
     addresses = [each for each in addresses if "/_modules/" not in each and "/_static/" not in each]
     with (
         tempfile.TemporaryDirectory() as scratch,
-        serving(folder, OPEN_ALL.replace("PAGES", json.dumps(addresses))) as port,
+        Serving(folder, OPEN_ALL.replace("PAGES", json.dumps(addresses))) as port,
     ):
         options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={scratch}"]
         offline = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
@@ -194,7 +195,7 @@ def faults_in_browser(folder: Path, browser: str) -> Iterator[str]:
         yield from (f"{address[1:]}, opened: {fault}" for fault in found)
 
 
-class serving:
+class Serving:
     """A server of a folder, with one page more, as long as it is entered."""
 
     def __init__(self, folder: Path, page: str) -> None:
