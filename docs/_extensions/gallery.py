@@ -1,7 +1,7 @@
 """Run what the site shows: every example with its pictures, and every page that shows what its own code draws.
 
-Examples get a page each, and an index, in the folder gallery; pages find their pictures in made/pages/<name of the page>.
-What has not changed since it was run is not run again; without these two folders everything is.
+Examples get a page each, and an index, in the folder gallery; pages find their pictures in made/pages/<name of the
+page>. What has not changed since it was run is not run again; without these two folders everything is.
 """
 
 import ast
