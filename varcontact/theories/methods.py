@@ -59,7 +59,7 @@ def why_not(name: str, scene: Scene) -> str:
     elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
         return "it is for one finite coefficient of friction"
     if name != "linear" and scene.touched:
-        return 'its tractions are those at the centres of elements, and grid.edge is "touched"'
+        return f'its tractions are those at the centres of elements, and grid.edge is "{scene.edge}"'
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
         return f"it is for rolling without spin, and spin is {scene.motion.spin:.3g}"
     return ""

@@ -34,7 +34,7 @@ def no_slip_forces(scene: Scene) -> tuple[np.ndarray, int]:
     # both directions, also where nu = 0 and each has a problem of its own
     both = np.ones((2, *scene.grid.shape))
     problem = disc.tangential_problem(disc.hertz.on_elements(scene.grid), acting=both)
-    units = [replace(scene.motion, **{"vx": 0.0, "vy": 0.0, "spin": 0.0, name: 1.0}) for name in ("vx", "vy", "spin")]
+    units = [replace(scene.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
     shifts = [disc.moved(unit).rigid_shift().reshape(2, -1)[:, problem.operator.elements].ravel() for unit in units]
     tractions = np.linalg.solve(problem.operator.matrix, -np.transpose(shifts)).reshape(2, -1, 3)
     x, y = problem.points
