@@ -22,6 +22,7 @@ from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.results.history import History
+from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.results.stress import SubsurfaceStress, stress, stress_below
 from varcontact.scene.bodies import Bodies
@@ -63,6 +64,7 @@ __all__ = [
     "Paraboloids",
     "Plan",
     "RationalFalling",
+    "Refinement",
     "SampledDistance",
     "Saturated",
     "Scene",

@@ -38,6 +38,12 @@ def solve(
         str | None,
         typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
     ] = None,
+    refine: Annotated[
+        str | None,
+        typer.Option(
+            help="Correct towards the continuum: continuum (steady rolling, Hertzian contacts).  [default: none]"
+        ),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
@@ -69,7 +75,7 @@ def solve(
     described, options = read_scene(scene)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
-    given |= {"accuracy": accuracy, "time_budget": time_budget}
+    given |= {"refine": refine, "accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         options["store"], out = out, None

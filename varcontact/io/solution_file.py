@@ -16,6 +16,7 @@ from varcontact.errors import OutputError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
 from varcontact.io.reading import first_line, reading, regular
+from varcontact.io.refinement_record import refinement_from, refinement_to
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
@@ -81,6 +82,9 @@ def dataset(sol: Solution) -> xr.Dataset:
         "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
     }
     rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
+    if sol.refinement is not None:
+        added, places, rest["refinement"] = refinement_to(sol.refinement, units, line)
+        variables, coordinates = variables | added, coordinates | places
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
 
@@ -274,7 +278,10 @@ def solution_from(data: xr.Dataset) -> Solution:
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
-    return assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+    if "refinement" in record:
+        sol = replace(sol, refinement=refinement_from(data, record["refinement"], sol))
+    return sol
 
 
 def assembled(

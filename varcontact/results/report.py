@@ -24,7 +24,8 @@ def report(sol: Solution) -> str:
     sol : Solution
     """
     lines = [_headline(sol), ""]
-    rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
+    rows = [*_loads(sol), *_areas(sol), ("", ""), *_refinement(sol), *_certificate(sol), *_estimate(sol), ("", "")]
+    rows += _methods(sol)
     lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
     return "\n".join(lines)
 
@@ -85,16 +86,37 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
     return [("contact", text)]
 
 
+def _refinement(sol: Solution) -> list[tuple[str, str]]:
+    """Whose forces these are where the solution was corrected, and how far they may be from the continuum's."""
+    found, unit = sol.refinement, _unit(sol)
+    if found is None:
+        return []
+    parts = " x ".join(str(count) for count in (found.cells[:0:-1] if sol.scene.line else found.cells[::-1]))
+    passes = f"{found.passes} passes" if found.passes > 1 else "1 pass"
+    return [
+        ("continuum", f"forces and moment are those of a field on {parts} parts of each element, after {passes}"),
+        ("", f"the last pass changed {_sizes(found.change, unit)}"),
+    ]
+
+
+def _sizes(errors: np.ndarray, unit: Callable[[str], str]) -> str:
+    """Errors of forces and moment, with their units."""
+    Fx, Fy, Mz = errors
+    return f"Fx by {Fx:.1e}, Fy by {Fy:.1e}{unit('force')}, Mz by {Mz:.1e}{unit('moment')}"
+
+
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
     gap = "" if certificate.level == "none" else f"relative gap {certificate.relative_gap:.1e}, "
-    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}")]
+    which = "" if sol.refinement is None else ", of the corrected problem on the elements"
+    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}{which}")]
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
     elif sol.plan.rubs:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
-        rows.append(("", f"guaranteed on this grid{_of_what(sol)}: {sizes}"))
+        tractions = "" if sol.refinement is None else ", for the sums over the elements"
+        rows.append(("", f"guaranteed on this grid{_of_what(sol)}{tractions}: {sizes}"))
     if sol.note:
         rows.append(("", sol.note))
     if sol.plan.left_out:

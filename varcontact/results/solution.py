@@ -14,6 +14,7 @@ from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Transient
@@ -79,8 +80,11 @@ class Solution:
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
     error_estimate : ErrorEstimate or None
-        Of a solution to an accuracy, or within a time: how far its forces are from the continuum, about. They are
-        then extrapolated, and not what the elements carry; the fields are those of the grid.
+        Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
+        They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
+    refinement : Refinement or None
+        Where `solve` was told to `refine`: the field on parts of the elements that has these forces. The fields here
+        and the certificate are then those of the corrected problem on the elements.
     """
 
     scene: Scene
@@ -104,6 +108,7 @@ class Solution:
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
     error_estimate: ErrorEstimate | None = None
+    refinement: Refinement | None = None
 
     @property
     def normal_force(self) -> float:
@@ -203,6 +208,8 @@ class Solution:
         The slip of a step is weighed with the traction at the end of the step. In steady rolling this loses less than
         `power` puts in, by a part that falls with the first order of the step.
         """
+        if self.refinement is not None:
+            return self.refinement.friction_work
         return float(np.sum(self.power_density) * self.grid.area)
 
     @property
@@ -293,6 +300,7 @@ class Solution:
             "note": self.note,
             "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
+            "refinement": None if self.refinement is None else self.refinement.summary(),
             "seconds": self.timing["total"],
         }
 

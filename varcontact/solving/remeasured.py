@@ -18,7 +18,7 @@ from varcontact.io.history_file import Stored
 from varcontact.io.reading import reading
 from varcontact.io.solution_file import read
 from varcontact.problem.certificate import certify_problems
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure
@@ -113,7 +113,10 @@ def _remeasured(sol: Solution) -> Solution:
     """
     if isinstance(sol.scene.motion, TimeStep):
         return replace(sol, note=ALONE)
-    return _measured_on(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
+    disc = discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out)
+    if sol.refinement is not None:
+        disc = replace(disc, carried=Carried(-sol.refinement.correction * unit_slip(disc), np.zeros(2)))
+    return _measured_on(disc, sol)
 
 
 def _measured_on(disc: Discretisation, sol: Solution) -> Solution:
