@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import html
 import json
+import queue
 import re
 import shutil
 import subprocess
@@ -28,6 +29,7 @@ LATEX = re.compile(
 SILENT = {"pre", "code", "script", "style", "math", "svg"}
 """Elements in which text is not prose."""
 RESOURCES = {"img": "src", "script": "src", "link": "href", "source": "src", "iframe": "src"}
+SECONDS = 300
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -159,9 +161,7 @@ async function opened(address) {
 (async () => {
   const answer = {};
   for (const address of PAGES) answer[address] = await opened(address);
-  const shown = document.createElement("pre");
-  shown.id = "answer"; shown.textContent = JSON.stringify(answer);
-  document.body.replaceChildren(shown);
+  await fetch("/answer", {method: "POST", body: JSON.stringify(answer)});
 })();
 </script></body>"""
 
@@ -177,46 +177,57 @@ def faults_in_browser(folder: Path, browser: str) -> Iterator[str]:
     """
     addresses = [f"/{path.relative_to(folder)}" for path in sorted(folder.rglob("*.html"))]
     addresses = [each for each in addresses if "/_modules/" not in each and "/_static/" not in each]
-    with (
-        tempfile.TemporaryDirectory() as scratch,
-        Serving(folder, OPEN_ALL.replace("PAGES", json.dumps(addresses))) as port,
-    ):
+    page = OPEN_ALL.replace("PAGES", json.dumps(addresses))
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch, Serving(folder, page) as site:
         options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={scratch}"]
         offline = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
-        words = [browser, *options, offline, "--virtual-time-budget=600000", "--dump-dom"]
-        done = subprocess.run(
-            [*words, f"http://127.0.0.1:{port}/open-all"], capture_output=True, text=True, timeout=600
-        )
-    answer = re.search(r'<pre id="answer">(.*?)</pre>', done.stdout, re.DOTALL)
-    if not answer:
-        yield f"{browser} did not open the pages: {done.stderr[-500:]}"
-        return
-    for address, found in json.loads(html.unescape(answer[1])).items():
+        words = [browser, *options, offline, "--remote-debugging-port=0", f"{site.address}/open-all"]
+        opened = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            answer = site.answer.get(timeout=SECONDS)
+        except queue.Empty:
+            yield f"{browser} did not open all pages in {SECONDS} s"
+            return
+        finally:
+            opened.terminate()
+            opened.wait()
+    for address, found in answer.items():
         yield from (f"{address[1:]}, opened: {fault}" for fault in found)
 
 
 class Serving:
-    """A server of a folder, with one page more, as long as it is entered."""
+    """A server of a folder, with one page more, which sends an answer; as long as it is entered."""
 
     def __init__(self, folder: Path, page: str) -> None:
+        self.answer: queue.Queue[dict[str, list[str]]] = queue.Queue()
+        answer = self.answer
+
         class Handler(SimpleHTTPRequestHandler):
             def do_GET(self) -> None:
-                if self.path != "/open-all":
-                    return super().do_GET()
+                if self.path == "/open-all":
+                    self.reply(page.encode())
+                else:
+                    super().do_GET()
+
+            def do_POST(self) -> None:
+                answer.put(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+                self.reply(b"")
+
+            def reply(self, text: bytes) -> None:
                 self.send_response(200)
                 self.send_header("Content-Type", "text/html")
                 self.end_headers()
-                self.wfile.write(page.encode())
-                return None
+                self.wfile.write(text)
 
             def log_message(self, *words: object) -> None:
                 pass
 
         self.server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=str(folder)))
+        self.address = f"http://127.0.0.1:{self.server.server_port}"
 
-    def __enter__(self) -> int:
+    def __enter__(self) -> Serving:
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        return self.server.server_port
+        return self
 
     def __exit__(self, *what: object) -> None:
         self.server.shutdown()
