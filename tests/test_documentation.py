@@ -48,7 +48,8 @@ def test_a_page_does_what_it_says(page, tmp_path, monkeypatch):
     """From top to bottom in one session, in a folder with the examples and a small scene.toml."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "examples", "examples")
-    Path("scene.toml").write_text(SCENE)
+    if any("scene.toml" in block.code for block in pages.blocks(page) if block.language == "sh"):
+        Path("scene.toml").write_text(SCENE)
     pages.run(page)
     mpl.pyplot.close("all")
     shown = re.findall(rf"made/pages/{page.stem}/([\w.]+)", page.read_text())

@@ -38,6 +38,7 @@ from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
+from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
 
@@ -64,6 +65,7 @@ __all__ = [
     "Paraboloids",
     "Plan",
     "RationalFalling",
+    "Reference",
     "Refinement",
     "SampledDistance",
     "Saturated",
@@ -96,6 +98,7 @@ __all__ = [
     "read_scene",
     "read_sweep",
     "reference",
+    "references",
     "scan",
     "solve",
     "standard_bank",

@@ -13,7 +13,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
+from varcontact.io.elements import EXPORTS
+from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
 from varcontact.io.reading import first_line, reading, regular
 from varcontact.io.refinement_record import refinement_from, refinement_to
@@ -114,20 +115,24 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "timing": sol.timing,
         "passes": sol.passes,
         "branch": sol.branch,
+        "warnings": list(sol.warnings),
         "solved_by": sol.solved_by,
         "calls": plain_calls(sol.calls),
         "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
     }
 
 
+ENDINGS = (".nc", *EXPORTS)
+"""Of the files that a solution can be written to; only the first is read back."""
+
+
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
-    """Write a solution to a netCDF file, whole or not at all.
+    """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`.
 
     Parameters
     ----------
     sol : Solution
     path : str or Path
-        Ends in .nc.
     field : str
         What the path is called in an error.
     overwrite : bool
@@ -140,7 +145,8 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
     """
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
-    write_whole(field, path, solution_to_bytes(sol))
+    export = EXPORTS.get(path.suffix.lower())
+    write_whole(field, path, solution_to_bytes(sol) if export is None else export.content(sol))
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
@@ -154,9 +160,10 @@ def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
     overwrite : bool
         Whether to replace a file that is no solution which varcontact wrote.
     """
-    check_ending(field, path, ".nc")
+    check_one_of_endings(field, path, "solutions", ENDINGS)
     check_writable(field, path)
-    check_replaceable(field, path, "solution", is_solution, overwrite)
+    export = EXPORTS.get(path.suffix.lower())
+    check_replaceable(field, path, "solution", is_solution if export is None else export.ours, overwrite)
 
 
 def is_solution(path: Path) -> bool:
@@ -347,6 +354,7 @@ def assembled(
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
+        warnings=tuple(str(warning) for warning in record.get("warnings", [])),
         solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
         calls={
             problem: {name: Calls(**each) for name, each in solvers.items()}

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from varcontact.results.solution import Solution
 
 FRAMES_PER_SECOND = 10.0
-KINDS = {".gif": "an animated GIF", ".mp4": "a film, by ffmpeg"}
+KINDS = (".gif", ".mp4")
 
 
 def animate(

@@ -23,17 +23,33 @@ def report(sol: Solution) -> str:
     ----------
     sol : Solution
     """
-    lines = [_headline(sol), ""]
-    rows = [*_loads(sol), *_areas(sol), ("", ""), *_refinement(sol), *_certificate(sol), *_estimate(sol), ("", "")]
-    rows += _methods(sol)
-    lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
-    return "\n".join(lines)
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)]
+    return "\n".join([headline(sol), "", *lines])
+
+
+def report_rows(sol: Solution) -> list[tuple[str, str]]:
+    """What a report says, by name; empty rows part it.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
+    warnings = [("WARNING", warning) for warning in sol.warnings]
+    doubtful = [("" if i else "doubtful", doubt) for i, doubt in enumerate(sol.scene.doubts)]
+    judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
+    return [*warnings, *_loads(sol), *_areas(sol), *doubtful, ("", ""), *judged, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}
 
 
-def _headline(sol: Solution) -> str:
+def headline(sol: Solution) -> str:
+    """What was solved, in a line.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     K = sol.scene.bodies.K
     unlike = "almost like" if sol.plan.left_out else "unlike"
@@ -74,6 +90,11 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     )
     moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
     rows.append(("twisting moment", f"Mz = {moment:.6g}{unit('moment')}"))
+    if not sol.scene.frictionless:
+        by = "moment" if motion.rolls == 0 else "force"
+        put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
+        how = "" if motion.rolls == 0 else " by distance rolled"
+        rows.append(("work", f"{put:.5g}{unit(by)} put in, {lost:.5g}{unit(by)} lost by friction{how}"))
     return rows
 
 

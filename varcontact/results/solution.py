@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
@@ -22,9 +23,12 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from varcontact.results.normalised import Normalised
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +83,8 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    warnings : tuple of str
+        What is wrong with the scene rather than with the solution: noise of a sampled surface that rules the pressure.
     error_estimate : ErrorEstimate or None
         Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
         They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
@@ -107,6 +113,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
     refinement: Refinement | None = None
 
@@ -174,6 +181,24 @@ class Solution:
     def max_pressure(self) -> float:
         """Largest pressure of an element."""
         return float(self.pressure.max())
+
+    @property
+    def normalised(self) -> Normalised:
+        """Forces, creepages and the largest pressure without dimension, see `Normalised`.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+        ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+        >>> part = vc.solve(scene).normalised
+        >>> print(f"Fx = {part.Fx:.3f} at vx = {part.vx:.3f}; largest pressure {part.max_pressure:.2f}")
+        Fx = -0.392 at vx = 0.095; largest pressure 1.48
+        """
+        from varcontact.results.normalised import normalised
+
+        return normalised(self)
 
     @property
     def traction_bound(self) -> np.ndarray:
@@ -263,6 +288,11 @@ class Solution:
     def __str__(self) -> str:
         return self.report()
 
+    def _repr_html_(self) -> str:
+        from varcontact.results.report import headline, report_rows
+
+        return html_table(headline(self), report_rows(self))
+
     def __repr__(self) -> str:
         Fx, Fy = self.force
         return (
@@ -281,6 +311,7 @@ class Solution:
             "moment": known(self.moment),
             "approach": known(self.approach),
             "creepage": [known(c) for c in self.creepage],
+            "doubts": list(self.scene.doubts),
             "power": known(self.power),
             "friction_work": known(self.friction_work),
             "elements": self.elements,
@@ -298,6 +329,7 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "warnings": list(self.warnings),
             "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
             "refinement": None if self.refinement is None else self.refinement.summary(),
@@ -317,20 +349,48 @@ class Solution:
 
         return dataset(self)
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """The fields as a table with one row per element, row of elements by row of elements.
+
+        Columns: x, y, pressure, traction_x, traction_y, traction_bound, slip_x, slip_y, distance, state,
+        power_density; their units are in its `attrs`.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+        ...     motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=8, ny=8))
+        >>> sol = vc.solve(scene)
+        >>> table = sol.to_dataframe()
+        >>> len(table) == sol.grid.size, bool(abs(table["traction_x"].sum() * sol.grid.area - sol.Fx) < 1e-12)
+        (True, True)
+        """
+        from varcontact.io.elements import dataframe
+
+        return dataframe(self)
+
     def save(self, path: str | Path, overwrite: bool = False) -> None:
-        """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
+        """Write a file in the format of its ending, whole or not at all.
+
+        ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs: ``.csv``, a row per
+        element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's.
 
         Parameters
         ----------
         path : str or Path
-            Ends in ``.nc``. A solution that is there is replaced.
+            A solution that is there in the same format is replaced.
         overwrite : bool
             Whether any other file that is there is replaced as well.
 
         Raises
         ------
         OutputError
-            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
+            If the name has another ending, the file holds something else, or cannot be written.
         """
         from varcontact.io.solution_file import save
 

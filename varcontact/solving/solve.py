@@ -28,6 +28,7 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.noise import noise
 from varcontact.solving.on_demand.asked import asked_for
 from varcontact.solving.on_demand.climb import on_demand
 from varcontact.solving.refine.road import check_refine, refined, roughly
@@ -179,10 +180,11 @@ def solve(
         steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, certify)
         disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects else steps)
         try:
-            if not corrects:
-                return judged(posed, disc, state, steps)
-            found, refinement = refined(posed, disc, state, steps)
-            return judged(posed, found.disc, found.state, steps, refinement)
+            found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
+            last = (disc, state) if found is None else (found.disc, found.state)
+            solution = judged(posed, *last, steps, refinement)
+            warning = noise(posed, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
+            return replace(solution, warnings=(warning,)) if warning else solution
         finally:
             disc.operators.forget()
 
