@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -176,11 +176,18 @@ def signature(posed: Posed | None) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Types and numbers of six digits: the last digits of roots and logarithms may differ between machines."""
+    """Types and numbers of six digits: the last digits of roots and logarithms may differ between machines.
+
+    Entries that have their default are left out, so that new ones may be added to a class.
+    """
     if is_dataclass(value):
-        return [type(value).__name__, *(_plain(getattr(value, each.name)) for each in fields(value))]
+        entries = {each.name: (getattr(value, each.name), each.default) for each in fields(value)}
+        said = {name: _plain(own) for name, (own, default) in entries.items() if _plain(own) != _plain(default)}
+        return [type(value).__name__, said]
     if isinstance(value, np.ndarray):
         return _plain(value[(slice(None, None, SAMPLED),) * value.ndim].tolist())
     if isinstance(value, (list, tuple)):
         return [_plain(each) for each in value]
+    if value is MISSING:  # no default
+        return "missing"
     return f"{value:.6g}" if isinstance(value, float) else value
