@@ -41,6 +41,7 @@ from varcontact.study.convergence import Convergence
 from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
+from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
 
@@ -50,6 +51,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
@@ -88,6 +90,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_forces",
     "kinematics",
     "load",
     "no_slip_coefficients",
