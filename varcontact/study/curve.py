@@ -49,8 +49,8 @@ def creep_curve(
     -------
     xarray.Dataset
         Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; as an
-        attribute ``limit``, what friction can carry at most (nan for friction that has no single coefficient). Mz is nan by a
-        theory that has none.
+        attribute ``limit``, what friction can carry at most (nan for friction that has no single coefficient). Mz is
+        nan by a theory that has none.
 
     Raises
     ------
