@@ -43,6 +43,7 @@ from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
 from varcontact.study.tradeoff import tradeoff
+from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
 
@@ -52,6 +53,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
@@ -91,6 +93,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_forces",
     "kinematics",
     "load",
     "no_slip_coefficients",

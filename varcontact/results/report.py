@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -160,7 +161,7 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     return [
         ("", ""),
         ("accuracy", f"against the continuum, about: {errors} {kind}"),
-        ("", estimate.how),
+        *(("", line) for line in textwrap.wrap(estimate.how, 98)),
         ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
     ]
 

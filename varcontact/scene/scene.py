@@ -309,7 +309,7 @@ class Scene:
         Rx = 0.46
         Ry = 0.3
         """
-        from varcontact.io.scene_file import scene_text
+        from varcontact.io.scene_text import scene_text
 
         return scene_text(self)
 
@@ -330,7 +330,7 @@ class Scene:
         SceneError
             As `to_toml`.
         """
-        from varcontact.io.scene_file import save_scene
+        from varcontact.io.scene_text import save_scene
 
         save_scene(self, path, overwrite)
 

@@ -173,11 +173,12 @@ def solve(
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
-    def on_its_grid(posed: Scene, told: Callable[[str], None] | None) -> Solution:
+    def on_its_grid(posed: Scene, told: Callable[[str], None] | None, certified: bool = True) -> Solution:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
         check_fits(posed, known)
+        wanted = certify if certified else "none"
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
-        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, certify)
+        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
         disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects else steps)
         try:
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
