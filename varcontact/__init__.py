@@ -39,9 +39,13 @@ from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
+from varcontact.study.curve import creep_curve
+from varcontact.study.front import Tradeoff
 from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
+from varcontact.study.tradeoff import tradeoff
+from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
 
@@ -51,6 +55,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
@@ -83,6 +88,7 @@ __all__ = [
     "SubsurfaceStress",
     "TimeStep",
     "TooLarge",
+    "Tradeoff",
     "Transient",
     "Units",
     "VarcontactError",
@@ -90,6 +96,8 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_curve",
+    "creep_forces",
     "kinematics",
     "load",
     "no_slip_coefficients",
@@ -107,6 +115,7 @@ __all__ = [
     "stress",
     "stress_below",
     "sweep",
+    "tradeoff",
     "unlike_bank",
     "wheel_rail",
 ]

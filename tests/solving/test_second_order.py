@@ -143,6 +143,25 @@ def test_carter():
     assert all(found[True, n] < found[False, n] / 5 for n in (20, 40, 80))
 
 
+def test_computed_pressures():
+    """Unlike bodies: the difference alone, elements by their centres. Limits from 96 and 192 cells, to 5e-4."""
+    limit = np.array([-0.5604, -0.0901, -0.1865])
+    posed = vc.Scene(
+        bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)),
+        surface=vc.Ellipse(a=1.2, b=0.9),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Steady(vx=0.02, vy=-0.015, spin=0.04),
+        grid=vc.Grid(nx=24, ny=24),
+    )
+    off = []
+    for each in (posed, posed.second_order()):
+        sol = vc.solve(each, certify="none", tol=1e-5)
+        off.append(np.abs(np.array([*sol.force, sol.moment]) / 0.3 - limit).max())
+    assert off[0] > 0.01
+    assert off[1] < 0.005
+
+
 # ----------------------------------------------------------------------------- one discrete problem
 
 
@@ -156,6 +175,15 @@ def test_solvers_agree(rolling, motion):
         np.testing.assert_allclose(sol.traction, sols[0].traction, rtol=0, atol=1e-8 * sols[0].pressure.max())
         np.testing.assert_allclose(sol.slip, sols[0].slip, rtol=0, atol=1e-9)
         assert np.isfinite(sol.certificate.force_bound).all()
+
+
+@pytest.mark.parametrize(("place", "nx", "ny"), [(29, 72, 48), (11, 48, 48)])
+def test_newton_on_fine_grids(place, nx, ny):
+    """Softened elements do not slow it down; the first scene was not solved while damping was never lifted."""
+    sol = vc.solve(scene(read()[place][0], nx, ny).second_order(), tangential="newton", certify="gap", tol=1e-6)
+    assert sol.certificate.residual < 1e-6
+    assert sol.certificate.relative_gap < 1e-6
+    assert sol.iterations["tangential"] < 60
 
 
 def test_mirror_direction_and_units(rolling):

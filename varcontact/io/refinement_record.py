@@ -47,7 +47,9 @@ def refinement_to(found: Refinement, units: Units, line: bool) -> tuple[dict[str
         "kind": found.kind,
         "grid": vars(found.grid),
         "forces": found.forces.tolist(),
+        "creepages": found.creepages.tolist(),
         "estimate": found.estimate.tolist(),
+        "creepage_estimate": found.creepage_estimate.tolist(),
         "seconds": list(found.seconds),
     }
     return variables, coordinates, record
@@ -70,9 +72,10 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
         If it cannot be that of the solution.
     """
     fields = {name: data[name].values for name in ("traction_on_parts", "slip_on_parts", "slip_correction")}
-    forces, estimate = np.array(record["forces"], dtype=float), np.array(record["estimate"], dtype=float)
+    names = ("forces", "creepages", "estimate", "creepage_estimate")
+    forces, creepages, estimate, of_creepages = (np.array(record[name], dtype=float) for name in names)
     grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])
-    numbers = [*fields.values(), forces, estimate, np.array(seconds)]
+    numbers = [*fields.values(), forces, creepages, estimate, of_creepages, np.array(seconds)]
     if any(each.dtype.kind not in "iuf" or not np.isfinite(each).all() for each in numbers):
         raise ValueError("a refinement that is not of finite numbers")
     (ny, nx), (rows, columns) = grid.shape, sol.grid.shape
@@ -80,8 +83,12 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
     whole = ny % rows == 0 and nx % columns == 0 and np.allclose(grid.box, sol.grid.box, rtol=ROUNDED)
     if not whole or [each.shape for each in fields.values()] != shapes:
         raise ValueError("a refinement that is not on parts of the elements")
-    if forces.shape != (len(seconds) + 1, 3) or len(seconds) == 0 or estimate.shape != (3,) or np.any(estimate < 0):
+    found_shapes = [each.shape for each in (forces, creepages, estimate, of_creepages)]
+    passes = len(seconds)
+    if passes == 0 or found_shapes != [(passes + 1, 3), (passes + 1, 2), (3,), (2,)]:
         raise ValueError("a refinement without forces by pass and an estimate")
+    if np.any(estimate < 0) or np.any(of_creepages < 0):
+        raise ValueError("a refinement with an estimate that is negative")
     found = Refinement(
         kind=str(record["kind"]),
         grid=grid,
@@ -89,7 +96,9 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
         slip=fields["slip_on_parts"],
         correction=fields["slip_correction"],
         forces=forces,
+        creepages=creepages,
         estimate=estimate,
+        creepage_estimate=of_creepages,
         seconds=seconds,
     )
     if not np.array_equal([*sol.force, sol.moment], found.forces[-1]):

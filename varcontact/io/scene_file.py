@@ -11,9 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.reading import SCENE_BYTES, first_line, regular, text_of
-from varcontact.io.toml_text import toml_text
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS
@@ -30,8 +28,6 @@ SURFACES = {
     "sampled-distance": SampledDistance,
 }
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
-WRITTEN = "# Written by varcontact\n"
-"""The first line of scene files that are not written by hand."""
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 MOST_VALUES = 1_000_000
@@ -224,67 +220,6 @@ def scene_to(scene: Scene) -> dict[str, Any]:
         if value is not None:
             table[field.name] = _plain(value)
     return table
-
-
-def scene_text(scene: Scene) -> str:
-    """A scene as the text of a TOML file, see `Scene.to_toml`.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        For a history with a start, which is a solution, and a scene too large for a scene file.
-    """
-    if isinstance(scene.motion, Transient) and scene.motion.start is not None:
-        raise SceneError(
-            "motion.start",
-            "a solution",
-            "left out",
-            message="motion.start is a solution, which a scene file cannot hold: save it, leave it out of the scene, "
-            'and add start = "FILE.nc" to the table [motion]',
-        )
-    text = WRITTEN + toml_text(scene_to(scene), NO_NUMBER)
-    if len(text.encode()) > SCENE_BYTES:
-        raise SceneError(
-            "scene",
-            f"{len(text) / 2**20:.1f} MiB of text",
-            f"at most {SCENE_BYTES / 2**20:.0f} MiB",
-            message=f"scene: as text it has {len(text) / 2**20:.1f} MiB, and a scene file may have "
-            f"{SCENE_BYTES / 2**20:.0f} MiB; write large fields to files of their own, and name them by {{file = ...}}",
-        )
-    return text
-
-
-def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
-    """Write a scene file, whole or not at all, see `Scene.save`.
-
-    Parameters
-    ----------
-    scene : Scene
-    path : str or Path
-    overwrite : bool
-        Whether to replace a file that varcontact did not write.
-
-    Raises
-    ------
-    OutputError
-        If the name does not end in .toml, the file is there and was not written by varcontact, or cannot be written.
-    SceneError
-        As `scene_text`.
-    """
-    path = checks.file_name("path", path)
-    check_ending("path", path, ".toml")
-    check_writable("path", path)
-    check_replaceable("path", path, "scene", _is_written, overwrite)
-    write_whole("path", path, scene_text(scene).encode())
-
-
-def _is_written(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(WRITTEN)) == WRITTEN.encode()
 
 
 def _plain(value: Any) -> Any:

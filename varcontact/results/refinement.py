@@ -29,9 +29,13 @@ class Refinement:
         fields and its certificate are those of the coarse problem with this correction.
     forces : ndarray, shape (passes + 1, 3)
         Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass.
+    creepages : ndarray, shape (passes + 1, 2)
+        vx and vy then: as given, or found for the forces that are given.
     estimate : ndarray, shape (3,)
         Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way, or
         from those before the last pass, whichever is more. No bound.
+    creepage_estimate : ndarray, shape (2,)
+        The same of vx and vy [-]; zero where they are given.
     seconds : tuple of float
         Of each pass.
     """
@@ -42,7 +46,9 @@ class Refinement:
     slip: np.ndarray
     correction: np.ndarray
     forces: np.ndarray
+    creepages: np.ndarray
     estimate: np.ndarray
+    creepage_estimate: np.ndarray
     seconds: tuple[float, ...]
 
     @property
@@ -83,7 +89,9 @@ class Refinement:
             "parts": list(self.cells),
             "passes": self.passes,
             "forces": self.forces.tolist(),
+            "creepages": self.creepages.tolist(),
             "change": self.change.tolist(),
             "error_estimate": self.estimate.tolist(),
+            "creepage_estimate": self.creepage_estimate.tolist(),
             "seconds": list(self.seconds),
         }

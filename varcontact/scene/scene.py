@@ -370,7 +370,7 @@ class Scene(Generic[MotionT_co]):
         Rx = 0.46
         Ry = 0.3
         """
-        from varcontact.io.scene_file import scene_text
+        from varcontact.io.scene_text import scene_text
 
         return scene_text(self)
 
@@ -391,7 +391,7 @@ class Scene(Generic[MotionT_co]):
         SceneError
             As `to_toml`.
         """
-        from varcontact.io.scene_file import save_scene
+        from varcontact.io.scene_text import save_scene
 
         save_scene(self, path, overwrite)
 

@@ -26,6 +26,7 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.refine.passes import with_forces
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
@@ -115,7 +116,9 @@ def _remeasured(sol: Solution) -> Solution:
         return replace(sol, note=ALONE)
     disc = discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out)
     if sol.refinement is not None:
-        disc = replace(disc, carried=Carried(-sol.refinement.correction * unit_slip(disc), np.zeros(2)))
+        carried = Carried(-sol.refinement.correction * unit_slip(disc), np.zeros(2))
+        motion = with_forces(disc.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
+        disc = replace(disc, motion=motion, carried=carried)
     return _measured_on(disc, sol)
 
 

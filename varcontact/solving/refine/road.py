@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.elasticity.operators import table_bytes
-from varcontact.errors import SceneError
+from varcontact.errors import Saturated, SceneError
 from varcontact.machine.memory import SMALLER, need
 from varcontact.planning.plan import Plan
 from varcontact.problem.contact_grid import across, known_grid
@@ -24,7 +25,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import units
-from varcontact.solving.refine.passes import PARTS, PASSES, Corrected, defect_corrected
+from varcontact.solving.refine.passes import PARTS, PASSES, Corrected, Pass, defect_corrected
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 
@@ -87,8 +88,6 @@ def _why_not(scene: Scene, plan: Plan) -> str:
         return f"it is for steady rolling, motion Steady; {instead}"
     if scene.frictionless:
         return "without friction there is nothing to correct: leave refine out"
-    if motion.Fx is not None or motion.Fy is not None:
-        return f"it is for creepages given, not for forces; {instead}"
     if scene.bodies.K != 0 and not plan.left_out:
         return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}; {instead}"
     if scene.hertz is None or not plan.closed_form:
@@ -98,7 +97,7 @@ def _why_not(scene: Scene, plan: Plan) -> str:
     if plan.theory is not None:
         return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
     if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
-        return 'with grid.edge = "touched" it gains less than with "centres": leave grid.edge out'
+        return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses: leave grid.edge out'
     return ""
 
 
@@ -122,9 +121,9 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         In physical units.
     """
     with steps.clock("refinement"):
-        found = defect_corrected(disc, state, (*[roughly(steps).traction] * (PASSES - 1), steps.traction))
+        found = _corrected(disc, state, (*[roughly(steps).traction] * (PASSES - 1), steps.traction))
     with steps.clock("error estimate"):
-        coarser = forces_on(scene, _halved(scene, disc.grid), steps)
+        coarser = corrected_on(scene, _halved(scene, disc.grid), steps)
     rolled = unit_slip(disc)
     carried = found.disc.carried
     assert carried is not None
@@ -135,7 +134,9 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         slip=found.shift / rolled,
         correction=-carried.displacement / rolled,
         forces=found.forces,
-        estimate=np.abs(found.forces[-1] - [coarser[-1], found.forces[-2]]).max(axis=0),
+        creepages=found.creepages,
+        estimate=np.abs(found.forces[-1] - [coarser.forces[-1], found.forces[-2]]).max(axis=0),
+        creepage_estimate=np.abs(found.creepages[-1] - [coarser.creepages[-1], found.creepages[-2]]).max(axis=0),
         seconds=found.seconds,
     )
 
@@ -148,19 +149,20 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     solution : Solution
     found : Refinement
     """
-    scales, names = units(solution), ("Fx", "Fy", "Mz")
-    forces = {name: float(found.forces[-1, k]) for k, name in enumerate(names)}
-    errors = {name: float(found.estimate[k]) / scales[name] for k, name in enumerate(names) if name in scales}
+    scales, names = units(solution), ("Fx", "Fy", "Mz", "vx", "vy")
+    last, open_ended = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
+    values = {name: float(value) for name, value in zip(names, last, strict=True) if name in scales or name[0] in "FM"}
+    errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}
     how = (
         "no bound: the difference from half as many elements across the contact, or what the last of "
         f"{found.passes} passes changed"
     )
     nx, ny = across(solution.pressure)
-    return ErrorEstimate(forces, errors, how, (Solve(nx, ny, sum(found.seconds)),))
+    return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),))
 
 
-def forces_on(scene: Scene, grid: Grid, steps: Steps) -> np.ndarray:
-    """Corrected forces on another grid, as fast as they are had: without certificate.
+def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
+    """The corrected solution on another grid, as fast as it is had: without certificate.
 
     Parameters
     ----------
@@ -172,16 +174,29 @@ def forces_on(scene: Scene, grid: Grid, steps: Steps) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (passes + 1, 3)
-        Fx, Fy, Mz of the coarse elements, then of the field after each pass, physical.
+    Corrected
     """
     rough = replace(roughly(steps), clock=Clock())
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
         state = rough.traction(disc, rough.pressure(disc, unloaded(grid)))
-        return defect_corrected(disc, state, [rough.traction] * PASSES).forces
+        return _corrected(disc, state, [rough.traction] * PASSES)
     finally:
         disc.operators.forget()
+
+
+def _corrected(disc: Discretisation, state: ContactState, solves: Sequence[Pass]) -> Corrected:
+    """The passes; forces so near to the limit that a corrected problem cannot carry them are refused."""
+    try:
+        return defect_corrected(disc, state, solves)
+    except Saturated as beyond:
+        raise SceneError(
+            "refine",
+            KINDS[0],
+            "left out",
+            message=f'refine = "{KINDS[0]}": the tangential force is so near to what friction carries that the '
+            f"corrected problem cannot carry it ({beyond}); leave refine out",
+        ) from None
 
 
 def roughly(steps: Steps) -> Steps:
