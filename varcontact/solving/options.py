@@ -50,6 +50,9 @@ TangentialName = Literal[
     "fastsim-weighted-elliptic",
     "linear",
     "vermeulen-johnson",
+    "fastrip",
+    "strip",
+    "polach",
 ]
 """Methods of the tangential problem, and theories."""
 CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]
