@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.choice import make_plan
+from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.series import solve_many
 from varcontact.solving.solve import level, polished_by
+from varcontact.study.engine import CHUNK, opened, results
 
 
 def scan(
@@ -30,6 +33,8 @@ def scan(
     tol: float = TOLERANCE,
     polish: bool | None = None,
     certify: str | None = "auto",
+    executor: Executor | None = None,
+    workers: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> list[Solution]:
     """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
@@ -42,8 +47,13 @@ def scan(
         With a motion, whose creepages are replaced; no prescribed tangential force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, method, tol, polish, certify, progress
+    normal, tangential, coupling, formulation, method, tol, polish, certify
         As for `solve`.
+    executor, workers
+        Where they are solved, as for `sweep`; there they are cut into chunks of eight, and only within a chunk does one
+        begin from another.
+    progress : callable, optional
+        Told the name of each stage, or, of other processes, how many creepages are done.
 
     Returns
     -------
@@ -53,6 +63,8 @@ def scan(
     ------
     SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
         As `solve`; the first failure ends the scan.
+    WorkersLost
+        If the executor ends early.
 
     Examples
     --------
@@ -79,7 +91,33 @@ def scan(
     choices = normal, tangential, coupling, formulation, method
     plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
     tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
-    return list(solve_many(scene, motions, plans[0], tol, polish, progress, level(certify)))
+    certify = level(certify)
+    with opened(executor, workers) as pool:
+        if pool is None:
+            return list(solve_many(scene, motions, plans[0], tol, polish, progress, certify))
+        parts = [motions[k : k + CHUNK] for k in range(0, len(motions), CHUNK)]
+        solved: list[list[Solution]] = [[] for _ in parts]
+        tasks = [_Part(scene, part, plans[0], tol, polish, certify) for part in parts]
+        for number, solutions in results(_Part.solved, tasks, pool):
+            solved[number] = solutions
+            if progress is not None:
+                progress(f"{sum(map(len, solved))} of {len(motions)} creepages")
+    return [solution for part in solved for solution in part]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some motions of a scan, and how they are solved."""
+
+    scene: Scene
+    motions: list[Steady | Shift]
+    plan: Plan
+    tol: float
+    polish: bool
+    certify: str
+
+    def solved(self) -> list[Solution]:
+        return list(solve_many(self.scene, self.motions, self.plan, self.tol, self.polish, certify=self.certify))
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
