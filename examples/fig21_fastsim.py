@@ -23,7 +23,7 @@ from matplotlib.patches import Ellipse, Patch
 from matplotlib.quiver import Quiver
 
 import varcontact as vc
-from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
+from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 from varcontact.reference import creepage_coefficients
 from varcontact.theories import FastsimField, fastsim_field
 

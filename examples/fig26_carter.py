@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import varcontact as vc
-from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
+from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 from varcontact.reference import Carter, carter, line_contact
 
 BODIES, R, FRICTION, PART = vc.Bodies(G=1.0, nu=0.28), 100.0, 0.3, 0.75

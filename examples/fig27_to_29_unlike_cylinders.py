@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import varcontact as vc
-from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
+from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 
 ELASTIC_ON_RIGID = vc.Bodies(G=(1.0, math.inf), nu=(0.286, 0.286))
 RIGID_ON_ELASTIC = vc.Bodies(G=(math.inf, 1.0), nu=(0.286, 0.286))

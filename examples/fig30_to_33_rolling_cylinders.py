@@ -23,7 +23,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import varcontact as vc
-from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
+from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 
 LOAD = math.pi / 2
 LIKE, UNLIKE = vc.Bodies(G=1.0, nu=0.25), vc.Bodies(G=(1.0, math.inf), nu=(0.286, 0.286))

@@ -13,7 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import varcontact as vc
-from varcontact.plotting.solution import TRACTION_COLOUR, draw_areas
+from varcontact.plotting.maps import draw_areas
+from varcontact.plotting.style import TRACTION_COLOUR
 
 MOTIONS = {
     "(a) spin": vc.Steady(spin=0.12),

@@ -29,7 +29,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 import varcontact as vc
-from varcontact.plotting.solution import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR, draw_areas
+from varcontact.plotting.maps import draw_areas
+from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 
 RADIUS, FRICTION = 3.5, 0.4013
 LOAD = 0.470508  # (7/9)^3, rounded by the paper to 0.4705

@@ -16,8 +16,21 @@ def blocks(page, language):
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
 
 
+MADE = {
+    "docs/sweeps.md": {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"},
+    "docs/scenes.md": {"history.nc"},
+    "docs/results.md": {
+        *(f"{name}.png" for name in ("contact", "fields", "section", "stress", "below", "curve", "history")),
+        "history.gif",
+    },
+}
+"""Files by the last page of a session."""
+
+
 @pytest.mark.parametrize(
-    "pages", [["README.md", "docs/convergence.md", "docs/sweeps.md"], ["docs/scenes.md"]], ids=lambda pages: pages[-1]
+    "pages",
+    [["README.md", "docs/convergence.md", "docs/sweeps.md"], ["docs/scenes.md"], ["docs/results.md"]],
+    ids=lambda pages: pages[-1],
 )
 def test_python_on_the_pages(pages, tmp_path, monkeypatch):
     """From top to bottom in one session; a page that begins with a scene of its own needs no other."""
@@ -28,12 +41,7 @@ def test_python_on_the_pages(pages, tmp_path, monkeypatch):
         assert found
         for block in found:
             exec(block, names)
-    made = {path.name for path in tmp_path.iterdir()}
-    assert made == (
-        {"history.nc"}
-        if pages == ["docs/scenes.md"]
-        else {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"}
-    )
+    assert {path.name for path in tmp_path.iterdir()} == MADE[pages[-1]]
 
 
 def test_the_scene_file_on_the_page_is_the_scene(tmp_path):

@@ -16,6 +16,7 @@ from varcontact.errors import (
 from varcontact.io.scene_file import read_scene
 from varcontact.planning.plan import Plan, plan
 from varcontact.planning.sizes import Matrix, Sizes
+from varcontact.plotting.curve import plot_curve
 from varcontact.plotting.stress import plot_stress
 from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
@@ -28,7 +29,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
-from varcontact.scene.units import Units
+from varcontact.scene.units import MM_N, SI, Units
 from varcontact.solving.remeasured import load
 from varcontact.solving.solve import certify, solve
 from varcontact.study.bank import standard_bank, unlike_bank
@@ -41,6 +42,8 @@ from varcontact.study.sweep import Standing, read_sweep, sweep
 __version__ = "0.1.0"
 
 __all__ = [
+    "MM_N",
+    "SI",
     "Bodies",
     "Certificate",
     "Convergence",
@@ -83,6 +86,7 @@ __all__ = [
     "load",
     "plan",
     "plot_comparison",
+    "plot_curve",
     "plot_stress",
     "read_scene",
     "read_sweep",

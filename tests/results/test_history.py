@@ -370,7 +370,8 @@ def test_from_the_command_line(tmp_path, pictures):
     assert result["last"] == history[-1].summary()
     assert (tmp_path / "history.png").read_bytes()[:4] == b"\x89PNG"
     forces = next(line for line in pictures[0].axes[0].get_lines() if line.get_label() == "$F_x$")
-    np.testing.assert_array_equal(forces.get_data(), [history.rolled, history.force[:, 0]])
+    np.testing.assert_allclose(forces.get_data(), [history.rolled, 1e3 * history.force[:, 0]])
+    assert pictures[0].axes[0].get_ylabel() == "tangential force [$10^{-3}$]"
     assert json.loads(CliRunner().invoke(app, call).stdout) == result
     later, _ = vc.read_scene(write(tmp_path, more='start = "history.nc"'))
     np.testing.assert_array_equal(later.motion.start.traction, history[-1].traction)

@@ -94,6 +94,11 @@ def test_a_failure_elsewhere_is_that_failure(rolling):
         vc.scan(rolling(grid=GRID), CREEPAGES, tangential="scs", polish=False, tol=1e-15, executor=pool)
 
 
+def test_a_scan_to_an_accuracy_is_solved_here(rolling):
+    with pytest.raises(vc.SceneError, match="workers = 2 must be left out: a scan to an accuracy"):
+        vc.scan(rolling(grid=GRID), CREEPAGES, accuracy=0.1, workers=2)
+
+
 def test_order_does_not_matter(rolling):
     one, other = (vc.scan(rolling(grid=GRID), order) for order in (CREEPAGES, CREEPAGES[::-1]))
     for a, b in zip(one, other[::-1], strict=True):

@@ -38,6 +38,7 @@ app = typer.Typer(
     help="Rolling contact of elastic bodies as convex optimisation, with a certificate of exactness.",
     epilog="Examples:\n\n"
     "  varcontact solve scene.toml\n\n"
+    "  varcontact solve scene.toml --accuracy 0.01\n\n"
     "  varcontact solve scene.toml --json --out solution.nc\n\n"
     "  varcontact solve scene.toml --method convex --plot picture.png\n\n"
     "  varcontact plan scene.toml\n\n"

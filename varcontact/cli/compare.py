@@ -27,6 +27,13 @@ def compare(
         ),
     ] = None,
     tol: Annotated[float, typer.Option(help="Natural-map residual up to which an answer counts as solved.")] = 1e-6,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Compare on the grid on which this accuracy is reached, as for solve.", show_default=False),
+    ] = None,
+    time_budget: Annotated[
+        float | None, typer.Option(help="In its place, seconds, as for solve.", show_default=False)
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Table (.csv), written after each method; rows already in it are not solved again."),
@@ -58,9 +65,10 @@ def compare(
         )
     chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
     written = table_as_json if as_json else summary
+    grid = {"accuracy": accuracy, "time_budget": time_budget}
     try:
         table = with_progress(
-            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress)
+            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress, **grid)
         )
     except Interrupted as stopped:
         if len(stopped.partial):

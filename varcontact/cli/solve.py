@@ -38,6 +38,17 @@ def solve(
         str | None,
         typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
     ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest error against the continuum, by the friction limit; the grid is then chosen.",
+            show_default=False,
+        ),
+    ] = None,
+    time_budget: Annotated[
+        float | None,
+        typer.Option(help="In its place, seconds: the most accurate answer within them.", show_default=False),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -58,6 +69,7 @@ def solve(
     described, options = read_scene(scene)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
+    given |= {"accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
         options["store"], out = out, None

@@ -32,7 +32,19 @@ NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 MOST_VALUES = 1_000_000
 """Values of an entry that varies."""
-SOLVE_KEYS = ("method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify")
+SOLVE_KEYS = (
+    "method",
+    "normal",
+    "tangential",
+    "coupling",
+    "formulation",
+    "tol",
+    "polish",
+    "start",
+    "certify",
+    "accuracy",
+    "time_budget",
+)
 
 
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:

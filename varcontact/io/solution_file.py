@@ -21,6 +21,7 @@ from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
@@ -111,6 +112,7 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "branch": sol.branch,
         "solved_by": sol.solved_by,
         "calls": plain_calls(sol.calls),
+        "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
     }
 
 
@@ -343,6 +345,9 @@ def assembled(
             problem: {name: Calls(**each) for name, each in solvers.items()}
             for problem, solvers in record.get("calls", {}).items()
         },
+        error_estimate=None
+        if record.get("error_estimate") is None
+        else ErrorEstimate.from_plain(record["error_estimate"]),
     )
     check_plausible(sol)
     return sol

@@ -1,97 +1,121 @@
-"""Pictures of a line contact: tractions within their bound, and the slip, over stick and slip areas."""
+"""Pictures of a line contact: tractions within their bound, and other fields, over stick and slip areas."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.plotting.solution import ROLLING, SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR, label
+from varcontact.plotting.maps import FIELDS, Box, box_of
+from varcontact.plotting.quantities import measure_of
+from varcontact.plotting.style import (
+    BOUND_COLOUR,
+    HATCH,
+    LATERAL_COLOUR,
+    ROLLING,
+    SLIP_COLOUR,
+    SLIP_INK,
+    STICK_COLOUR,
+    TRACTION_COLOUR,
+    legend_below,
+)
+from varcontact.problem.slip import SLIP, STICK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from varcontact.results.solution import Solution
 
 
-def plot_line(sol: Solution) -> Figure:
-    """Tractions between the traction bounds, below them the slip; without a motion the pressure.
+def draw_line_traction(ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None) -> None:
+    """Tractions along x between plus and minus the traction bound, over stick and slip areas.
 
     Parameters
     ----------
+    ax : Axes
     sol : Solution
-        Of a line contact.
+    box : tuple of float, optional
+        Left and right of what is shown, and two more [length]; the contact with a margin if not given.
+    largest : float, optional
+        What has room along the ordinate [force/area]; all of this solution if not given.
     """
-    from matplotlib import pyplot as plt
-
-    if sol.scene.motion is None:
-        figure, ax = plt.subplots(figsize=(6.4, 4.6), layout="constrained")
-        _draw_line_pressure(ax, sol)
-        return figure
-    figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.2), layout="constrained", sharex=True, height_ratios=(3, 2))
-    _draw_line_traction(axes[0], sol)
-    _draw_line_slip(axes[1], sol)
-    axes[0].set_xlabel("")
-    figure.legend(*axes[0].get_legend_handles_labels(), ncols=5, loc="outside lower center", frameon=False)
-    return figure
-
-
-def _draw_line_pressure(ax: Axes, sol: Solution) -> None:
-    """Pressure along x."""
-    ax.plot(sol.grid.x, sol.pressure[0], "o-", color=TRACTION_COLOUR, markersize=3)
-    ax.set_title("Pressure")
-    _frame(ax, sol, label("pressure", "pressure", sol))
-
-
-def _draw_line_traction(ax: Axes, sol: Solution) -> None:
-    """Tractions along x between plus and minus the traction bound, over stick and slip areas."""
     _draw_areas(ax, sol)
-    x, bound = sol.grid.x, sol.traction_bound[0]
-    if np.all(np.isfinite(bound)):
-        ax.plot(x, bound, "0.35", x, -bound, "0.35", linewidth=1)
-        ax.plot([], [], "0.35", linewidth=1, label="traction bound")
-    _draw_components(ax, sol, sol.traction[:, 0])
+    bound, traction = sol.traction_bound[0], sol.traction[:, 0]
+    finite = bool(np.all(np.isfinite(bound)))
+    sizes = np.array([bound if finite else np.zeros_like(bound), *traction])
+    measured = measure_of(sol.scene, "pressure", sizes if largest is None else largest)
+    x = measure_of(sol.scene, "length", sol.grid.box)(sol.grid.x)
+    if finite:
+        ax.plot(x, measured(bound), color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
+        ax.plot(x, -measured(bound), color=BOUND_COLOUR, linewidth=0.9)
+    _draw_components(ax, sol, measured(traction))
     ax.set_title("Tangential traction on body 1")
-    _frame(ax, sol, label("traction", "pressure", sol))
+    _frame(ax, sol, measured.label("traction"), box)
+    if largest:
+        ax.set_ylim(*measured([-1.08 * largest, 1.08 * largest]))
 
 
-def _draw_line_slip(ax: Axes, sol: Solution) -> None:
-    """Slip along x in the contact, over stick and slip areas."""
-    _draw_areas(ax, sol)
-    _draw_components(ax, sol, np.where(sol.state[0] > 0, sol.slip[:, 0], np.nan))
-    shift = sol.motion is not None and sol.motion.rolls == 0
-    ax.set_title(f"{'Shift' if shift else 'Relative slip'} of body 1 over body 2")
-    _frame(ax, sol, label("shift", "length", sol) if shift else "relative slip")
+def draw_line_field(ax: Axes, sol: Solution, name: str) -> None:
+    """A field along x: slip, over stick and slip areas, by its components.
+
+    Parameters
+    ----------
+    ax : Axes
+    sol : Solution
+    name : str
+        One of `FIELDS`.
+    """
+    field = FIELDS[name]
+    values = field.values(sol)
+    along = values[..., 0, :] if field.outside else np.where(sol.state[0] > 0, values[..., 0, :], np.nan)
+    measured = measure_of(sol.scene, field.quantity(sol), along)
+    title, label = field.title, field.name
+    if sol.scene.motion is not None:
+        _draw_areas(ax, sol)
+    if values.ndim == 3:
+        shift = field.quantity(sol) == "length"
+        title = f"{'Shift' if shift else 'Relative slip'} of body 1 over body 2"
+        label = "shift" if shift else "relative slip"
+        _draw_components(ax, sol, measured(along))
+    else:
+        x = measure_of(sol.scene, "length", sol.grid.box)(sol.grid.x)
+        ax.plot(x, measured(along), "o-", color=TRACTION_COLOUR)
+    ax.set_title(title)
+    _frame(ax, sol, measured.label(label))
 
 
 def _draw_areas(ax: Axes, sol: Solution) -> None:
     """Stick and slip areas as strips over the whole height."""
-    edges = np.append(sol.grid.x - sol.grid.sides[0] / 2, sol.grid.box[1])
-    for number, colour, name in ((1, STICK_COLOUR, "stick"), (2, SLIP_COLOUR, "slip")):
+    lengths = measure_of(sol.scene, "length", sol.grid.box)
+    edges = lengths(np.append(sol.grid.x - sol.grid.sides[0] / 2, sol.grid.box[1]))
+    looks: tuple[tuple[int, str, dict[str, Any]], ...] = (
+        (STICK, "stick", {"facecolor": STICK_COLOUR}),
+        (SLIP, "slip", {"facecolor": SLIP_COLOUR, "edgecolor": SLIP_INK, "hatch": HATCH}),
+    )
+    for number, name, look in looks:
         changes = np.flatnonzero(np.diff(sol.state[0] == number, prepend=False, append=False))
         for left, right in edges[changes].reshape(-1, 2):
-            ax.axvspan(left, right, color=colour, linewidth=0, zorder=0, label=name)
+            ax.axvspan(left, right, linewidth=0, zorder=0, label=name, **look)
             name = "_" + name  # matplotlib lists the first of them only
 
 
 def _draw_components(ax: Axes, sol: Solution, values: np.ndarray) -> None:
     """Values (2, nx) along x; their second component where there is lateral motion."""
     motion = sol.motion
-    assert motion is not None
-    ax.plot(sol.grid.x, values[0], "o-", color=TRACTION_COLOUR, markersize=3, label="along x")
-    if motion.rigid[1] != 0 or motion.Fy is not None:
-        ax.plot(sol.grid.x, values[1], "s--", color="C1", markersize=3, label="along y")
+    x = measure_of(sol.scene, "length", sol.grid.box)(sol.grid.x)
+    ax.plot(x, values[0], "o-", color=TRACTION_COLOUR, label="along x")
+    if motion is not None and (motion.rigid[1] != 0 or motion.Fy is not None):
+        ax.plot(x, values[1], "s--", color=LATERAL_COLOUR, label="along y")
 
 
-def _frame(ax: Axes, sol: Solution, name: str) -> None:
+def _frame(ax: Axes, sol: Solution, name: str, box: Box | None = None) -> None:
     """Labels, and the contact with a margin."""
     from varcontact.plotting.ticks import readable_ticks
 
     readable_ticks(ax)
-    contact = sol.grid.x[sol.state[0] > 0] if sol.state.any() else sol.grid.x
-    margin = 0.05 * (contact[-1] - contact[0]) + 1.5 * sol.grid.sides[0]
-    ax.set_xlim(contact[0] - margin, contact[-1] + margin)
+    lengths = measure_of(sol.scene, "length", sol.grid.box)
+    ax.set_xlim(*lengths((box_of(sol.state > 0, sol.grid) if box is None else box)[:2]))
     ax.axhline(0, color="k", linewidth=0.5)
     ax.set_ylabel(name)
-    ax.set_xlabel(label("x", "length", sol) + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, ""))
+    ax.set_xlabel(lengths.label("x") + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, ""))
+    legend_below(ax, columns=5)

@@ -2,131 +2,176 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.plotting.line import draw_line_field, draw_line_traction
+from varcontact.plotting.maps import FIELDS, draw_areas, draw_field, shape_of
+from varcontact.plotting.section import draw_section, row_of
+from varcontact.plotting.style import COLUMN, PAGE, TRACTION_COLOUR, figure_of, new_figure, settle, styled
 from varcontact.scene.friction import BRANCHES, Law, kind_of
-from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.results.solution import Solution
 
-BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "fontsize": "small", "frameon": False}
-ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
-STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
+PANELS = ("pressure", "traction", "slip", "distance", "power_density", "section")
+"""What there are pictures of, by the word for it."""
 
 
-def plot(sol: Solution) -> Figure:
-    """Pressure; traction arrows over stick and slip areas; the section along x with the traction bound.
-
-    Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and slip
-    areas; without a motion the pressure.
+def plot(
+    sol: Solution,
+    what: str | Sequence[str] | None = None,
+    *,
+    ax: Axes | None = None,
+    figsize: tuple[float, float] | None = None,
+    y: float | None = None,
+) -> Figure:
+    """The picture of a solution, see `Solution.plot`.
 
     Parameters
     ----------
     sol : Solution
+    what : str or sequence of str, optional
+        Of `PANELS`.
+    ax : Axes, optional
+        For one panel.
+    figsize : pair of float, optional
+        [inch]
+    y : float, optional
+        Of the section [length].
 
-    Returns
-    -------
-    matplotlib Figure
-        Not shown: call its ``savefig``, or ``plt.show()``.
+    Raises
+    ------
+    SceneError
+        For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
     """
-    from matplotlib import pyplot as plt
+    names = _names(sol, what, ax)
+    if y is not None:
+        row_of(sol, y)
+        if "section" not in names:
+            raise SceneError("y", y, 'left out, or with the panel "section"')
+    size = None if figsize is None else figure_size(figsize)
+    with styled():
+        if ax is not None:
+            _draw(ax, sol, names[0], y)
+            return figure_of(ax)
+        return _stacked(sol, names, size) if sol.scene.line else _in_rows(sol, names, size, y)
 
-    if sol.scene.line:
-        from varcontact.plotting.line import plot_line
 
-        return plot_line(sol)
-    panels = 1 if sol.scene.motion is None else 2
-    figure, axes = plt.subplots(1, panels + 1, figsize=(5.2 * (panels + 1), 4.6), layout="constrained", squeeze=False)
-    _draw_pressure(axes[0, 0], sol)
-    if panels == 2:
-        draw_areas(axes[0, 1], sol)
-    _draw_section(axes[0, -1], sol)
+def _stacked(sol: Solution, names: list[str], size: tuple[float, float] | None) -> Figure:
+    """Panels of a line contact, below each other over the same abscissa."""
+    figure, axes = new_figure(len(names), 1, size or (1.3 * COLUMN, 0.4 + 2.1 * len(names)), sharex=True)
+    for panel, name in zip(axes, names, strict=True):
+        _draw(panel, sol, name, None)
+    _one_legend(axes)
     return figure
 
 
-def _draw_pressure(ax: Axes, sol: Solution) -> None:
-    """Pressure over the contact."""
-    from varcontact.plotting.ticks import readable_numbers
+def _in_rows(sol: Solution, names: list[str], size: tuple[float, float] | None, y: float | None) -> Figure:
+    """Panels of one height, three to a row."""
+    rows, columns, shape = -(-len(names) // 3), min(len(names), 3), shape_of(sol)
+    width = COLUMN if columns == 1 else PAGE / 3 * columns
+    side = width / columns - (0.7 if columns == 1 else 1.05)  # beside which there are labels and a colour bar
+    figure, axes = new_figure(rows, columns, size or (width, rows * (shape * side + 1.3)))
+    for panel, name in zip(axes, names, strict=False):
+        panel.set_box_aspect(shape)
+        _draw(panel, sol, name, y)
+    for panel in axes[len(names) :]:
+        panel.set_axis_off()
+    settle(figure)
+    return figure
 
-    left, right, bottom, top = sol.grid.box
-    pressure = np.ma.masked_less_equal(sol.pressure, 0)
-    image = ax.imshow(pressure, origin="lower", extent=(left, right, bottom, top), cmap="viridis")
-    assert ax.figure is not None
-    pressures = label("pressure", "pressure", sol)
-    ax.figure.colorbar(image, ax=ax, shrink=0.8, label=pressures, format=readable_numbers())
-    ax.set_title("Pressure")
-    _frame(ax, sol)
 
-
-def draw_areas(ax: Axes, sol: Solution) -> None:
-    """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture.
+def figure_size(value: Any) -> tuple[float, float]:
+    """Width and height of a figure, checked.
 
     Parameters
     ----------
-    ax : Axes
-    sol : Solution
+    value : pair of float
+        [inch]
+
+    Raises
+    ------
+    SceneError
+        If they are not two lengths from 0.5 to 100 inches.
     """
-    from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
-
-    left, right, bottom, top = sol.grid.box
-    areas = np.ma.masked_equal(sol.state, 0)
-    colours = ListedColormap([STICK_COLOUR, SLIP_COLOUR])
-    ax.imshow(areas, origin="lower", extent=(left, right, bottom, top), cmap=colours, vmin=1, vmax=2)
-    every = max(1, int(np.ceil(max(sol.grid.shape) / 26)))
-    iy, ix = np.nonzero(sol.state[every // 2 :: every, every // 2 :: every])
-    iy, ix = iy * every + every // 2, ix * every + every // 2
-    px, py = sol.traction[:, iy, ix]
-    largest = np.hypot(px, py).max(initial=0.0)
-    if largest > 0:
-        if _equal_axes(sol):
-            length = 1.6 * every * max(sol.grid.sides)
-            lengths = {"angles": "xy", "scale_units": "xy", "scale": largest / length}
-        else:  # directions are kept on the page, and the longest arrow is a twentieth of its width
-            lengths = {"angles": "uv", "scale_units": "width", "scale": 20 * largest}
-        ax.quiver(sol.grid.x[ix], sol.grid.y[iy], px, py, color=TRACTION_COLOUR, width=0.004, pivot="tail", **lengths)
-    handles: list[Artist] = [Patch(color=STICK_COLOUR, label="stick"), Patch(color=SLIP_COLOUR, label="slip")]
-    first, second, turn = sol.creepage
-    if turn != 0 and left < -second / turn < right and bottom < first / turn < top:
-        handles += ax.plot(-second / turn, first / turn, "k.", markersize=8, label="spin pole")
-    ax.legend(handles=handles, ncols=3, **BELOW)
-    ax.set_title("Tangential traction on body 1")
-    _frame(ax, sol)
+    sizes = checks.numbers("figsize", value)
+    if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
+        raise SceneError("figsize", value, "(width, height) in inches, each from 0.5 to 100")
+    return float(sizes[0]), float(sizes[1])
 
 
-def _draw_section(ax: Axes, sol: Solution) -> None:
-    """The row of elements with the largest pressure: tractions between the traction bounds, or the pressure."""
-    from varcontact.plotting.ticks import readable_ticks
+def check_axes(ax: Any) -> None:
+    """Refuse what nothing can be drawn in.
 
-    row = int(np.argmax(sol.pressure.max(axis=1)))
-    contact = sol.pressure[row] > 0
-    ends = np.flatnonzero(contact) if contact.any() else np.array([0, contact.size])
-    shown = slice(max(ends[0] - 1, 0), ends[-1] + 2)
-    x = sol.grid.x[shown]
-    bound = sol.traction_bound[row, shown]
-    if sol.scene.motion is None:
-        ax.plot(x, sol.pressure[row, shown], "o-", color=TRACTION_COLOUR, markersize=3)
-        ax.set_ylabel(label("pressure", "pressure", sol))
+    Parameters
+    ----------
+    ax : object
+        None, or axes.
+
+    Raises
+    ------
+    SceneError
+        If it is neither.
+    """
+    from matplotlib.axes import Axes
+
+    if ax is not None and not isinstance(ax, Axes):
+        raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
+
+
+def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
+    """The panels that are asked for, checked."""
+    check_axes(ax)
+    if what is None:
+        if sol.scene.motion is None:
+            names = ["pressure"] if sol.scene.line else ["pressure", "section"]
+        else:
+            names = ["traction", "slip"] if sol.scene.line else ["pressure", "traction", "section"]
+        return names if ax is None else [names[0] if sol.scene.line or sol.scene.motion is None else "traction"]
+    names = [what] if isinstance(what, str) or not isinstance(what, Sequence) else list(what)
+    for name in names:
+        checks.choice("what", name, PANELS)
+        if name not in ("pressure", "distance", "section") and sol.scene.motion is None:
+            raise SceneError("what", name, "pressure, distance or section, where there is no motion")
+    if not names or (ax is not None and len(names) > 1):
+        raise SceneError("what", what, "one panel" + (" for one ax" if ax is not None else " at least"))
+    return names
+
+
+def _draw(ax: Axes, sol: Solution, name: str, y: float | None) -> None:
+    if sol.scene.line and name == "traction":
+        draw_line_traction(ax, sol)
+    elif sol.scene.line and name in FIELDS:
+        draw_line_field(ax, sol, name)
+    elif name == "traction":
+        draw_areas(ax, sol)
+    elif name == "section":
+        draw_section(ax, sol, y)
     else:
-        if np.all(np.isfinite(bound)):
-            ax.fill_between(x, -bound, bound, color="0.92", label="within the traction bound")
-            ax.plot(x, bound, "0.5", x, -bound, "0.5", linewidth=1)
-        for component, name, style in ((0, "along x", "o-"), (1, "along y", "s--")):
-            ax.plot(x, sol.traction[component, row, shown], style, markersize=3, label=name)
-        ax.set_ylabel(label("traction", "pressure", sol))
-        ax.legend(ncols=3, **BELOW)
-    ax.axhline(0, color="k", linewidth=0.5)
-    readable_ticks(ax)
-    ax.set_xlabel(label("x", "length", sol))
-    ax.set_title(label(f"Section along x at y = {sol.grid.y[row]:.3g}", "length", sol, brackets=False))
+        draw_field(ax, sol, name)
+
+
+def _one_legend(axes: list[Axes]) -> None:
+    """Panels below each other with the same abscissa: its label and one legend at the foot."""
+    entries: dict[str, Any] = {}
+    for ax in axes:
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+        legend = ax.get_legend()
+        if legend is not None:
+            legend.remove()
+    for ax in axes[:-1]:
+        ax.set_xlabel("")
+    if entries:
+        figure_of(axes[0]).legend(entries.values(), entries.keys(), ncols=5, loc="outside lower center", frameon=False)
 
 
 def plot_passes(sol: Solution) -> Figure:
@@ -136,8 +181,6 @@ def plot_passes(sol: Solution) -> Figure:
     ----------
     sol : Solution
     """
-    from matplotlib import pyplot as plt
-
     if not sol.passes:
         found = f"coupling {sol.plan.coupling}, no passes"
         raise SceneError(
@@ -152,48 +195,17 @@ def plot_passes(sol: Solution) -> Figure:
     else:
         shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
         changed = "pressure" if sol.plan.joint else "tractions"
-    figure, ax = plt.subplots(figsize=(5.2, 4.0), layout="constrained")
-    changes, residuals = np.array(sol.passes).T
-    passes = np.arange(1, len(residuals) + 1)
-    ax.semilogy(passes, residuals, "o-", color=TRACTION_COLOUR, markersize=4, label="residual of the whole")
-    ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", markersize=3, label=f"change of the {changed}")
-    ax.set_xlabel("pass")
-    ax.set_title(f"Passes: {shown}" + ("" if sol.converged else " (not converged)"))
-    ax.legend(frameon=False)
+    with styled():
+        from matplotlib.ticker import MaxNLocator
+
+        figure, (ax,) = new_figure(1, 1, (COLUMN, 2.6))
+        changes, residuals = np.array(sol.passes).T
+        passes = np.arange(1, len(residuals) + 1)
+        ax.semilogy(passes, residuals, "o-", color=TRACTION_COLOUR, label="residual of the whole")
+        ax.semilogy(passes[1:], changes[1:], "s--", color="0.5", label=f"change of the {changed}")
+        ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+        ax.set_xlabel("pass")
+        ax.set_ylabel("relative")
+        ax.set_title(f"Passes: {shown}" + ("" if sol.converged else " (not converged)"))
+        ax.legend()
     return figure
-
-
-def _frame(ax: Axes, sol: Solution) -> None:
-    """Labels, and the contact with a margin of two elements."""
-    from varcontact.plotting.ticks import readable_ticks
-
-    readable_ticks(ax)
-    ax.set_xlabel(label("x", "length", sol) + ROLLING.get(sol.motion.rolls if sol.motion is not None else 0, ""))
-    ax.set_ylabel(label("y", "length", sol))
-    left, right, bottom, top = _contact_box(sol)
-    ax.set_xlim(left, right)
-    ax.set_ylim(bottom, top)
-    ax.set_aspect("equal" if _equal_axes(sol) else "auto")
-
-
-def _contact_box(sol: Solution) -> tuple[float, float, float, float]:
-    """The contact with a margin of two elements; of a step without contact, the grid."""
-    contact, (dx, dy) = sol.state > 0, sol.grid.sides
-    if not contact.any():
-        return sol.grid.box
-    x, y = sol.grid.x[contact.any(axis=0)], sol.grid.y[contact.any(axis=1)]
-    return x[0] - 2.5 * dx, x[-1] + 2.5 * dx, y[0] - 2.5 * dy, y[-1] + 2.5 * dy
-
-
-def _equal_axes(sol: Solution) -> bool:
-    left, right, bottom, top = _contact_box(sol)
-    return 0.2 < (right - left) / (top - bottom) < 5
-
-
-def label(name: str, quantity: str, sol: Solution, brackets: bool = True) -> str:
-    """`name` with the unit of a `quantity`, see `Units.of`, where the scene of `sol` names units; in `brackets`."""
-    units: Units | None = sol.scene.units
-    if units is None:
-        return name
-    unit = units.of(quantity, sol.scene.line).replace("$", r"\$")  # a dollar, and no formula
-    return f"{name} [{unit}]" if brackets else f"{name} {unit}"

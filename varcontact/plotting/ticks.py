@@ -2,30 +2,47 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+WIDTH = 0.66
+"""Of a digit, in parts of the size of letters."""
+
+
 class RoomyLocator(MaxNLocator):
-    """Round ticks with room for labels as wide as -0.008, where matplotlib's own has room for three digits."""
+    """As many round ticks as have room for their labels, which matplotlib's own takes to be of three digits."""
 
     def __call__(self) -> Sequence[float]:
         """Ticks for the axis as long as it is drawn."""
-        assert self.axis is not None
-        self.set_params(nbins=int(np.clip(0.75 * self.axis.get_tick_space(), 1, 8)))
-        return super().__call__()
+        axis: Any = self.axis
+        letter = float(axis.majorTicks[0].label1.get_fontsize())
+        length = axis.axes.bbox.width * 72 / axis.axes.get_figure(root=True).dpi
+        low, high = sorted(axis.get_view_interval())
+        ticks: Sequence[float] = ()
+        for most in range(8, 0, -1):
+            self.set_params(nbins=most)
+            ticks = super().__call__()
+            shown = [tick for tick in ticks if low <= tick <= high]
+            labels = [
+                re.sub(r"\\mathdefault|[${}]", "", text) for text in axis.get_major_formatter().format_ticks(shown)
+            ]
+            widest = WIDTH * letter * max(map(len, labels), default=0)
+            if len(shown) < 2 or widest + letter <= length * (shown[1] - shown[0]) / (high - low):
+                break
+        return ticks
 
 
 def readable_numbers() -> ScalarFormatter:
     """Labels of a few digits, with a power of ten beside the axis where there would be more."""
     formatter = ScalarFormatter(useMathText=True)
-    formatter.set_powerlimits((-3, 4))
+    formatter.set_powerlimits((-4, 5))
     return formatter
 
 
@@ -39,3 +56,17 @@ def readable_ticks(ax: Axes) -> None:
     ax.xaxis.set_major_locator(RoomyLocator(steps=[1, 2, 5, 10], min_n_ticks=1))
     ax.xaxis.set_major_formatter(readable_numbers())
     ax.yaxis.set_major_formatter(readable_numbers())
+
+
+def readable_decades(ax: Axes) -> None:
+    """Powers of ten along logarithmic axes, as many as have room.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its data.
+    """
+    for axis, scale, most in ((ax.xaxis, ax.get_xscale(), 6), (ax.yaxis, ax.get_yscale(), 8)):
+        if scale == "log" and not isinstance(axis.get_major_locator(), FixedLocator):
+            axis.set_major_locator(LogLocator(numticks=most))
+            axis.set_minor_formatter(NullFormatter())

@@ -175,8 +175,43 @@ class History(Sequence[Solution]):
 
         save(self, path, overwrite)
 
-    def plot(self) -> Figure:
-        """Picture of the forces over the distance rolled, and of stick and slip along the middle of the contact."""
+    def plot(self, figsize: tuple[float, float] | None = None) -> Figure:
+        """Picture of the forces, the creepages that prescribed forces gave, and the areas along the middle row.
+
+        All over the distance rolled; over the steps where there are some in place after the first.
+
+        Parameters
+        ----------
+        figsize : pair of float, optional
+            [inch]
+
+        Returns
+        -------
+        matplotlib Figure
+        """
         from varcontact.plotting.history import plot_history
 
-        return plot_history(self)
+        return plot_history(self, figsize)
+
+    def animate(self, path: str | Path, fps: float = 10.0, overwrite: bool = False) -> None:
+        """Write a moving picture: stick and slip with the tractions in each step, over the forces of all.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ends in ``.gif``; also in ``.mp4`` where the program ffmpeg is installed.
+        fps : float
+            Steps a second, 100 at most.
+        overwrite : bool
+            Whether to replace a file that is no picture which varcontact drew.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written, holds something else, or has another ending.
+        SceneError
+            If there are no steps, or for a rate that is none.
+        """
+        from varcontact.plotting.animation import animate
+
+        animate(self, path, fps, overwrite=overwrite)

@@ -24,7 +24,7 @@ def report(sol: Solution) -> str:
     sol : Solution
     """
     lines = [_headline(sol), ""]
-    rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), ("", ""), *_methods(sol)]
+    rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
     lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
     return "\n".join(lines)
 
@@ -104,6 +104,22 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
         rows.append(("", "(Hertz's pressure is exact in the continuum; on this grid its residual is "
                          f"{certificate.normal_residual:.1e})"))  # fmt: skip
     return rows
+
+
+def _estimate(sol: Solution) -> list[tuple[str, str]]:
+    """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
+    estimate = sol.error_estimate
+    if estimate is None:
+        return []
+    errors = ", ".join(f"{name} to {error:.1e}" for name, error in estimate.errors.items())
+    kind = "of f Fz" if sol.plan.rubs else "of themselves"
+    grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
+    return [
+        ("", ""),
+        ("accuracy", f"against the continuum, about: {errors} {kind}"),
+        ("", estimate.how),
+        ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
+    ]
 
 
 def _of_what(sol: Solution) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Transient
@@ -20,6 +22,7 @@ from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -75,6 +78,9 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    error_estimate : ErrorEstimate or None
+        Of a solution to an accuracy, or within a time: how far its forces are from the continuum, about. They are
+        then extrapolated, and not what the elements carry; the fields are those of the grid.
     """
 
     scene: Scene
@@ -97,6 +103,7 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    error_estimate: ErrorEstimate | None = None
 
     @property
     def normal_force(self) -> float:
@@ -105,14 +112,20 @@ class Solution:
 
     @property
     def force(self) -> np.ndarray:
-        """Total tangential force (Fx, Fy) on body 1 (116)."""
-        return np.asarray(self.traction.sum(axis=(1, 2)) * self.grid.area)
+        """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is one."""
+        carried = self.traction.sum(axis=(1, 2)) * self.grid.area
+        return np.array([self._extrapolated(name, F) for name, F in zip(("Fx", "Fy"), carried, strict=True)])
 
     @property
     def moment(self) -> float:
-        """Twisting moment Mz on body 1 about the origin (117)."""
+        """Twisting moment Mz on body 1 about the origin (117); by `error_estimate`, where there is one."""
         x, y = self.grid.x[None, :], self.grid.y[:, None]
-        return float(np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+        return self._extrapolated("Mz", np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+
+    def _extrapolated(self, name: str, value: float) -> float:
+        """A value by the estimate of its error, where that has it."""
+        known = {} if self.error_estimate is None else self.error_estimate.values
+        return float(known.get(name, value))
 
     @property
     def friction(self) -> np.ndarray | None:
@@ -121,6 +134,41 @@ class Solution:
         if not isinstance(law, Law):
             return None
         return np.where(self.state == SLIP, law(np.hypot(*self.slip)), law.static)
+
+    @property
+    def Fx(self) -> float:
+        """Tangential force on body 1 along x; in line contact per unit length."""
+        return float(self.force[0])
+
+    @property
+    def Fy(self) -> float:
+        """Tangential force on body 1 along y."""
+        return float(self.force[1])
+
+    @property
+    def Mz(self) -> float:
+        """Twisting moment on body 1 about the origin: `moment`."""
+        return self.moment
+
+    @property
+    def vx(self) -> float:
+        """Longitudinal creepage, prescribed or found; of a shift ux [length]."""
+        return self.creepage[0]
+
+    @property
+    def vy(self) -> float:
+        """Lateral creepage, prescribed or found; of a shift uy [length]."""
+        return self.creepage[1]
+
+    @property
+    def spin(self) -> float:
+        """Spin creepage [1/length]; of a shift the rotation."""
+        return self.creepage[2]
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest pressure of an element."""
+        return float(self.pressure.max())
 
     @property
     def traction_bound(self) -> np.ndarray:
@@ -155,7 +203,15 @@ class Solution:
         The slip of a step is weighed with the traction at the end of the step. In steady rolling this loses less than
         `power` puts in, by a part that falls with the first order of the step.
         """
-        return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
+        return float(np.sum(self.power_density) * self.grid.area)
+
+    @property
+    def power_density(self) -> np.ndarray:
+        """Work lost by friction by area, ``-p.s``, shape (ny, nx); its integral over the contact is `friction_work`.
+
+        By distance rolled [force/area]; in a shift [force/length].
+        """
+        return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
 
     @property
     def power(self) -> float:
@@ -235,6 +291,7 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
             "seconds": self.timing["total"],
         }
@@ -300,11 +357,71 @@ class Solution:
 
         return sensitivity(self)
 
-    def plot(self) -> Figure:
-        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x."""
+    def plot(
+        self,
+        what: str | Sequence[str] | None = None,
+        *,
+        ax: Axes | None = None,
+        figsize: tuple[float, float] | None = None,
+        y: float | None = None,
+    ) -> Figure:
+        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x.
+
+        Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and
+        slip areas. Without a motion: the pressure, and its section. Numbers are in MPa, mm and kN by their size where
+        the scene's `units` are metric, else in its own.
+
+        Parameters
+        ----------
+        what : str or sequence of str, optional
+            Other panels: "pressure", "traction", "slip", "distance", "power_density", "section".
+        ax : matplotlib Axes, optional
+            Where to draw one panel; a new figure if not given.
+        figsize : pair of float, optional
+            Of a new figure [inch].
+        y : float, optional
+            Of the section [length]; the row with the largest pressure if not given.
+
+        Returns
+        -------
+        matplotlib Figure
+            Not shown: call its ``savefig``, or ``plt.show()``.
+
+        Raises
+        ------
+        SceneError
+            For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
+        """
         from varcontact.plotting.solution import plot
 
-        return plot(self)
+        return plot(self, what, ax=ax, figsize=figsize, y=y)
+
+    def section(
+        self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
+    ) -> Figure:
+        """Picture of a section along x: the traction and its size beside the traction bound.
+
+        Without a motion: the pressure.
+
+        Parameters
+        ----------
+        y : float, optional
+            Where [length]: the row of elements next to it, with the largest pressure if not given.
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure if not given.
+        figsize : pair of float, optional
+            Of a new figure [inch].
+
+        Returns
+        -------
+        matplotlib Figure
+
+        Raises
+        ------
+        SceneError
+            For a `y` off the grid, or in line contact.
+        """
+        return self.plot("section", ax=ax, figsize=figsize, y=y)
 
     def plot_passes(self) -> Figure:
         """Picture of how the passes of a coupling loop, or under a law of friction, converged.

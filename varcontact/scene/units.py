@@ -49,7 +49,7 @@ class Units:
         Parameters
         ----------
         quantity : str
-            "length", "force", "pressure", "moment", "spin", "area", or "1".
+            "length", "force", "pressure", "moment", "spin", "area", "line force" (force by length), or "1".
         line : bool
             Of a line contact: forces and moments per unit length.
 
@@ -61,4 +61,10 @@ class Units:
         L, F = self.length, self.force
         force, moment, area = (f"{F}/{L}", F, L) if line else (F, f"{F} {L}", f"{L}^2")
         names = {"length": L, "force": force, "pressure": f"{F}/{L}^2", "moment": moment, "spin": f"1/{L}"}
-        return names.get(quantity, area if quantity == "area" else "1")
+        names |= {"area": area, "line force": f"{F}/{L}"}
+        return names.get(quantity, "1")
+
+
+SI = Units(length="m", force="N")
+MM_N = Units(length="mm", force="N")
+"""Millimetres and newtons, with moduli and pressures in N/mm^2 = MPa."""

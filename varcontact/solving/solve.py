@@ -28,6 +28,8 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.on_demand.asked import asked_for
+from varcontact.solving.on_demand.climb import on_demand
 from varcontact.solving.series import check_saturation
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
@@ -52,6 +54,8 @@ def solve(
     certify: str | None = "auto",
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
 ) -> Solution | History:
     """Solve a scene.
 
@@ -104,11 +108,19 @@ def solve(
     store : str or Path, optional
         Of a history: the file its steps are added to as they are finished, so that memory does not grow with them.
         Called again with the same scene, methods and file, an interrupted history goes on where it stopped.
+    accuracy : float, optional
+        Largest error against the continuum: of Fx and Fy by f Fz, of Mz by f Fz sqrt(ab); of a creepage that follows
+        from a prescribed force by the saturation creepage; without friction of the approach and the largest pressure
+        by themselves. The grid is then chosen, the error estimated from the answer itself, and the grid refined until
+        the estimate is below. The scene has no grid of its own.
+    time_budget : float, optional
+        In place of an accuracy: seconds. The most accurate answer that is expected within them.
 
     Returns
     -------
     Solution or History
-        A History where the motion is `Transient`.
+        A History where the motion is `Transient`. With `accuracy` or `time_budget`, the solution on the finest grid
+        that was solved, with its `error_estimate`, whose values are those of the solution.
 
     Raises
     ------
@@ -146,18 +158,25 @@ def solve(
     certify = level(certify)
     check_start(scene, start, plan.theory is not None)
     check_saturation(scene)
-    check_fits(scene, plan)
+    asked = asked_for(scene, plan, accuracy, time_budget, start)
     if isinstance(scene.motion, Transient):
+        check_fits(scene, plan)
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
-    repeats = isinstance(scene.friction, Law) or plan.loops or plan.marches
-    steps = Steps(plan, tol, polish, Clock(progress), Setups() if repeats else None, start, certify)
-    disc, state = on_a_grid_that_holds_it(scene, steps)
-    try:
-        return judged(scene, disc, state, steps)
-    finally:
-        disc.operators.forget()
+
+    def on_its_grid(posed: Scene, told: Callable[[str], None] | None) -> Solution:
+        known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
+        check_fits(posed, known)
+        repeats = isinstance(posed.friction, Law) or known.loops or known.marches
+        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, certify)
+        disc, state = on_a_grid_that_holds_it(posed, steps)
+        try:
+            return judged(posed, disc, state, steps)
+        finally:
+            disc.operators.forget()
+
+    return on_its_grid(scene, progress) if asked is None else on_demand(scene, plan, asked, on_its_grid, progress)
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:

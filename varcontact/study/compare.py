@@ -17,6 +17,7 @@ from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving.series import solve_many
+from varcontact.solving.solve import solve
 from varcontact.study.answers import Answer, distances, forget_answers, keep_answers, kept_answers
 from varcontact.study.method import Method
 from varcontact.study.store import COLUMNS, WORDS, Table, identity
@@ -47,6 +48,8 @@ def compare(
     tol: float = 1e-6,
     store: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
 ) -> pd.DataFrame:
     """Solve scenes by many methods, and measure each answer.
 
@@ -65,6 +68,9 @@ def compare(
         A CSV file, written after each method: what it has of the same scenes and methods is not solved again.
     progress : callable, optional
         Told scene and method.
+    accuracy, time_budget : float, optional
+        As for `solve`, for scenes without a grid of their own: they are compared on the grid on which an answer
+        of this accuracy, or within this time, is found.
 
     Returns
     -------
@@ -105,6 +111,8 @@ def compare(
     if not chosen or not named:
         empty = "methods" if named else "scenes"
         raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name at least one")
+    if accuracy is not None or time_budget is not None:
+        named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         comparison = _Comparison(table, chosen, tol, progress)
         comparison.check_same({name: identity(scene, tol) for name, scene in named.items()})
@@ -135,6 +143,13 @@ def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
             message = f"scene {name!r} is a history: methods are compared on one problem (motion {allowed})"
             raise SceneError(f"motion of scene {name!r}", type(scene.motion).__name__, allowed, message=message)
     return named
+
+
+def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
+    """A scene on the grid of an answer that is as accurate, or as fast, as asked for."""
+    answer = solve(scene, accuracy=accuracy, time_budget=time_budget)
+    assert isinstance(answer, Solution)
+    return answer.scene
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.series import solve_many
-from varcontact.solving.solve import level, polished_by
+from varcontact.solving.solve import level, polished_by, solve
 from varcontact.study.engine import CHUNK, opened, results
 
 
@@ -36,6 +37,8 @@ def scan(
     executor: Executor | None = None,
     workers: int = 1,
     progress: Callable[[str], None] | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
 ) -> list[Solution]:
     """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
 
@@ -54,6 +57,8 @@ def scan(
         begin from another.
     progress : callable, optional
         Told the name of each stage, or, of other processes, how many creepages are done.
+    accuracy, time_budget : float, optional
+        As for `solve`, of each solution. Each then has a grid of its own, and nothing is shared between them.
 
     Returns
     -------
@@ -89,6 +94,14 @@ def scan(
     triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
     motions = [_with_rigid(motion, triple) for triple in triples]
     choices = normal, tangential, coupling, formulation, method
+    if accuracy is not None or time_budget is not None:
+        if executor is not None or workers != 1:
+            name, value = ("workers", workers) if executor is None else ("executor", executor)
+            raise SceneError(name, value, "left out: a scan to an accuracy, or within a time, is solved here")
+        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
+        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
+        posed = [replace(scene, motion=each) for each in motions]
+        return [cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed]
     plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
     tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
     certify = level(certify)

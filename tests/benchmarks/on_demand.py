@@ -1,0 +1,226 @@
+"""Accuracy on demand: the laws behind it fitted, and what it promises tried, on random scenes.
+
+    python -m tests.benchmarks.on_demand rungs FILE KIND [KIND ...] [--count N] [--seed S]
+    python -m tests.benchmarks.on_demand fit FILE
+    python -m tests.benchmarks.on_demand prove FILE KIND [KIND ...] [--count N] [--seed S]
+
+``rungs`` solves random scenes on all grids of their ladder and adds a line of JSON for each to the file: resumed, if it
+is called again. The last three grids tell the continuum's values, and how sure they are. ``fit`` prints the laws of
+`varcontact.solving.on_demand.ladder`. ``prove`` asks for accuracies, and for times, on other scenes: errors against the
+continuum, and seconds beside those of the cheapest single grid that happens to be accurate enough.
+"""
+
+import argparse
+import json
+import platform
+import time
+from pathlib import Path
+
+import numpy as np
+
+import varcontact as vc
+from tests.benchmarks.random_scenes import KINDS, scenes
+from varcontact.errors import VarcontactError
+from varcontact.planning.choice import make_plan
+from varcontact.solving.error_norm import units, values
+from varcontact.solving.on_demand.ladder import LADDERS, Ladder, kind_of
+
+CELLS = (6, 8, 12, 16, 24, 32, 48, 64, 96, 144)
+CELLS_IN_LINE = (16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
+ACCURACIES = (0.1, 0.03, 0.01, 0.003)
+BUDGETS = (0.03, 0.1, 0.3, 1.0)
+SURE = 3e-4
+"""Largest uncertainty of the continuum's values with which a scene counts."""
+
+
+def ladder_for(scene: vc.Scene) -> tuple[tuple[bool, bool, str], Ladder]:
+    """The ladder of a scene, and its key."""
+    key = kind_of(scene, make_plan(scene))
+    return key, LADDERS[key]
+
+
+def rung(scene: vc.Scene, ladder: Ladder, n: int) -> tuple[dict[str, float], float]:
+    """Values by their units on a single grid, and processor seconds."""
+    begun = time.process_time()
+    sol = vc.solve(ladder.posed(scene, n), certify="none")
+    taken = time.process_time() - begun
+    per = units(sol)
+    return {name: value / per[name] for name, value in values(sol).items()}, taken
+
+
+def extrapolated(n: np.ndarray, found: np.ndarray, order: float) -> np.ndarray:
+    """From each grid and the one before it; found has a row for each grid."""
+    part = 1 / ((n[1:] / n[:-1]) ** order - 1)
+    return found[1:] + np.diff(found, axis=0) * part[:, None]
+
+
+def climbed(scene: vc.Scene) -> dict[str, object]:
+    """A scene on all grids."""
+    key, ladder = ladder_for(scene)
+    cells = CELLS_IN_LINE if scene.line else CELLS
+    answers = [rung(scene, ladder, n) for n in cells]
+    names = list(answers[0][0])
+    found = np.array([[each[name] for name in names] for each, _ in answers])
+    fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.order)
+    return {
+        "key": list(key),
+        "cells": cells,
+        "names": names,
+        "found": found.tolist(),
+        "seconds": [seconds for _, seconds in answers],
+        "continuum": fine[-1].tolist(),
+        "sure": float(abs(fine[-1] - fine[-2]).max()),
+    }
+
+
+def add_rungs(path: Path, kinds: list[str], count: int, seed: int) -> None:
+    """Add a line for each scene that is not there yet."""
+    known = {tuple(json.loads(line)["scene"]) for line in path.read_text().splitlines()} if path.exists() else set()
+    for kind in kinds:
+        for i, scene in enumerate(scenes(kind, count, seed)):
+            if (kind, seed, i) in known:
+                continue
+            try:
+                record = climbed(scene)
+            except VarcontactError as error:
+                record = {"failed": f"{type(error).__name__}: {error}"}
+            with path.open("a") as file:
+                file.write(json.dumps({"scene": [kind, seed, i], **record}) + "\n")
+
+
+def records(path: Path, seed: int | None = None) -> list[dict]:
+    """Lines of the file that count."""
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    failed = [each for each in lines if "failed" in each]
+    unsure = [each for each in lines if each.get("sure", 0) > SURE]
+    print(f"{len(lines)} scenes; {len(failed)} failed, {len(unsure)} are not known to {SURE:g}")
+    for each in failed:
+        print("  ", each["scene"], each["failed"][:100])
+    return [
+        each for each in lines if "failed" not in each and each["sure"] <= SURE and seed in (None, each["scene"][1])
+    ]
+
+
+def pairs(record: dict, order: float) -> list[tuple[int, float, float]]:
+    """Of each pair of grids about a factor of two apart: cells on the finer one, step, and error after it."""
+    cells, found, exact = record["cells"], np.array(record["found"]), np.array(record["continuum"])
+    made = []
+    for j, n in enumerate(cells[:-3]):
+        for i in range(j):
+            if 0.45 <= cells[i] / n <= 0.7:
+                best = extrapolated(np.array([cells[i], n], float), found[[i, j]], order)[0]
+                made.append((n, float(abs(best - found[j]).max()), float(abs(best - exact).max())))
+    return made
+
+
+def fit(path: Path) -> None:
+    """Print the law of each class: order, share, floor, fall, usual step."""
+    every = records(path)
+    for key in {tuple(each["key"]) for each in every}:
+        chosen = [each for each in every if tuple(each["key"]) == key]
+        best = None
+        for order in (1.0, 1.2, 1.5, 1.75, 2.0):
+            found = np.array([pair for each in chosen for pair in pairs(each, order)])
+            n, step, error = found.T
+            usual = float(np.exp(np.median(np.log(np.maximum(step, 1e-12) * n**order))))
+            for fall in (1.0, 1.25, 1.5, 2.0):
+                for share in (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
+                    # the estimate covers all but one error in 200
+                    floor = max(float(np.quantile((error - share * step) * n**fall, 0.995)), 1e-4)
+                    estimate = share * step + floor * n**-fall
+                    cost = float(np.mean(np.log(estimate)))
+                    if best is None or cost < best[0]:
+                        best = (
+                            cost,
+                            order,
+                            share,
+                            floor,
+                            fall,
+                            usual,
+                            float(np.median(estimate / np.maximum(error, 1e-9))),
+                        )
+        _, order, share, floor, fall, usual, ratio = best
+        words = f"order {order:g}, share {share:g}, floor {floor:.3g}, fall {fall:g}, usual {usual:.3g}"
+        print(f"{key}: {len(chosen)} scenes, {words}; estimate/error {ratio:.1f} in the median")
+        found = np.array([pair for each in chosen for pair in pairs(each, order)])
+        for n in np.unique(found[:, 0]):
+            errors = found[found[:, 0] == n, 2]
+            print(f"    {n:5.0f}: {np.median(errors):.1e} {np.quantile(errors, 0.9):.1e} {errors.max():.1e}")
+
+
+def prove(path: Path, kinds: list[str], count: int, seed: int) -> None:
+    """Ask for accuracies and times on scenes whose continuum values the file has."""
+    known = {tuple(each["scene"]): each for each in records(path)}
+    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
+    for kind in kinds:
+        posed = [(known.get((kind, seed, i)), scene) for i, scene in enumerate(scenes(kind, count, seed))]
+        tried = [(record, scene) for record, scene in posed if record is not None]
+        for accuracy in ACCURACIES:
+            outcomes = [asked(record, scene, accuracy) for record, scene in tried]
+            _print(f"{kind}, accuracy {accuracy:g}", np.array([o for o in outcomes if o is not None]), len(outcomes))
+        for budget in BUDGETS:
+            outcomes = [timed(record, scene, budget) for record, scene in tried]
+            ratio, error = np.array(outcomes).T
+            print(
+                f"{kind}, time_budget {budget:g}: seconds by budget median {np.median(ratio):.2f}, "
+                f"worst {ratio.max():.2f}; error median {np.median(error):.1e}, worst {error.max():.1e}"
+            )
+
+
+def _print(name: str, outcomes: np.ndarray, count: int) -> None:
+    ratio, seconds, cheapest = outcomes.T
+    print(
+        f"{name}: {count} scenes, error/accuracy median {np.median(ratio):.2f}, worst {ratio.max():.2f}, "
+        f"above 1: {np.mean(ratio > 1):.1%}; "
+        f"ms median {1e3 * np.median(seconds):.0f}, worst {1e3 * seconds.max():.0f}; by the cheapest grid "
+        f"median {np.median(seconds / cheapest):.1f}, 90 % {np.quantile(seconds / cheapest, 0.9):.1f}"
+    )
+
+
+def error_of(record: dict, sol: vc.Solution) -> float:
+    """Against the continuum."""
+    per, found = units(sol), values(sol)
+    exact = dict(zip(record["names"], record["continuum"], strict=True))
+    return max(abs(found[name] / per[name] - value) for name, value in exact.items())
+
+
+def asked(record: dict, scene: vc.Scene, accuracy: float) -> tuple[float, float, float] | None:
+    """Error by the accuracy, seconds, and those of the cheapest single grid that is accurate enough."""
+    begun = time.process_time()
+    try:
+        sol = vc.solve(scene, accuracy=accuracy)
+    except VarcontactError as error:
+        print("  ", record["scene"], accuracy, type(error).__name__, str(error)[:100])
+        return None
+    taken = time.process_time() - begun
+    errors = abs(np.array(record["found"]) - record["continuum"]).max(axis=1)
+    enough = [s for s, error in zip(record["seconds"], errors, strict=True) if error <= accuracy]
+    return error_of(record, sol) / accuracy, taken, min(enough, default=np.nan)
+
+
+def timed(record: dict, scene: vc.Scene, budget: float) -> tuple[float, float]:
+    """Seconds by the budget, and error."""
+    begun = time.perf_counter()
+    sol = vc.solve(scene, time_budget=budget)
+    return (time.perf_counter() - begun) / budget, error_of(record, sol)
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("work", choices=("rungs", "fit", "prove"))
+    parser.add_argument("file", type=Path)
+    parser.add_argument("kinds", nargs="*", metavar="KIND")
+    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    if given.work == "fit":
+        fit(given.file)
+    elif given.work == "rungs":
+        add_rungs(given.file, given.kinds or list(KINDS), given.count, given.seed)
+    else:
+        prove(given.file, given.kinds or list(KINDS), given.count, given.seed)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+"""Random scenes by kind, for studies of accuracy: what they are made of does not depend on any grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import varcontact as vc
+
+KINDS = ("steady", "forces", "shift", "unlike", "unlike shift", "line", "line unlike", "line forces", "sampled", "law")
+
+
+def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
+    """So many scenes of a kind; the same for the same seed.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    count : int
+    seed : int
+    """
+    rng = np.random.default_rng([seed, KINDS.index(kind)])
+    return [_scene(rng, kind) for _ in range(count)]
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """What most scenes have: Poisson's ratio, semi-axes, friction, and slip by direction and size."""
+
+    nu: float
+    a: float
+    b: float
+    f: float
+    slip: np.ndarray
+    part: float
+    angle: float
+
+    @property
+    def mean(self) -> float:
+        return float(np.sqrt(self.a * self.b))
+
+
+def _drawn(rng: np.random.Generator) -> _Drawn:
+    ratio = float(np.exp(rng.uniform(np.log(0.12), np.log(8))))
+    slip = rng.normal(size=3)
+    kind = rng.random()
+    if kind < 0.3:
+        slip = np.where(np.arange(3) == rng.integers(3), slip, 0.0)  # pure creepage
+    elif kind < 0.55:
+        slip[2] = 0.0
+    size = float(np.exp(rng.uniform(np.log(0.05), np.log(3))))
+    nu = float(rng.choice([0.0, 0.1, 0.28, 0.28, 0.4, 0.5]))
+    f = float(rng.choice([0.05, 0.1, 0.3, 0.3, 0.6]))
+    slip *= size / np.linalg.norm(slip)
+    return _Drawn(
+        nu, ratio**0.5, ratio**-0.5, f, slip, float(rng.uniform(0.05, 0.97)), float(rng.uniform(0, 2 * np.pi))
+    )
+
+
+def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
+    drawn = _drawn(rng)
+    if kind.startswith("line"):
+        return _line(rng, kind, drawn)
+    if kind == "sampled":
+        return _sampled(rng, drawn)
+    bodies = _unlike(rng) if kind.startswith("unlike") else vc.Bodies(G=1.0, nu=drawn.nu)
+    if kind.startswith("unlike"):
+        surface: vc.Paraboloids | vc.Ellipse = vc.Paraboloids(Rx=(drawn.a / drawn.b) ** 1.3, Ry=1.0)
+        force = 1e-4
+    else:
+        surface, force = vc.Ellipse(a=drawn.a, b=drawn.b), 1.0
+    hertz = vc.Scene(bodies=bodies, surface=surface, normal_force=force).hertz
+    limit, mean = drawn.f * force, float(np.sqrt(hertz.a * hertz.b))
+    friction: float | vc.LinearFalling = drawn.f
+    if kind == "law":
+        friction = vc.LinearFalling(
+            static=drawn.f, kinetic=0.8 * drawn.f, half_velocity=float(rng.uniform(1, 4)) * limit
+        )
+    if kind.endswith("shift"):
+        motion: vc.Steady | vc.Shift = _shift(drawn, bodies, limit, mean)
+    else:
+        motion = _steady(drawn, bodies, limit, hertz.a, hertz.b, rng if kind == "forces" else None)
+    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=friction, motion=motion)
+
+
+def _unlike(rng: np.random.Generator) -> vc.Bodies:
+    return vc.Bodies(G=(1.0, float(np.exp(rng.uniform(0, 3)))), nu=tuple(map(float, rng.uniform(0, 0.5, 2))))
+
+
+def _steady(
+    drawn: _Drawn, bodies: vc.Bodies, limit: float, a: float, b: float, forces: np.random.Generator | None
+) -> vc.Steady:
+    full = 3 * limit / (bodies.combined_G * a * b * 4.5)  # about the saturation creepage
+    vx, vy, spin = (float(v) for v in drawn.slip * full * [1, 1, 1.5 / np.sqrt(a * b)])
+    if forces is None:
+        return vc.Steady(vx=vx, vy=vy, spin=spin)
+    Fx, Fy = drawn.part * limit * np.cos(drawn.angle), drawn.part * limit * np.sin(drawn.angle)
+    given: list[dict[str, float]] = [{"Fx": Fx, "vy": 0.3 * vy}, {"Fy": Fy, "vx": 0.3 * vx}, {"Fx": Fx, "Fy": Fy}]
+    return vc.Steady(**given[forces.integers(3)], spin=0.3 * spin)
+
+
+def _shift(drawn: _Drawn, bodies: vc.Bodies, limit: float, mean: float) -> vc.Shift:
+    full = 3 * (2 - bodies.combined_nu) * limit / (8 * bodies.combined_G * mean)  # Cattaneo's
+    ux, uy, rotation = (float(u) for u in drawn.slip * full * [1, 1, 1 / mean])
+    return vc.Shift(ux=ux, uy=uy, rotation=rotation)
+
+
+def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
+    bodies, force = _unlike(rng) if kind == "line unlike" else vc.Bodies(G=1.0, nu=drawn.nu), 0.01
+    a = vc.Scene(bodies=bodies, surface=vc.Cylinders(1.0), normal_force=force).hertz.a
+    limit = drawn.f * force
+    full = 4 * (1 - bodies.combined_nu) * limit / (np.pi * bodies.combined_G * a)  # Carter's
+    vx, vy, _ = (float(v) for v in drawn.slip * full)
+    motion = vc.Steady(vx=vx, vy=vy)
+    if kind == "line forces":
+        motion = vc.Steady(Fx=drawn.part * limit * np.sign(np.cos(drawn.angle)), vy=0.2 * vy)
+    return vc.Scene(bodies=bodies, surface=vc.Cylinders(1.0), normal_force=force, friction=drawn.f, motion=motion)
+
+
+def _sampled(rng: np.random.Generator, drawn: _Drawn) -> vc.Scene:
+    """A surface between paraboloid and quartic, or with two summits, sampled finely enough for its spline."""
+    x = np.linspace(-2.2, 2.2, 121)
+    X, Y = np.meshgrid(x, x)
+    if rng.random() < 0.5:
+        h = (
+            (X / drawn.a) ** 2
+            + (Y / drawn.b) ** 2
+            + float(rng.uniform(0.1, 1)) * ((X / drawn.a) ** 4 + (Y / drawn.b) ** 4)
+        )
+    else:
+        h = -0.1 * np.logaddexp(*(-(((X - s) ** 2 + 1.2 * Y**2) / 0.1) for s in (-0.55, 0.5)))
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=drawn.nu), surface=vc.SampledDistance(0.02 * h, x=x, y=x), approach=0.008
+    )
+    force = vc.solve(scene).normal_force
+    full = 3 * drawn.f * force / 4.5 / 0.3
+    vx, vy, spin = (float(v) for v in drawn.slip * full)
+    motion = vc.Steady(vx=vx, vy=vy, spin=spin)
+    return vc.Scene(bodies=scene.bodies, surface=scene.surface, normal_force=force, friction=drawn.f, motion=motion)

@@ -1,0 +1,210 @@
+"""Solutions to an accuracy: against closed forms, in any units, mirrored; their estimate, files, words and refusals."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import varcontact as vc
+from tests.command import run
+from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from varcontact.solving.error_norm import error, units, values
+
+BODIES = vc.Bodies(G=1.0, nu=0.28)
+ROLLING = vc.Scene(
+    bodies=BODIES,
+    surface=vc.Ellipse(a=1.0, b=0.7),
+    normal_force=1.0,
+    friction=0.3,
+    motion=vc.Steady(vx=0.15, vy=-0.1, spin=0.2),
+)
+
+
+def line(vx, **changes):
+    """Cylinders that roll."""
+    scene = vc.Scene(bodies=BODIES, surface=vc.Cylinders(1.0), normal_force=0.01, friction=0.3, motion=vc.Steady(vx=vx))
+    return replace(scene, **changes)
+
+
+@pytest.mark.parametrize("accuracy", [0.03, 0.01, 0.003, 0.001])
+@pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
+def test_carters_force_is_met(accuracy, part):
+    contact = line_contact(1.0, BODIES, force=0.01)
+    scene = line(0.3 * contact.a * part)
+    exact = carter(contact, 0.3, creepage=scene.motion.vx).force
+    sol = vc.solve(scene, accuracy=accuracy)
+    assert abs(sol.force[0] - exact) <= accuracy * 0.3 * 0.01
+    assert sol.error_estimate.errors["Fx"] <= accuracy
+
+
+@pytest.mark.parametrize("accuracy", [0.03, 0.003])
+def test_the_creepage_of_a_prescribed_force_is_carters(accuracy):
+    contact = line_contact(1.0, BODIES, force=0.01)
+    exact = carter(contact, 0.3, creepage=0.2 * contact.a)
+    sol = vc.solve(line(0.0, motion=vc.Steady(Fx=exact.force)), accuracy=accuracy)
+    assert abs(sol.creepage[0] - 0.2 * contact.a) <= accuracy * units(sol)["vx"]
+    assert sol.creepage[0] == sol.error_estimate.values["vx"]
+
+
+@pytest.mark.parametrize("accuracy", [0.03, 0.003])
+def test_the_shift_of_cattaneos_force(accuracy):
+    scene = replace(ROLLING, surface=vc.Ellipse(a=1.0, b=1.0), bodies=vc.Bodies(G=1.0, nu=0.0))
+    exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, force=0.2)
+    sol = vc.solve(replace(scene, motion=vc.Shift(Fx=0.2)), accuracy=accuracy)
+    assert abs(sol.creepage[0] - exact.shift) <= accuracy * units(sol)["ux"]
+
+
+def test_full_slip_is_exact_at_once():
+    sol = vc.solve(replace(ROLLING, motion=vc.Steady(vx=30.0)), accuracy=0.01)
+    assert sol.force == pytest.approx([-0.3, 0.0], abs=1e-7)
+    assert len(sol.error_estimate.solves) == 2
+
+
+def test_hertz_needs_no_grid():
+    sol = vc.solve(replace(ROLLING, motion=None, friction=None), accuracy=1e-9)
+    assert sol.error_estimate.largest == 0 and len(sol.error_estimate.solves) == 1
+    assert sol.error_estimate.values["peak_pressure"] == ROLLING.hertz.peak_pressure
+
+
+def test_computed_pressure_converges_to_hertz():
+    """The surface of a paraboloid as samples: approach and largest pressure are Hertz's."""
+    x = np.linspace(-1.5, 1.5, 61)
+    surface = vc.SampledDistance(0.5 * (x[None, :] ** 2 + 1.4 * x[:, None] ** 2), x=x, y=x)
+    scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=1.0)
+    exact = replace(scene, surface=vc.Paraboloids(Rx=1.0, Ry=1 / 1.4)).hertz
+    for accuracy in (0.03, 0.01, 0.003):
+        sol = vc.solve(scene, accuracy=accuracy)
+        assert abs(sol.approach / exact.approach - 1) <= accuracy
+        assert abs(sol.error_estimate.values["peak_pressure"] / exact.peak_pressure - 1) <= accuracy
+
+
+@settings(max_examples=6, deadline=None)
+@given(length=st.sampled_from([1e-3, 1.0, 1e3]), force=st.sampled_from([1e-6, 8e10]))
+def test_units_do_not_matter(length, force):
+    surface = vc.Ellipse(a=length, b=0.7 * length)
+    motion = replace(ROLLING.motion, spin=ROLLING.motion.spin / length)
+    scene = replace(ROLLING, surface=surface, motion=motion, normal_force=force)
+    scene = replace(scene, bodies=vc.Bodies(G=force / length**2, nu=0.28))
+    one, other = vc.solve(ROLLING, accuracy=0.01), vc.solve(scene, accuracy=0.01)
+    assert other.force / force == pytest.approx(one.force, rel=1e-6)
+    assert other.error_estimate.errors == pytest.approx(one.error_estimate.errors, rel=1e-4)
+    assert [s.nx for s in other.error_estimate.solves] == [s.nx for s in one.error_estimate.solves]
+
+
+def test_mirrored_scenes_have_mirrored_forces():
+    """By y: vy and spin change their signs, and with them Fy and Mz."""
+    motion = ROLLING.motion
+    one = vc.solve(ROLLING, accuracy=0.01)
+    other = vc.solve(replace(ROLLING, motion=replace(motion, vy=-motion.vy, spin=-motion.spin)), accuracy=0.01)
+    assert other.force == pytest.approx(one.force * [1, -1], rel=1e-6)
+    assert other.moment == pytest.approx(-one.moment, rel=1e-6)
+
+
+def test_more_accuracy_takes_finer_grids_and_agrees_within_both():
+    coarse, fine = vc.solve(ROLLING, accuracy=0.03), vc.solve(ROLLING, accuracy=0.001)
+    assert coarse.grid.size < fine.grid.size
+    assert error(values(coarse), values(fine), units(fine)) <= 0.031
+    assert fine.error_estimate.largest <= 0.001 < coarse.error_estimate.largest <= 0.03
+
+
+@pytest.mark.parametrize("kind", [vc.Steady, vc.Shift])
+def test_unlike_bodies(kind):
+    bodies = vc.Bodies(G=(1.0, 4.0), nu=(0.0, 0.3))
+    motion = kind(vx=2e-3, spin=1e-2) if kind is vc.Steady else kind(ux=2e-4, rotation=1e-3)
+    scene = replace(ROLLING, bodies=bodies, surface=vc.Paraboloids(Rx=1.0, Ry=1.0), normal_force=1e-3, motion=motion)
+    coarse, fine = vc.solve(scene, accuracy=0.03), vc.solve(scene, accuracy=0.005)
+    assert error(values(coarse), values(fine), units(fine)) <= 0.035
+
+
+def test_the_estimate_is_told_and_kept(tmp_path):
+    sol = vc.solve(ROLLING, accuracy=0.01)
+    estimate = sol.error_estimate
+    assert "accuracy" in sol.report() and estimate.how in sol.report()
+    assert sol.summary()["error_estimate"]["errors"] == estimate.errors
+    sol.save(tmp_path / "rolling.nc")
+    again = vc.load(tmp_path / "rolling.nc")
+    assert again.error_estimate == estimate
+    assert again.force.tolist() == sol.force.tolist() and again.moment == sol.moment
+    assert vc.solve(replace(ROLLING, grid=vc.Grid(nx=8, ny=8))).error_estimate is None
+
+
+def test_a_little_time_gives_the_usual_error_of_one_grid():
+    sol = vc.solve(ROLLING, time_budget=1e-9)
+    assert len(sol.error_estimate.solves) == 1 and "no time" in sol.error_estimate.how
+    fine = vc.solve(ROLLING, accuracy=0.003)
+    assert error(values(sol), values(fine), units(fine)) <= sol.error_estimate.largest
+
+
+def test_time_is_used():
+    sol = vc.solve(ROLLING, time_budget=2.0)
+    assert len(sol.error_estimate.solves) > 2
+    assert sol.error_estimate.time_budget == 2.0 and sol.error_estimate.accuracy is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "words"),
+    [
+        ({}, {"accuracy": 0.0}, "accuracy = 0.0 is not allowed: must be a positive, finite number"),
+        ({}, {"accuracy": "fine"}, "accuracy = 'fine' is not allowed"),
+        ({}, {"time_budget": -1.0}, "time_budget = -1.0 is not allowed: must be a positive"),
+        ({}, {"accuracy": 0.01, "time_budget": 1.0}, "accuracy and time_budget are both given: give one of them"),
+        (
+            {"grid": vc.Grid(nx=8, ny=8)},
+            {"accuracy": 0.01},
+            "grid: the grid is chosen for the accuracy; leave the grid",
+        ),
+        ({"friction": np.inf}, {"accuracy": 0.01}, "friction = inf: errors are measured by the friction limit"),
+        ({"motion": vc.Steady(vx=0.1, dq=0.1)}, {"accuracy": 0.01}, "motion.dq: the step is chosen for the accuracy"),
+        ({"motion": vc.Transient(steps=2, dq=0.1)}, {"time_budget": 1.0}, "motion: time_budget is for one contact"),
+        ({}, {"accuracy": 0.1, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
+        ({"motion": vc.Steady(Fx=0.31)}, {"accuracy": 0.01}, "cannot be carried"),
+    ],
+)
+def test_refusals(changes, options, words):
+    with pytest.raises(vc.VarcontactError) as refused:
+        vc.solve(replace(ROLLING, **changes), **options)
+    assert words in str(refused.value)
+
+
+def test_what_does_not_fit_is_refused_with_what_does():
+    with pytest.raises(vc.TooLarge) as refused:
+        vc.solve(ROLLING, accuracy=1e-13)
+    assert "accuracy = 1e-13 needs about" in str(refused.value) and "fits" in str(refused.value)
+
+
+SCENE_FILE = """
+normal_force = 1.0
+friction = 0.3
+[bodies]
+G = 1.0
+nu = 0.28
+[surface]
+kind = "ellipse"
+a = 1.0
+b = 0.7
+[motion]
+kind = "steady"
+vx = 0.15
+"""
+
+
+def test_the_command_and_the_table_of_a_file(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE_FILE)
+    (tmp_path / "to.toml").write_text(SCENE_FILE + "[solve]\naccuracy = 0.01\n")
+    by_option = run("solve", "scene.toml", "--accuracy", "0.01", "--json", folder=tmp_path)
+    by_table = run("solve", "to.toml", "--json", folder=tmp_path)
+    for done in (by_option, by_table):
+        estimate = json.loads(done.stdout)["error_estimate"]
+        assert estimate["accuracy"] == 0.01 and max(estimate["errors"].values()) <= 0.01
+    refused = run("solve", "to.toml", "--time-budget", "1", folder=tmp_path)
+    assert refused.returncode == 2 and "both given" in refused.stderr
+
+
+def test_scan_and_compare_take_an_accuracy():
+    sols = vc.scan(ROLLING, [(0.1, 0.0, 0.0), (0.0, 0.0, 0.5)], accuracy=0.03)
+    assert [sol.error_estimate.largest <= 0.03 for sol in sols] == [True, True]
+    table = vc.compare(ROLLING, ["tang", "newton"], accuracy=0.03)
+    assert table["outcome"].tolist() == ["solved", "solved"] and table["force_distance"].max() < 1e-6

@@ -1,0 +1,96 @@
+"""What a grid leaves open: an estimate of how far an answer is from the continuum."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Solve:
+    """One of the solves behind an estimate.
+
+    Attributes
+    ----------
+    nx, ny : int
+        Elements across the contact along x and y.
+    seconds : float
+    """
+
+    nx: int
+    ny: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """How far an answer is from the continuum, as far as can be told from the answer itself.
+
+    It is no bound, and says nothing of how exactly the grid's own equations are solved: that is the certificate's.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Values of the answer that the estimate is for, in the scene's units: forces and moment; creepages (of a shift
+        the shifts) where forces are prescribed; of normal contact the approach (or the normal force) and the largest
+        pressure.
+    errors : dict of str to float
+        Estimated error of each [-]: of a force by f Fz, of the moment by f Fz sqrt(ab), of a creepage by the
+        saturation creepage, of the rest by the value itself.
+    how : str
+        How it was estimated, in words.
+    solves : tuple of Solve
+        What was solved for it, in this order.
+    accuracy, time_budget : float or None
+        What was asked for.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.1))
+    >>> estimate = vc.solve(scene, accuracy=0.01).error_estimate
+    >>> estimate.largest < 0.01
+    True
+    """
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    how: str
+    solves: tuple[Solve, ...]
+    accuracy: float | None = None
+    time_budget: float | None = None
+
+    @property
+    def largest(self) -> float:
+        """The largest of the errors; 0 where nothing is open."""
+        return max(self.errors.values(), default=0.0)
+
+    def plain(self) -> dict[str, Any]:
+        """As dictionaries, lists and numbers: the record of a file, and what is printed as JSON."""
+        return asdict(self) | {"solves": [asdict(each) for each in self.solves]}
+
+    @classmethod
+    def from_plain(cls, record: dict[str, Any]) -> ErrorEstimate:
+        """From its record.
+
+        Parameters
+        ----------
+        record : dict
+            As `plain` gives it.
+
+        Raises
+        ------
+        ValueError
+            If it is something else.
+        """
+        try:
+            solves = tuple(Solve(int(each["nx"]), int(each["ny"]), float(each["seconds"])) for each in record["solves"])
+            values, errors = (
+                {str(name): float(value) for name, value in record[part].items()} for part in ("values", "errors")
+            )
+            asked = (None if record[name] is None else float(record[name]) for name in ("accuracy", "time_budget"))
+            return cls(values, errors, str(record["how"]), solves, *asked)
+        except (TypeError, KeyError, AttributeError) as error:
+            raise ValueError(f"an estimate of the error that is none ({error})") from None

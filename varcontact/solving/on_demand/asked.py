@@ -1,0 +1,84 @@
+"""What a user asks for: an accuracy, or the time it may take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.planning.plan import Plan
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solving.error_norm import check_measurable
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An accuracy, or seconds: one of the two.
+
+    Attributes
+    ----------
+    accuracy : float or None
+        Largest error against the continuum [-], in the units of `varcontact.solving.error_norm`.
+    time_budget : float or None
+        Seconds.
+    """
+
+    accuracy: float | None = None
+    time_budget: float | None = None
+
+
+def asked_for(
+    scene: Scene, plan: Plan, accuracy: float | None, time_budget: float | None, start: Any = None
+) -> Asked | None:
+    """What is asked for, checked against the scene; None where nothing is.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+    accuracy, time_budget, start
+        As of `solve`.
+
+    Raises
+    ------
+    SceneError
+        If both are given, or one is not positive; or where the scene or the method leaves no choice.
+    """
+    if accuracy is None and time_budget is None:
+        return None
+    if accuracy is not None and time_budget is not None:
+        message = "accuracy and time_budget are both given: give one of them, as each decides on the grid"
+        raise SceneError("time_budget", time_budget, "left out", message=message)
+    if accuracy is not None:
+        field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
+    else:
+        field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
+    _check_choice(scene, plan, field, start)
+    check_measurable(scene)
+    return Asked(accuracy, time_budget)
+
+
+def _check_choice(scene: Scene, plan: Plan, field: str, start: Any) -> None:
+    """Refuse what is a grid, or needs one, and methods whose error is not that of a grid."""
+    motion = scene.motion
+    if isinstance(scene.grid, Grid):
+        message = f"grid: the grid is chosen for the {field}; leave the grid out, or {field}"
+        raise SceneError("grid", scene.grid, '"auto"', message=message)
+    if isinstance(motion, Transient):
+        message = f"motion: {field} is for one contact problem; for a history give the grid, and compare a finer one"
+        raise SceneError("motion", motion, "Steady, Shift or None", message=message)
+    if isinstance(motion, Steady) and motion.dq is not None:
+        message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
+        raise SceneError("motion.dq", motion.dq, "left out", message=message)
+    if plan.theory is not None:
+        message = (
+            f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
+            f"for an {field} take a method of the exact theory, or leave tangential out"
+        )
+        raise SceneError("tangential", plan.tangential, "a method of the exact theory", message=message)
+    if start is not None and not isinstance(start, str):
+        message = f'start: with {field} it is "stick" or "slip"; a solution belongs to its own grid'
+        raise SceneError("start", start, '"stick" or "slip"', message=message)

@@ -1,0 +1,279 @@
+"""From grid to grid until an answer's own estimate meets what is asked for, or the time is up."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from varcontact.errors import NotConverged, TooLarge
+from varcontact.machine import memory
+from varcontact.planning.costs import seconds_of
+from varcontact.planning.memory import peak
+from varcontact.planning.plan import Plan
+from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.solution import Solution
+from varcontact.scene.scene import Scene
+from varcontact.solving.error_norm import units, values
+from varcontact.solving.on_demand.asked import Asked
+from varcontact.solving.on_demand.ladder import Ladder, ladder_of
+
+Progress = Callable[[str], None]
+Solver = Callable[[Scene, Progress | None], Solution]
+"""Solves a scene as `solve` does, without an accuracy."""
+
+SHOWN = 25
+"""Elements across a contact in closed form: an odd number has one at the largest pressure."""
+COARSER = 0.5
+"""Elements across the contact on the first of two grids, by those on the second."""
+LEAST_STEP, GREATEST_STEP = 1.5, 3.0
+"""Elements across the contact on the next grid by those on the last one, at least and at most."""
+USED = 0.8
+"""Part of the time that two further grids may be expected to take: what is expected is true within a factor of 1.3."""
+LATE = 1.7
+"""A solve is given up when it has gone on for this many time budgets, and the answer before it is taken."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """An answer on one grid of a ladder.
+
+    Attributes
+    ----------
+    n : int
+        Elements across the contact.
+    solution : Solution
+    values, units : dict of str to float
+        As of `varcontact.solving.error_norm`.
+    seconds : float
+    """
+
+    n: int
+    solution: Solution
+    values: dict[str, float]
+    units: dict[str, float]
+    seconds: float
+
+
+class _TimeUp(Exception):
+    """Raised in a solve that takes too long."""
+
+
+@dataclass(frozen=True)
+class Climb:
+    """A scene, what is asked for, and how its grids are solved.
+
+    Attributes
+    ----------
+    scene : Scene
+    plan : Plan
+    asked : Asked
+    ladder : Ladder
+    solve : callable
+        Solves a scene on a given grid.
+    progress : callable, optional
+        Told the grid, and the stages of its solution.
+    rungs : list of Rung
+        What has been solved, in this order.
+    """
+
+    scene: Scene
+    plan: Plan
+    asked: Asked
+    ladder: Ladder
+    solve: Solver
+    progress: Progress | None
+    rungs: list[Rung]
+
+    def to_accuracy(self) -> Solution:
+        """The answer on the first grid whose estimate is below the accuracy.
+
+        Raises
+        ------
+        TooLarge
+            If the accuracy is out of reach, before anything is solved.
+        NotConverged
+            If the answer's own estimate asks for more than fits into memory; it has the best answer.
+        """
+        accuracy, most = self.asked.accuracy, self.most()
+        assert accuracy is not None
+        n = self.ladder.first(accuracy)
+        if n > most:
+            raise self._out_of_reach(accuracy, most)
+        self.on(self.ladder.coarser(n, COARSER))
+        while True:
+            self.on(n)
+            answer = self.answer()
+            estimate = answer.error_estimate
+            assert estimate is not None
+            if estimate.largest <= accuracy:
+                return answer
+            step = (estimate.largest / accuracy) ** (1 / self.ladder.order)
+            n, before = math.ceil(n * min(max(step, LEAST_STEP), GREATEST_STEP)), n
+            if n > most:
+                if before >= most / LEAST_STEP:
+                    raise self._out_of_memory(accuracy, answer)
+                n = most
+
+    def in_time(self) -> Solution:
+        """The answer on the finest grid that is expected to be solved in time."""
+        assert self.asked.time_budget is not None
+        begun, budget, most = time.perf_counter(), self.asked.time_budget, self.most()
+        coarsest = self.ladder.coarsest
+        self.on(coarsest)
+        n = math.ceil(coarsest * LEAST_STEP)
+        try:
+            while n <= most:
+                self.on(n, until=begun + LATE * budget)
+                n = self._finest(budget - (time.perf_counter() - begun))
+                if n < LEAST_STEP * self.rungs[-1].n:
+                    break
+                between = self.ladder.coarser(n, COARSER)
+                if between >= LEAST_STEP * self.rungs[-1].n:
+                    self.on(between, until=begun + LATE * budget)
+        except _TimeUp:
+            pass
+        return self.answer()
+
+    def closed_form(self) -> Solution:
+        """Hertz's contact, which needs no grid."""
+        self.on(SHOWN)
+        fine, hertz = self.rungs[-1], self.scene.hertz
+        assert hertz is not None
+        best = {**fine.values, "peak_pressure": hertz.peak_pressure}
+        solves = (Solve(*_cells(fine.solution), fine.seconds),)
+        how = "Hertz's pressure and approach are exact in the continuum"
+        exact = dict.fromkeys(best, 0.0)
+        return replace(fine.solution, error_estimate=ErrorEstimate(best, exact, how, solves, *self._asked))
+
+    @property
+    def _asked(self) -> tuple[float | None, float | None]:
+        return self.asked.accuracy, self.asked.time_budget
+
+    def on(self, n: int, until: float = math.inf) -> None:
+        """Add the answer on the grid with `n` elements across the contact, unless it is not there `until` then."""
+        posed = self.ladder.posed(self.scene, n)
+        if self.progress is not None:
+            self.progress(f"{n} elements across the contact")
+
+        def told(stage: str) -> None:
+            if time.perf_counter() > until:
+                raise _TimeUp
+            if self.progress is not None:
+                self.progress(f"{n} elements across the contact: {stage}")
+
+        begun = time.perf_counter()
+        solution = self.solve(posed, told if until < math.inf or self.progress is not None else None)
+        taken = time.perf_counter() - begun
+        self.rungs.append(Rung(n, solution, values(solution), units(solution), taken))
+
+    def answer(self) -> Solution:
+        """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
+        fine, ladder = self.rungs[-1], self.ladder
+        solves = tuple(Solve(*_cells(rung.solution), rung.seconds) for rung in self.rungs)
+        if len(self.rungs) == 1:
+            errors = {name: ladder.alone(fine.n) for name in fine.values}
+            how = f"by the usual error on {fine.n} elements across the contact: there was no time for a second grid"
+            best = fine.values
+        else:
+            coarse = self.rungs[-2]
+            part = 1 / ((fine.n / coarse.n) ** ladder.order - 1)
+            steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
+            errors = {name: ladder.error(step / fine.units[name], fine.n) for name, step in steps.items()}
+            best = {name: value + steps[name] for name, value in fine.values.items()}
+            how = (
+                f"{ladder.share:g} times the step to the extrapolated value, and {ladder.remainder(fine.n):.1e} "
+                f"(measured on {ladder.name}); extrapolated with order {ladder.order:g} from {coarse.n} and {fine.n} "
+                "elements across the contact"
+            )
+        estimate = ErrorEstimate(best, errors, how, solves, *self._asked)
+        return with_values(fine.solution, estimate)
+
+    def most(self) -> int:
+        """Most elements across the contact that fit into memory."""
+        left, n = memory.available() / 2, 2**20
+        while n > self.ladder.coarsest and self._bytes(n) > left:
+            n = int(n / 1.1)
+        return n
+
+    def _bytes(self, n: int) -> float:
+        elements = self.ladder.elements(n)
+        needed = 0.0 if self.plan.closed_form else peak(self.plan.normal, "", elements)
+        tangential = peak(self.plan.tangential, self.plan.formulation, 2 * elements) if self.plan.rubs else 0.0
+        return max(needed, tangential)
+
+    def _finest(self, left: float) -> int:
+        """Elements across the contact on the finest of two more grids that are expected to be solved in time."""
+        last = self.rungs[-1]
+        n, most = last.n, self.most()
+        by_law = last.seconds / self._law(last.n)
+        while n < most and by_law * (self._law(n) + self._law(n * COARSER)) < USED * left:
+            n = math.ceil(1.1 * n)
+        return n
+
+    def _law(self, n: float) -> float:
+        """Seconds on a grid with `n` elements across the contact, by the measured law, for their ratios."""
+        method = self.plan.tangential if self.plan.rubs else self.plan.normal
+        known = seconds_of(method, self.plan.formulation, self.ladder.elements(n))
+        return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
+
+    def _out_of_reach(self, accuracy: float, most: int) -> TooLarge:
+        n, reached = self.ladder.first(accuracy), self.ladder.expected(most)
+        fits = f"accuracy = {reached:.2g} fits"
+        return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
+
+    def _out_of_memory(self, accuracy: float, answer: Solution) -> NotConverged:
+        assert answer.error_estimate is not None
+        reached = answer.error_estimate.largest
+        words = f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and a finer grid does not fit"
+        return NotConverged(words, reached, answer)
+
+
+def with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
+    """A solution with an estimate, whose values become its own.
+
+    Parameters
+    ----------
+    solution : Solution
+    estimate : ErrorEstimate
+    """
+    names = ("vx", "vy", "spin") if solution.motion is not None and solution.motion.rolls else ("ux", "uy", "rotation")
+    first, second, third = (estimate.values.get(n, own) for n, own in zip(names, solution.creepage, strict=True))
+    approach = estimate.values.get("approach", solution.approach)
+    return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
+
+
+def _cells(solution: Solution) -> tuple[int, int]:
+    return solution.grid.nx, solution.grid.rows
+
+
+def on_demand(scene: Scene, plan: Plan, asked: Asked, solve: Solver, progress: Progress | None = None) -> Solution:
+    """Solve a scene to an accuracy, or within a time.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without a grid of its own.
+    plan : Plan
+    asked : Asked
+    solve : callable
+        Solves the scene on a given grid.
+    progress : callable, optional
+
+    Returns
+    -------
+    Solution
+        On the finest grid that was solved, with its `error_estimate`.
+
+    Raises
+    ------
+    TooLarge
+        If the accuracy is out of reach, before anything is solved.
+    NotConverged
+        If it turns out to be, or a solver misses its tolerance.
+    """
+    climb = Climb(scene, plan, asked, ladder_of(scene, plan), solve, progress, [])
+    if plan.closed_form and not plan.rubs:
+        return climb.closed_form()
+    return climb.in_time() if asked.accuracy is None else climb.to_accuracy()

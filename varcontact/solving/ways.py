@@ -1,0 +1,180 @@
+"""Ways to answer a scene: a rule for the grid, options of the solver, and extrapolation from two grids.
+
+A method is exact for its grid; a way is what an accuracy against the continuum belongs to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from varcontact.errors import SceneError
+from varcontact.problem.contact_grid import given_grid
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.solving.error_norm import values
+from varcontact.solving.solve import solve
+
+STRIPS = 4
+"""Elements along x in line contact for each of `cells`: there they cost next to nothing, as in ``grid="auto"``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """One way to answer any scene that it serves.
+
+    Parameters
+    ----------
+    cells : int
+        Elements across the contact along y, and along x unless `along` says otherwise; in line contact `STRIPS` times
+        as many along x.
+    along : float
+        Elements along x by those along y, except in line contact.
+    edge : str
+        As of `Grid`.
+    coarser : int
+        Elements across of a second, coarser grid, from which the values are extrapolated; 0: they are not.
+    order : float
+        Order of the error, for the extrapolation.
+    motion : tuple of (str, value)
+        Entries of `Steady` that differ from the scene's, as ``(("spin_offset", 0.0),)``; other motions lack them.
+    options : tuple of (str, value)
+        Arguments of `solve`, as ``(("tangential", "fastsim"),)``.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.1))
+    >>> way = Way(cells=16, edge="touched", coarser=8)
+    >>> print(way, f"{answer(scene, way).values['Fx'] / 0.3:.3f}")
+    touched 8 + 16 -0.880
+    """
+
+    cells: int
+    along: float = 1.0
+    edge: str = "centres"
+    coarser: int = 0
+    order: float = 1.0
+    motion: tuple[tuple[str, Any], ...] = ()
+    options: tuple[tuple[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.coarser and not 0 < self.coarser < self.cells:
+            raise SceneError("coarser", self.coarser, f"fewer elements than cells = {self.cells}")
+
+    @property
+    def family(self) -> str:
+        """What it has in common with the same way on other grids."""
+        parts = [str(value) for _, value in (*self.motion, *self.options)]
+        if "tangential" not in dict(self.options):
+            parts.insert(0, self.edge)
+        if self.coarser:
+            parts.append("extrapolated")
+        if self.along != 1.0:
+            parts.append(f"{self.along:g} times as many along x")
+        return ", ".join(parts)
+
+    def __str__(self) -> str:
+        cells = f"{self.coarser} + {self.cells}" if self.coarser else f"{self.cells}"
+        name = self.family.replace(", extrapolated", "")
+        return f"{name} {cells}"
+
+    def of(self, scene: Scene, cells: int) -> Scene:
+        """The scene on the way's grid with a number of elements across.
+
+        Parameters
+        ----------
+        scene : Scene
+        cells : int
+        """
+        along = STRIPS * cells if scene.line else max(2, round(self.along * cells))
+        margin = given_grid(scene).margin
+        grid = Grid(nx=along, ny=None if scene.line else cells, margin=margin, edge=self.edge)  # type: ignore[arg-type]
+        motion = scene.motion
+        if isinstance(motion, Steady):
+            motion = replace(motion, **dict(self.motion))
+        return replace(scene, grid=grid, motion=motion)
+
+    def why_not(self, scene: Scene) -> str:
+        """Why it does not serve a scene; empty where it does, as far as can be said without solving.
+
+        Parameters
+        ----------
+        scene : Scene
+        """
+        closed = scene.hertz is not None and (scene.bodies.K == 0 or scene.frictionless)
+        if self.edge != "centres" and not closed:
+            return f"the edge {self.edge!r} is for pressures in closed form only"
+        if scene.frictionless and (self.edge != "centres" or self.motion or "tangential" in dict(self.options)):
+            return "nothing rubs: the same as with elements by their centres"
+        if self.motion and not isinstance(scene.motion, Steady):
+            return f"{self.motion[0][0]} is for steady rolling"
+        return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """What a way found.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        As `varcontact.solving.error_norm.values` names them; extrapolated, if the way does so.
+    solutions : tuple of Solution or of History
+        From coarse to fine: one, or two.
+    """
+
+    values: dict[str, float]
+    solutions: tuple[Solution | History, ...]
+
+
+def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **options: Any) -> Answered:
+    """Answer a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its grid is replaced, but for the margin.
+    way : Way
+    steps : sequence of int, optional
+        Of a history: the steps that count, from 0; all of them if not given.
+    **options
+        More arguments of `solve`, as ``certify=None``; those of the way come first.
+
+    Returns
+    -------
+    Answered
+
+    Raises
+    ------
+    SceneError
+        If the way does not serve the scene; and all that `solve` raises.
+    """
+    reason = way.why_not(scene)
+    if reason:
+        raise SceneError("way", str(way), "one that serves the scene", message=f"way {way}: {reason}")
+    cells = [way.coarser, way.cells] if way.coarser else [way.cells]
+    solutions = tuple(solve(way.of(scene, n), **{**options, **dict(way.options)}) for n in cells)
+    return Answered(extrapolated(way, [values(each, steps) for each in solutions]), solutions)
+
+
+def extrapolated(way: Way, found: Sequence[dict[str, float]]) -> dict[str, float]:
+    """The values of a way from those on its grids, with an error ``C h^order`` taken off where there are two.
+
+    Parameters
+    ----------
+    way : Way
+    found : sequence of dict
+        From coarse to fine: one, or two.
+    """
+    fine = found[-1]
+    if len(found) == 1:
+        return dict(fine)
+    part = 1 / ((way.cells / way.coarser) ** way.order - 1)
+    return {name: value + part * (value - found[0][name]) for name, value in fine.items()}
