@@ -93,7 +93,7 @@ def make_table_book(
     --------
     >>> book = make_table_book(0.3, least=0.9, greatest=1.1, ratios=2, steps=3, degree=3)
     >>> book.entries, book.values.shape
-    (84, (2, 3, 14, 3))
+    (114, (2, 3, 19, 3))
     """
     nu = checks.number("nu", nu, "a number")
     kinds = Bodies(G=1.0, nu=nu)  # which checks it
@@ -119,8 +119,7 @@ def make_table_book(
         check_ending("out", path, ".nc")
         check_writable("out", path)
         check_replaceable("out", path, "table book", _is_book, overwrite)
-    for cells in (ENTRY.coarser, ENTRY.cells):
-        store = None if path is None else _beside(path, cells)
+    for cells, store in zip((ENTRY.coarser, ENTRY.cells), (None, None) if path is None else stores(path), strict=True):
         found.append(_solved([ENTRY.of(each, cells) for each in scenes], steps, executor, workers, store, progress))
     shape = ratios, len(directions), steps
     coarse, fine = (np.moveaxis(forces.reshape(*shape, 3), 1, 2) for forces in found)
@@ -132,9 +131,21 @@ def make_table_book(
     book = TableBook(nu, nodes, coefficients, directions, values, accuracy, full, provenance)
     if path is not None:
         write_whole("out", path, book.to_bytes())
-        for cells in (ENTRY.coarser, ENTRY.cells):
-            _beside(path, cells).unlink(missing_ok=True)
+        for store in stores(path):
+            store.unlink(missing_ok=True)
     return book
+
+
+def stores(out: Path) -> tuple[Path, Path]:
+    """The stores of the two sweeps, coarse and fine, that stand beside a book while it is made.
+
+    Parameters
+    ----------
+    out : Path
+        The book's file.
+    """
+    coarse, fine = (out.with_name(f"{out.stem}.{cells}-cells.nc") for cells in (ENTRY.coarser, ENTRY.cells))
+    return coarse, fine
 
 
 def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
@@ -169,10 +180,6 @@ def _solved(
         reason = str(swept["reason"].values[k])
         raise VarcontactError(f"{failed.size} of {len(scenes)} entries are not solved; the first is {k}: {reason}")
     return np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
-
-
-def _beside(path: Path, cells: int) -> Path:
-    return path.with_name(f"{path.stem}.{cells}-cells.nc")
 
 
 def _is_book(path: Path) -> bool:

@@ -1,4 +1,4 @@
-"""Fast approximate theories: linear, Vermeulen-Johnson, simplified, and FASTSIM. All for quasi-identical bodies."""
+"""Fast approximate theories, and a table of exact forces. All for quasi-identical bodies."""
 
 from varcontact.theories.fastsim import (
     FastsimField,
@@ -18,6 +18,8 @@ from varcontact.theories.simplified import (
     simplified_linear_force,
     simplified_traction,
 )
+from varcontact.theories.table import equivalent_ellipse, table_forces
+from varcontact.theories.table_book import TableBook
 from varcontact.theories.vermeulen_johnson import (
     VermeulenJohnsonCoefficients,
     vermeulen_johnson,
@@ -29,8 +31,10 @@ from varcontact.theories.vermeulen_johnson import (
 __all__ = [
     "FastsimField",
     "Resultants",
+    "TableBook",
     "VermeulenJohnsonCoefficients",
     "creepage_for_force",
+    "equivalent_ellipse",
     "fastsim",
     "fastsim_field",
     "fastsim_on_grid",
@@ -43,6 +47,7 @@ __all__ = [
     "simplified_force",
     "simplified_linear_force",
     "simplified_traction",
+    "table_forces",
     "vermeulen_johnson",
     "vermeulen_johnson_coefficients",
     "vermeulen_johnson_creepage",

@@ -22,6 +22,7 @@ from varcontact.theories.fastsim_law import on_grid as fastsim_on_grid_under_law
 from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.prescribed import creepages_meeting
 from varcontact.theories.simplified import flexibilities_of
+from varcontact.theories.table_method import table_tractions, why_not_in_book
 from varcontact.theories.vermeulen_johnson import (
     vermeulen_johnson,
     vermeulen_johnson_creepage,
@@ -53,7 +54,7 @@ def why_not(name: str, scene: Scene) -> str:
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
     if isinstance(scene.friction, Law):
-        if name == "vermeulen-johnson":
+        if name in ("vermeulen-johnson", "table"):
             return "it is for one finite coefficient of friction, not for a law"
         if name != "linear" and (scene.motion.Fx is not None or scene.motion.Fy is not None):
             return "under a law of friction the force may fall with creepage, so that creepages are needed, not forces"
@@ -61,6 +62,8 @@ def why_not(name: str, scene: Scene) -> str:
         return "it is for one finite coefficient of friction"
     if name != "linear" and scene.touched:
         return 'its tractions are those at the centres of elements, and grid.edge is "touched"'
+    if name == "table" and scene.hertz is not None:
+        return why_not_in_book(scene.hertz.a / scene.hertz.b, scene.bodies.combined_nu)
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
         return f"it is for rolling without spin, and spin is {scene.motion.spin:.3g}"
     return ""
@@ -118,12 +121,21 @@ def _vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Conta
     return _state(disc, state, traction * scale / disc.pressure, rigid, (state.pressure > 0) & ~stick)
 
 
+def _table(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with tractions that carry the forces of the table book: FASTSIM's, changed as little as that takes."""
+    traction, creepage = table_tractions(disc, state, _fastsim_elliptic)
+    bound = _friction(disc) * state.pressure
+    slips = (np.hypot(*traction) >= bound * (1 - 1e-9)) & (state.pressure > 0)
+    return _state(disc, state, traction, _rigid(disc, creepage), slips)
+
+
 THEORIES: dict[str, Theory] = {
     "fastsim": _fastsim_parabolic,
     "fastsim-elliptic": _fastsim_elliptic,
     "fastsim-weighted": partial(_fastsim_parabolic, flexibility="weighted"),
     "fastsim-weighted-elliptic": partial(_fastsim_elliptic, flexibility="weighted"),
     "linear": _linear,
+    "table": _table,
     "vermeulen-johnson": _vermeulen_johnson_state,
 }
 

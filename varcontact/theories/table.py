@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from varcontact.checks import numbers, positive
 from varcontact.errors import SceneError
 from varcontact.theories.inputs import Resultants, triples
 from varcontact.theories.table_book import TableBook, shipped
+
+if TYPE_CHECKING:
+    from varcontact.scene.grid import Grid
 
 AT_ONCE = 256
 """Triples that are computed together: with more, memory is asked for anew each time, and a triple takes three times as
@@ -97,6 +100,54 @@ def table_forces(
     shape = np.broadcast_shapes(creepage.shape[:-1], limit.shape)
     forces = np.moveaxis(found[:2].reshape(2, *shape), 0, -1) * (limit[..., None] if limit.ndim else limit)
     return Resultants(forces, found[2].reshape(shape) * (limit * size))
+
+
+def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
+    """Semi-axes of the ellipse that stands for a contact area of another shape, for those who ask for it.
+
+    It has the area of the contact, and its ratio of the second moments about its centre, along x and across.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit, as `Solution.grid`.
+    pressure : array_like, shape (ny, nx)
+        Positive in contact.
+
+    Returns
+    -------
+    a, b : float
+        Along the rolling direction and across it [length].
+
+    Raises
+    ------
+    SceneError
+        If the pressure is not of the grid's shape, or contact is nowhere.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> sol = vc.solve(vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=2.0, b=1.0), normal_force=1.0,
+    ...     grid=vc.Grid(nx=40, ny=40)))
+    >>> a, b = equivalent_ellipse(sol.grid, sol.pressure)
+    >>> print(f"{a:.2f} {b:.2f}")
+    2.00 1.00
+    """
+    pressures = checks.array("pressure", pressure, 2)
+    if pressures.shape != grid.shape:
+        raise checks.wrong_shape("pressure", pressures.shape, f"of shape {grid.shape}")
+    contact = pressures > 0
+    if not contact.any():
+        raise SceneError("pressure", float(pressures.max()), "positive somewhere")
+    rows, columns = np.nonzero(contact)
+    sides = np.array(grid.sides)
+    spread = [
+        grid.x[columns].var() + sides[0] ** 2 / 12,
+        grid.y[rows].var() + sides[1] ** 2 / 12,
+    ]  # each is a rectangle
+    area, ratio = contact.sum() * grid.area, math.sqrt(spread[0] / spread[1])
+    return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
 
 
 NEAR = 0.01

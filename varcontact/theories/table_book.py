@@ -163,7 +163,7 @@ class TableBook:
 
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
-        file.format, file.nu, file.provenance, file.digest = FORMAT, self.nu, self.provenance, self._digest()
+        file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self._digest()
         sizes = self.values.shape
         for name, size in {"ratio": sizes[0], "magnitude": sizes[1], "direction": sizes[2], "component": 3}.items():
             file.createDimension(name, size)
