@@ -60,7 +60,7 @@ def coefficients(ratio: float, cells: int, edge: str, step: float, place: tuple[
 
 
 def errors(ratio: float, cells: int, edge: str = "centres", step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and standard deviation over the places of the lattice, in per cent of Kalker's table, (5, 4) each."""
+    """Mean and standard deviation over the places of the lattice, in per cent of the computed coefficients, (5, 4)."""
     table = creepage_coefficients(ratio**0.5, ratio**-0.5, BODIES.combined_nu)
     exact = np.array([table.C11, table.C22, table.C23, table.C33])
     found = np.array([coefficients(ratio, cells, edge, step, place) for place in PLACES])
@@ -69,7 +69,7 @@ def errors(ratio: float, cells: int, edge: str = "centres", step: float = 1.0) -
 
 def without_slip(ratios: tuple[float, ...], cells: tuple[int, ...]) -> dict[tuple[float, int], np.ndarray]:
     """Errors of the creepage coefficients by sampling point, step and edge."""
-    print("No slip: mean errors over four places of the lattice in % of Kalker's table, (noise) of a single place")
+    print("No slip: mean errors over four places of the lattice in % of the limit, (noise) of a single place")
     row("a/b, cells", ["C11", "C22", *(f"C23, {t}" for t in OFFSETS), *(f"C33, {t}" for t in OFFSETS)])
     found = {}
     for ratio, n in product(ratios, cells):

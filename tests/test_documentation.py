@@ -19,6 +19,7 @@ def blocks(page, language):
 MADE = {
     "docs/sweeps.md": {"contact.png", "contact.nc", "study.csv", "order.png", "sweep.nc"},
     "docs/scenes.md": {"history.nc"},
+    "docs/fast_theories.md": set(),
     "docs/results.md": {
         *(f"{name}.png" for name in ("contact", "fields", "section", "stress", "below", "curve", "history")),
         "history.gif",
@@ -29,7 +30,12 @@ MADE = {
 
 @pytest.mark.parametrize(
     "pages",
-    [["README.md", "docs/convergence.md", "docs/sweeps.md"], ["docs/scenes.md"], ["docs/results.md"]],
+    [
+        ["README.md", "docs/convergence.md", "docs/sweeps.md"],
+        ["docs/scenes.md"],
+        ["docs/results.md"],
+        ["docs/fast_theories.md"],
+    ],
     ids=lambda pages: pages[-1],
 )
 def test_python_on_the_pages(pages, tmp_path, monkeypatch):

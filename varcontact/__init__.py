@@ -20,6 +20,7 @@ from varcontact.plotting.curve import plot_curve
 from varcontact.plotting.stress import plot_stress
 from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.results.stress import SubsurfaceStress, stress, stress_below
@@ -47,6 +48,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
     "ExponentialFalling",
@@ -84,6 +86,7 @@ __all__ = [
     "converge",
     "kinematics",
     "load",
+    "no_slip_coefficients",
     "plan",
     "plot_comparison",
     "plot_curve",

@@ -19,7 +19,7 @@ UNIT = 1e-9
 
 
 def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndarray:
-    """The matrix of a body that is pitched about its y-axis, then rolled about x, then yawed about z.
+    """The matrix of a body that is pitched about y, then yawed about z, then rolled about x, axes at rest.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     Returns
     -------
     ndarray, shape (3, 3)
-        ``Rz(yaw) Rx(roll) Ry(pitch)``; its columns are the body's axes in the global frame.
+        ``Rx(roll) Rz(yaw) Ry(pitch)``; its columns are the body's axes in the global frame.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def rotation(roll: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndar
     about_x = np.array([[1, 0, 0], [0, a, -sa], [0, sa, a]])
     about_z = np.array([[b, -sb, 0], [sb, b, 0], [0, 0, 1]])
     about_y = np.array([[c, 0, sc], [0, 1, 0], [-sc, 0, c]])
-    return np.asarray(about_z @ about_x @ about_y)
+    return np.asarray(about_x @ about_z @ about_y)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -142,7 +142,7 @@ def test_points_and_names_of_any_size(sol, tmp_path):
         lambda: vc.stress(sol, [[1e308]] * 3),
         lambda: vc.plot_stress(sol, y=1e101),
     ):
-        with pytest.raises(vc.SceneError, match=r"(depths|points|y) = 1e\+\d+ .* at most 1e\+100 in size"):
+        with pytest.raises(vc.SceneError, match=r"(depths|points|y)(\[0, 0\])? = 1e\+\d+ .* at most 1e\+100 in size"):
             call()
     with pytest.raises(vc.SceneError, match="scene file") as failure:
         vc.read_scene("x" * 100_000)

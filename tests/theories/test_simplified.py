@@ -87,11 +87,11 @@ def test_flexibility_is_a_mean_of_three():
 
 
 def test_flexibilities_of_many_contacts():
-    """Table 4 (nu = 0.25) in one call, its last digits; .727 where it misprints .784, and .332 where .352."""
+    """Table 4 (nu = 0.25) in one call, within 1.1 %; .727 where it misprints .784, and .332 where .352."""
     ratios = np.array([0.1, 0.3, 1.0, 1 / 0.3, 10.0])
     found = flexibilities(2 * ratios, 2.0, 5.0, creepage_coefficients(ratios, 1.0, 0.25)) * 5 / (2 * ratios[:, None])
     printed = [(0.806, 1.06, 0.525), (0.775, 0.970, 0.602), (0.647, 0.727, 0.534), (0.421, 0.417, 0.332)]
-    np.testing.assert_allclose(found, [*printed, (0.228, 0.208, 0.170)], atol=2.1e-3)
+    np.testing.assert_allclose(found, [*printed, (0.228, 0.208, 0.170)], rtol=0.011)
     with pytest.raises(vc.SceneError, match="G = -5"):
         flexibilities(1.0, 1.0, -5.0, creepage_coefficients(1.0, 1.0, 0.25))
 

@@ -1,6 +1,6 @@
 """Checks of inputs: each returns the clean value or raises a SceneError that names the field."""
 
-from varcontact.checks.arrays import array, dimensions, is_array, numbers, numbers_within, positives, wrong_shape
+from varcontact.checks.arrays import array, dimensions, is_array, numbers, poisson, positives, wrong_shape
 from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole
 from varcontact.checks.words import choice, elastic, exactly_one, file_name, flag, nearest, progress
 
@@ -19,7 +19,7 @@ __all__ = [
     "nearest",
     "number",
     "numbers",
-    "numbers_within",
+    "poisson",
     "positive",
     "positives",
     "progress",

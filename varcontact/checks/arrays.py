@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks.single import LARGE, SMALL, TOO_LARGE, computable
+from varcontact.checks.single import LARGE, SMALL, TOO_LARGE
 from varcontact.errors import SceneError
 
 
@@ -60,10 +60,8 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
     result = _floats(field, value, allowed)
     if result.ndim != ndim or result.size == 0:
         raise wrong_shape(field, result.shape, allowed)
-    for good, wanted in ((np.isfinite(result), "finite (no NaN, no inf)"), (np.abs(result) <= LARGE, TOO_LARGE)):
-        if not good.all():
-            where = tuple(int(i) for i in np.argwhere(~good)[0])
-            raise SceneError(f"{field}{list(where)}", float(result[where]), wanted)
+    _require_all(field, result, np.isfinite(result), "finite (no NaN, no inf)")
+    _require_all(field, result, np.abs(result) <= LARGE, TOO_LARGE)
     result.flags.writeable = False
     return result
 
@@ -87,13 +85,22 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
     Raises
     ------
     SceneError
-        If it is no array of numbers, or has NaN, infinity or numbers beyond `LARGE`.
+        If it is no array of numbers, or has NaN, infinity or numbers beyond `LARGE`; the first of these is named by
+        its index.
     """
     result = _floats(field, value, allowed)
-    for good, wanted in ((np.isfinite(result), allowed), (np.abs(result) <= LARGE, TOO_LARGE)):
-        if not good.all():
-            raise SceneError(field, float(result[~good][0]), wanted)
+    sizes = np.abs(result)
+    if not np.all(sizes <= LARGE):  # nor where there is NaN
+        _require_all(field, result, np.isfinite(result), allowed)
+        _require_all(field, result, sizes <= LARGE, TOO_LARGE)
     return result
+
+
+def _require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) -> None:
+    """Refuse the first value that is not good, by its index where there are several."""
+    if not good.all():
+        where = tuple(int(i) for i in np.argwhere(~good)[0])
+        raise SceneError(f"{field}{list(where)}" if where else field, float(values[where]), allowed)
 
 
 def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
@@ -109,16 +116,14 @@ def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
     raise SceneError(field, value, allowed)
 
 
-def numbers_within(field: str, value: Any, least: float, greatest: float) -> np.ndarray:
-    """Finite numbers of any shape in [least, greatest].
+def poisson(value: Any, field: str = "nu") -> np.ndarray:
+    """Poisson's ratios, in (-1, 0.5], of any shape.
 
     Parameters
     ----------
+    value : array_like
     field : str
         Name of the entry, for the message.
-    value : array_like
-    least, greatest : float
-        In the unit of the values.
 
     Returns
     -------
@@ -130,11 +135,9 @@ def numbers_within(field: str, value: Any, least: float, greatest: float) -> np.
     SceneError
         If one is not finite or lies outside.
     """
-    allowed = f"in [{least:g}, {greatest:g}]"
+    allowed = "a Poisson's ratio in (-1, 0.5]"
     result = numbers(field, value, allowed)
-    outside = (result < least) | (result > greatest)
-    if outside.any():
-        raise SceneError(field, float(result[outside][0]), allowed)
+    _require_all(field, result, (result > -1) & (result <= 0.5), allowed)
     return result
 
 
@@ -160,10 +163,11 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
         If one is not finite, not above zero, or of a size that cannot be computed with.
     """
     result = numbers(field, value, allowed)
-    if (result <= 0).any():
-        raise SceneError(field, float(result[result <= 0][0]), allowed)
-    if (result < SMALL).any():
-        computable(field, float(result[result < SMALL][0]))
+    if not np.all(result >= SMALL):
+        _require_all(field, result, result > 0, allowed)
+        _require_all(
+            field, result, result >= SMALL, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with"
+        )
     return result
 
 

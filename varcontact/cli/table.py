@@ -57,4 +57,4 @@ def make(
     except Interrupted as stopped:
         stop(stopped, stores(out)[0], "--out FILE.nc", "entries")
     worst = float(book.accuracy.max())
-    show(f"{book.entries} entries, {book.provenance}; estimated error at most {100 * worst:.1f} % of f Fz, in {out}")
+    show(f"{book.entries} {book.provenance}; estimated error at most {100 * worst:.1f} % of f Fz; in {out}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -100,7 +100,7 @@ class GridOperator:
             parts[rows, columns] = GridOperator(self.shape, self.table[np.ix_(rows, columns)])
         return parts[rows, columns]
 
-    def on(self, elements: np.ndarray) -> RestrictedOperator:
+    def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
 
         The last few are remembered: passes and scans over the same contact assemble and factor its matrix once.
@@ -109,10 +109,12 @@ class GridOperator:
         ----------
         elements : int ndarray, shape (n,)
             Places of the elements on the grid, row by row.
+        softening : ndarray, shape (columns, n), optional
+            Added to the diagonal.
         """
         kept: list[RestrictedOperator] = self.__dict__.setdefault("_kept", [])
-        found = next((one for one in kept if np.array_equal(one.elements, elements)), None)
-        operator = RestrictedOperator(self, elements) if found is None else found
+        new = RestrictedOperator(self, elements, softening=softening)
+        operator = next((one for one in kept if one.same(new)), new)
         if elements.size < self.shape[0] * self.shape[1]:
             kept[:] = [operator, *(one for one in kept if one is not operator)][:REMEMBERED]
         return operator
@@ -151,10 +153,26 @@ class RestrictedOperator:
     grid_operator : GridOperator
     elements : int ndarray, shape (n,)
         Places of the elements on the grid, row by row.
+    softening : ndarray, shape (columns, n), optional
+        Added to the diagonal: elements that the contact covers in part give way more.
     """
 
     grid_operator: GridOperator
     elements: np.ndarray
+    softening: np.ndarray | None = field(default=None, kw_only=True)
+
+    def same(self, other: RestrictedOperator) -> bool:
+        """Whether another operator of the same grid is on the same elements, as soft.
+
+        Parameters
+        ----------
+        other : RestrictedOperator
+        """
+        if not np.array_equal(self.elements, other.elements):
+            return False
+        if self.softening is None or other.softening is None:
+            return self.softening is other.softening
+        return np.array_equal(self.softening, other.softening)
 
     @property
     def components(self) -> int:
@@ -164,14 +182,21 @@ class RestrictedOperator:
     @cached_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (rows * n, columns * n), assembled once."""
-        return self.grid_operator.dense(self.elements)
+        return self._softened(self.grid_operator.dense(self.elements))
+
+    def _softened(self, matrix: np.ndarray) -> np.ndarray:
+        if self.softening is not None:
+            np.einsum("ii->i", matrix)[:] += self.softening.ravel()
+        return matrix
 
     @cached_property
     def cholesky(self) -> tuple[np.ndarray, bool]:
         """Cholesky's factor of the matrix, symmetric and positive definite: for scipy's ``cho_solve``."""
         from scipy.linalg import cho_factor
 
-        matrix = self.grid_operator.dense(self.elements).T  # which is the same, in the order that LAPACK has: no copy
+        matrix = self._softened(
+            self.grid_operator.dense(self.elements)
+        ).T  # which is the same, in the order that LAPACK has: no copy
         factor: tuple[np.ndarray, bool] = cho_factor(matrix, overwrite_a=True, check_finite=False)
         return factor
 
@@ -204,7 +229,10 @@ class RestrictedOperator:
         field = np.zeros((tractions.shape[0], ny * nx))
         field[:, self.elements] = tractions
         product = self.grid_operator.apply(field.reshape(-1, ny, nx))
-        return product.reshape(-1, ny * nx)[:, self.elements]
+        return self._with_own(product.reshape(-1, ny * nx)[:, self.elements], tractions)
+
+    def _with_own(self, product: np.ndarray, tractions: np.ndarray) -> np.ndarray:
+        return product if self.softening is None else product + self.softening * tractions
 
 
 def _fft_shape(ny: int, nx: int) -> tuple[int, int]:
@@ -242,9 +270,10 @@ def influence_operator(
     K: float = 0.0,
     depth: float = 1.0,
     lag: float | None = None,
+    difference: str = "first-order",
     offset: float = 0.0,
 ) -> GridOperator:
-    """Influence numbers A on a grid, or A - C where a `lag` is given.
+    """Influence numbers A on a grid, or their difference over a step of rolling where a `lag` is given.
 
     Parameters
     ----------
@@ -258,6 +287,8 @@ def influence_operator(
         In line contact: the depth from which displacements count [length].
     lag : float, optional
         Distance `dq` [length]: C is B at the previous positions of the particles, ``x + dq`` (231).
+    difference : str
+        Which difference over that step, see `DIFFERENCES`.
     offset : float
         Displacements are those at ``x + offset`` [length]: of `dq`, C itself.
 
@@ -274,11 +305,29 @@ def influence_operator(
     """
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
-    offsets = [offset] if lag is None else [offset, offset + lag]
-    tables = _tables_at(grid, offsets, names, nu, K, depth)
-    found = tables[0] if lag is None else {name: tables[0][name] - tables[1][name] for name in names}
+    parts = ((0, 1.0),) if lag is None else DIFFERENCES[difference]
+    tables = _tables_at(grid, [offset + ahead * (lag or 0.0) for ahead, _ in parts], names, nu, K, depth)
+    weights = [weight for _, weight in parts]
+    found = tables[0] if lag is None else {name: _weighted(weights, [each[name] for each in tables]) for name in names}
     table = np.array([found[name] for name in names])
     return GridOperator(grid.shape, table.reshape(len(rows), len(columns), 2 * grid.rows - 1, 2 * grid.nx - 1))
+
+
+DIFFERENCES = {
+    "first-order": ((0, 1.0), (1, -1.0)),
+    "second-order": ((-1, 5 / 24), (0, 21 / 24), (1, -33 / 24), (2, 7 / 24)),
+}
+"""Differences of displacements over a step of rolling: how many steps ahead each is taken, and its weight.
+
+The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
+"""
+
+
+def _weighted(weights: list[float], tables: list[np.ndarray]) -> np.ndarray:
+    total = weights[0] * tables[0]
+    for weight, each in zip(weights[1:], tables[1:], strict=True):
+        total = total + weight * each
+    return total
 
 
 def _tables_at(

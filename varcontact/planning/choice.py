@@ -117,9 +117,9 @@ def _check_edge(scene: Scene, normal: str, reason: str) -> None:
     if scene.touched and normal != "hertz":
         raise SceneError(
             "grid.edge",
-            "touched",
+            scene.edge,
             '"centres"',
-            message=f'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by '
+            message=f'grid.edge = "{scene.edge}" is for Hertz\'s pressure, and here the pressure is by '
             f'{normal} ({reason}); use "centres"',
         )
 
@@ -226,6 +226,14 @@ def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
 def _formulation(scene: Scene, chosen: dict[str, str], wanted: str) -> tuple[str, str]:
     choice("formulation", wanted, ("auto", *FORMULATIONS))
     steady, tangential = isinstance(scene.motion, Steady), chosen["tangential"]
+    if wanted == "marching" and isinstance(scene.motion, Steady) and scene.motion.slip_difference != "first-order":
+        raise SceneError(
+            "formulation",
+            wanted,
+            '"auto" or "gap"',
+            message=f'formulation = "marching" is for motion.slip_difference = "first-order", '
+            f'and it is "{scene.motion.slip_difference}": a march goes from one step to the next; use "auto"',
+        )
     allowed: tuple[str, ...]
     if states_programs(tangential):
         allowed = ("gap", "marching") if steady else ("complementary", "potential", "gap")

@@ -137,7 +137,8 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
 def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray) -> float:
     """A bound on the 2-norm of the rounding in ``known + M field`` by FFT (Higham 2002)."""
     stages = TRANSFORM * np.log2(operator.grid_operator.table[0, 0].size)
-    return float(EPS * (stages * norm(operator.grid_operator) * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
+    largest = norm(operator.grid_operator) + (0.0 if operator.softening is None else float(operator.softening.max()))
+    return float(EPS * (stages * largest * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
 
 
 # ----------------------------------------------------------------------------- the pressure's own error

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
 from varcontact.problem.out_of_reach import check_range, check_shift, out_of_reach
 from varcontact.problem.problem import NormalProblem, TangentialProblem
+from varcontact.problem.softening import softening
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
@@ -177,6 +179,20 @@ class Discretisation:
         return self.step if self.steady else None
 
     @property
+    def difference(self) -> str:
+        """Which difference over a step of rolling the elastic slip is."""
+        return self.motion.slip_difference if isinstance(self.motion, Steady) else "first-order"
+
+    @cached_property
+    def softening(self) -> np.ndarray | None:
+        """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx), or None."""
+        if self.grid.edge != "softened" or self.hertz is None:
+            return None
+        (ny, nx), table = self.grid.shape, self.tangential_operator.table
+        own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
+        return own[:, None, None] * softening(self.hertz.covered(*self.grid.lines))
+
+    @property
     def normal_operator(self) -> GridOperator:
         """A_zz."""
         return self.operators.normal
@@ -184,12 +200,12 @@ class Discretisation:
     @property
     def tangential_operator(self) -> GridOperator:
         """A_tt, or A_tt - C_tt in steady rolling."""
-        return self.operators.tangential(self.lag)
+        return self.operators.tangential(self.lag, self.difference)
 
     @property
     def pressure_to_shift(self) -> GridOperator:
         """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
-        return self.operators.pressure_to_shift(self.lag)
+        return self.operators.pressure_to_shift(self.lag, self.difference)
 
     @property
     def traction_to_distance(self) -> GridOperator:
@@ -260,17 +276,47 @@ class Discretisation:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
         directions = self._directions(shift, forces, acting)
+        operator = self.tangential_on(elements, directions)
         return TangentialProblem(
-            operator=self.tangential_operator.between(directions, directions).on(elements),
+            operator=operator,
             rigid_shift=shift[list(directions)],
             bound=bound[elements],
             points=self.points.reshape(2, -1)[:, elements],
             area=self.lattice.area,
             force=tuple(forces[i] for i in directions),
             symmetric=not self.steady,
-            instant=self.operators.tangential().between(directions, directions).on(elements) if marching else None,
+            instant=self.operators.tangential().between(directions, directions).on(elements, operator.softening)
+            if marching
+            else None,
             directions=directions,
         )
+
+    def tangential_on(self, elements: np.ndarray, directions: tuple[int, ...] = (0, 1)) -> RestrictedOperator:
+        """The operator between tractions and shifts of some elements, with their softening.
+
+        Parameters
+        ----------
+        elements : int ndarray, shape (n,)
+            Places of the elements on the grid, row by row.
+        directions : tuple of int
+        """
+        soft = None if self.softening is None else self.softening.reshape(2, -1)[list(directions)][:, elements]
+        return self.tangential_operator.between(directions, directions).on(elements, soft)
+
+    def shift_by_tractions(self, traction: np.ndarray) -> np.ndarray:
+        """M p, dimensionless, with the softening.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny, nx)
+            Dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (2, ny, nx)
+        """
+        shift = self.tangential_operator.apply(traction)
+        return shift if self.softening is None else shift + self.softening * traction
 
     def _directions(self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None) -> tuple[int, ...]:
         """Directions in which tractions can arise: both, or, where elasticity couples them not, those that move."""

@@ -32,7 +32,7 @@ class FoldedOperator(RestrictedOperator):
     @cached_property
     def matrix(self) -> np.ndarray:
         """Dense matrix, (2 n, 2 n): from the elements, and from their images."""
-        own = self.grid_operator.dense(self.elements)
+        own = self._softened(self.grid_operator.dense(self.elements))
         own += self.grid_operator.dense(self.elements, self.images) * np.repeat(self.signs, self.elements.size)
         return own
 
@@ -53,7 +53,8 @@ class FoldedOperator(RestrictedOperator):
         field = np.zeros((2, ny * nx))
         field[:, self.elements] = tractions
         field[:, self.images] = tractions * np.array(self.signs)[:, None]
-        return self.grid_operator.apply(field.reshape(2, ny, nx)).reshape(2, -1)[:, self.elements]
+        product = self.grid_operator.apply(field.reshape(2, ny, nx)).reshape(2, -1)[:, self.elements]
+        return self._with_own(product, tractions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +135,8 @@ class Mirror:
         kept: dict[tuple[float, float], FoldedOperator] = operator.__dict__.setdefault("_folded", {})
         if self.signs not in kept:
             half, images = operator.elements[self.half], operator.elements[self.images]
-            kept[self.signs] = FoldedOperator(operator.grid_operator, half, images, self.signs)
+            soft = None if operator.softening is None else operator.softening[:, self.half]
+            kept[self.signs] = FoldedOperator(operator.grid_operator, half, images, self.signs, softening=soft)
         return kept[self.signs]
 
 

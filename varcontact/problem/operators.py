@@ -91,7 +91,7 @@ class Operators:
     K: float
     depth: float = 1.0
     make: Callable[..., GridOperator] | None = None
-    _tables: dict[tuple[str, str, float | None], GridOperator] = field(default_factory=dict, repr=False)
+    _tables: dict[tuple[str, str, float | None, str], GridOperator] = field(default_factory=dict, repr=False)
     _carrying: dict[float, GridOperator] = field(default_factory=dict, repr=False)
 
     @property
@@ -99,35 +99,39 @@ class Operators:
         """A_zz: distances by pressures."""
         return self._table("z", "z")
 
-    def tangential(self, lag: float | None = None) -> GridOperator:
+    def tangential(self, lag: float | None = None, difference: str = "first-order") -> GridOperator:
         """A_tt, shifts by tractions; in steady rolling A_tt - C_tt.
 
         Parameters
         ----------
         lag : float, optional
             Dimensionless distance rolled in a step of steady rolling.
+        difference : str
+            Which difference over that step, "first-order" or "second-order".
 
         Returns
         -------
         GridOperator
             From (2, ny, nx) to (2, ny, nx), dimensionless.
         """
-        return self._table("xy", "xy", lag)
+        return self._table("xy", "xy", lag, difference)
 
-    def pressure_to_shift(self, lag: float | None = None) -> GridOperator:
+    def pressure_to_shift(self, lag: float | None = None, difference: str = "first-order") -> GridOperator:
         """A_tz, shifts by pressures, where K != 0; in steady rolling A_tz - C_tz.
 
         Parameters
         ----------
         lag : float, optional
             Dimensionless distance rolled in a step of steady rolling.
+        difference : str
+            Which difference over that step, "first-order" or "second-order".
 
         Returns
         -------
         GridOperator
             From (1, ny, nx) to (2, ny, nx), dimensionless.
         """
-        return self._table("xy", "z", lag)
+        return self._table("xy", "z", lag, difference)
 
     @property
     def traction_to_distance(self) -> GridOperator:
@@ -191,10 +195,12 @@ class Operators:
         """
         return (self.lattice, self.nu, self.K, self.depth) == (lattice, nu, K, depth)
 
-    def _table(self, rows: str, columns: str, lag: float | None = None) -> GridOperator:
-        key = rows, columns, lag
+    def _table(
+        self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order"
+    ) -> GridOperator:
+        key = rows, columns, lag, difference
         if key not in self._tables:
-            self._tables[key] = self._made(rows, columns, lag=lag)
+            self._tables[key] = self._made(rows, columns, lag=lag, difference=difference)
         return self._tables[key]
 
     def _made(self, rows: str, columns: str, **where: Any) -> GridOperator:

@@ -34,7 +34,7 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
         return shift, areas
     shift[:] = disc.known_shift() + state.rigid[:, None, None]
     if not disc.frictionless:
-        shift += disc.tangential_operator.apply(state.traction)
+        shift += disc.shift_by_tractions(state.traction)
     if disc.K != 0:
         shift += disc.pressure_to_shift.apply(state.pressure[None])
     shift *= contact

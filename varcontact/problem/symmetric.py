@@ -197,7 +197,7 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     up to `relative`, below the least root of P.
     """
     inverse, least, largest, whole = _inverse_symbol(symmetric.grid_operator)
-    preconditioner = replace(symmetric, grid_operator=inverse)
+    preconditioner = replace(symmetric, grid_operator=inverse, softening=None)
     if whole:
         return _Iterated(symmetric, preconditioner, 1.0, least)
     right = np.random.default_rng(SEED).normal(size=(symmetric.components, symmetric.elements.size))

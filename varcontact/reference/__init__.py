@@ -4,9 +4,14 @@ from varcontact.reference.bufler import Bufler, bufler
 from varcontact.reference.carter import Carter, carter
 from varcontact.reference.cattaneo_line import CattaneoLine, cattaneo_line
 from varcontact.reference.cattaneo_mindlin import CattaneoMindlin, cattaneo_mindlin
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
+from varcontact.reference.creepage_coefficients import (
+    CreepageCoefficients,
+    creepage_coefficients,
+    no_slip_coefficients,
+)
 from varcontact.reference.hertz import HertzContact, elliptic_integrals, hertz, hertz_ellipse
 from varcontact.reference.line_contact import LineContact, line_contact
+from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.reference.spence import spence_ratio
 
 __all__ = [
@@ -26,5 +31,7 @@ __all__ = [
     "hertz",
     "hertz_ellipse",
     "line_contact",
+    "no_slip_coefficients",
+    "no_slip_ellipse",
     "spence_ratio",
 ]

@@ -24,6 +24,9 @@ LEAST_RATIO = 1e-100
 LEAST_SHARE = 1e-14
 """Least part of the force on an element that counts as touched; less may be rounding."""
 
+WHOLE = 1e-12
+"""Part of an element that may be missing of one that is covered: rounding."""
+
 
 @dataclass(frozen=True)
 class EllipticIntegrals:
@@ -166,6 +169,41 @@ class HertzContact:
             total = self.force / (np.diff(x)[None, :] * np.diff(y)[:, None])
         return np.where(share > LEAST_SHARE, share * total, 0.0).astype(float)
 
+    def covered(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Part of each rectangle between lines that the contact covers.
+
+        Parameters
+        ----------
+        x, y : ndarray, shapes (nx + 1,) and (ny + 1,)
+            Lines, rising [length].
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            Between 0 and 1.
+
+        Notes
+        -----
+        With X = x/a, Y = y/b, the area of the ellipse between the axes and a corner is X Y within it, and outside
+        what two half caps ``(acos X - X sqrt(1 - X^2))/2`` leave of a quarter, pi/4.
+
+        Examples
+        --------
+        >>> from varcontact import Bodies
+        >>> contact = hertz_ellipse(2.0, 1.0, Bodies(G=1.0, nu=0.3), force=1e-3)
+        >>> contact.covered(np.linspace(-2.0, 2.0, 3), np.linspace(-1.0, 1.0, 3)) * 4 / np.pi
+        array([[1., 1.],
+               [1., 1.]])
+        """
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        X, Y = np.clip(x / self.a, -1.0, 1.0), np.clip(y / self.b, -1.0, 1.0)
+        if math.isinf(self.b):
+            part = np.diff(X)[None, :] * self.a / np.diff(x)[None, :]
+            return np.where(part > 1 - WHOLE, 1.0, part)
+        area = np.diff(np.diff(_quarter(X[None, :], Y[:, None]), axis=0), axis=1) * self.a * self.b
+        part = np.maximum(area / (np.diff(x)[None, :] * np.diff(y)[:, None]), 0.0)
+        return np.where(part > 1 - WHOLE, 1.0, part)
+
     def on_elements(self, grid: Grid) -> np.ndarray:
         """Pressure on the elements: at their centres, or means, as `Grid.edge` says.
 
@@ -179,9 +217,16 @@ class HertzContact:
         ndarray, shape (ny, nx)
             [force/area]
         """
-        if grid.edge == "touched":
+        if grid.edge != "centres":
             return self.mean_pressure(*grid.lines)
         return self.pressure(grid.x[None, :], grid.y[:, None])
+
+
+def _quarter(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+    """Area of the unit circle between the axes and corners (X, Y), see `covered`."""
+    along, across = (np.arccos(np.abs(Z)) - np.abs(Z) * np.sqrt(1 - Z**2) for Z in (X, Y))
+    beyond = np.sign(X) * np.sign(Y) * (math.pi / 4 - along / 2 - across / 2)
+    return np.where(X**2 + Y**2 <= 1, X * Y, beyond)
 
 
 def _volume(X: np.ndarray, Y: np.ndarray) -> np.ndarray:

@@ -113,7 +113,7 @@ class _Linearised:
         return np.asarray(self.sol.traction.reshape(2, -1)[:, self.bearing] / self.disc.pressure)
 
     def _tangential(self) -> np.ndarray:
-        return self.disc.tangential_operator.on(self.bearing).matrix
+        return self.disc.tangential_on(self.bearing).matrix
 
     def _tractions(self) -> np.ndarray:
         """From the unknowns to the changes of tractions, (2 n, unknowns)."""

@@ -147,6 +147,34 @@ def check_line(scene: Scene) -> None:
             )
 
 
+def check_edge(scene: Scene) -> None:
+    """Elements at the edge are not softened in a history.
+
+    What they give way is no displacement that particles could carry along to the next step.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    SceneError
+        If they are.
+    """
+    if (
+        isinstance(scene.grid, Grid)
+        and scene.grid.edge == "softened"
+        and isinstance(scene.motion, (Transient, TimeStep))
+    ):
+        raise SceneError(
+            "grid.edge",
+            scene.grid.edge,
+            '"centres" or "touched"',
+            message='grid.edge = "softened" is for steady rolling and shifts, and the motion is a history of steps; '
+            'use "centres" or "touched"',
+        )
+
+
 def without_rows(grid: Grid) -> Grid:
     """A grid of one row as line contact has it, without rows.
 

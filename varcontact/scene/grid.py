@@ -10,7 +10,7 @@ import numpy as np
 from varcontact.checks import choice, moderate, positive, whole
 from varcontact.errors import SceneError
 
-EDGES = ("centres", "touched")
+EDGES = ("centres", "touched", "softened")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +36,12 @@ class Grid:
         Lower left corner of the potential contact [length].
     margin : int, optional
         Elements added on every side in the first form.
-    edge : {"centres", "touched"}
+    edge : {"centres", "touched", "softened"}
         Which elements that the contact's edge cuts belong to it: those with their centre inside, as in CONTACT, with
         the pressure at the centre; or every one that the contact touches, with Hertz's pressure averaged over the
-        whole element. The second is for pressures in closed form only.
+        whole element. "softened" has the second, and elements that are covered in part give way more to their own
+        traction: with ``Steady(slip_difference="second-order")`` it is for accurate forces on coarse grids, see
+        `Scene.second_order`. "touched" and "softened" are for pressures in closed form only.
 
     Raises
     ------
@@ -69,7 +71,7 @@ class Grid:
     x0: float | None = None
     y0: float | None = None
     margin: int = 1
-    edge: Literal["centres", "touched"] = "centres"
+    edge: Literal["centres", "touched", "softened"] = "centres"
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 SPIN_OFFSET = 1 / 6
+
+SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
+"""How the slip of steady rolling is a difference over a step, and the spin offset that goes with each."""
 
 MOST_STEPS = 1_000_000
 """Steps of one history: they are looked through several times before the first is solved."""
@@ -34,9 +37,14 @@ class Steady:
         Tangential force on body 1 in place of the creepage of the same direction [force].
     dq : float, optional
         Distance rolled in the step that discretises the slip [length]; the element's dx if not given.
-    spin_offset : float
-        Where the rigid slip of spin is sampled: at ``x + spin_offset * dq``; in [0, 1]. The default 1/6 is
-        CONTACT's; 0 keeps the discrete C23 = -C32 exact, 1/2 is the path's middle.
+    spin_offset : float, optional
+        Where the rigid slip of spin is sampled: at ``x + spin_offset * dq``; in [0, 1]. If not given, 1/6, which is
+        CONTACT's, or 0 with the difference of second order. With that of first order 0 keeps the discrete
+        C23 = -C32 exact, and 1/2 is the path's middle.
+    slip_difference : {"first-order", "second-order"}
+        The difference of displacements that is the elastic slip: between an element and a step ahead, as in CONTACT;
+        or also with a step behind and two steps ahead, which is exact for displacements that are quadratic along x.
+        The second goes with ``Grid(edge="softened")``, see `Scene.second_order`.
     """
 
     vx: float = 0.0
@@ -45,10 +53,15 @@ class Steady:
     Fx: float | None = None
     Fy: float | None = None
     dq: float | None = None
-    spin_offset: float = SPIN_OFFSET
+    spin_offset: float | None = None
+    slip_difference: Literal["first-order", "second-order"] = "first-order"
 
     def __post_init__(self) -> None:
         _check_rigid(self, "vx", "vy", "spin")
+        difference = checks.choice("motion.slip_difference", self.slip_difference, tuple(SLIP_DIFFERENCES))
+        object.__setattr__(self, "slip_difference", difference)
+        if self.spin_offset is None:
+            object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[difference])
         if self.dq is not None:
             object.__setattr__(self, "dq", checks.positive("motion.dq", self.dq))
         _check_offset(self)
@@ -65,6 +78,7 @@ class Steady:
 
     def step(self, dq: float) -> TimeStep:
         """The step that is repeated, of a distance `dq` rolled [length]."""
+        assert self.spin_offset is not None
         return TimeStep(
             dq=dq, vx=self.vx, vy=self.vy, spin=self.spin, Fx=self.Fx, Fy=self.Fy, spin_offset=self.spin_offset
         )

@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.problem.slip import EXTERIOR
-from varcontact.reference.creepage_coefficients import GREATEST_RATIO, LEAST_RATIO, creepage_coefficients
+from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
@@ -220,6 +220,5 @@ def _saturation(scene: Scene, limit: float, a: float, b: float) -> tuple[float, 
     if scene.line:
         full = 4 * (1 - nu) * limit / (math.pi * G * a)
         return full, a * full
-    ratio = min(max(a / b, LEAST_RATIO), GREATEST_RATIO)
-    C11 = creepage_coefficients(ratio, 1.0, min(max(nu, 0.0), 0.5)).C11
+    C11 = creepage_coefficients(a, b, nu).C11
     return 3 * limit / (G * a * b * C11), 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))

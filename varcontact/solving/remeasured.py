@@ -173,7 +173,7 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
     if disc.motion is None or disc.frictionless:
         return
     shift, _ = shift_and_areas(disc, state)
-    moved = disc.tangential_operator.apply(state.traction)
+    moved = disc.shift_by_tractions(state.traction)
     largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift(), state.rigid, shift))
     if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
         raise ValueError("slips that are not those under its tractions")

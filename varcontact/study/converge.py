@@ -301,7 +301,7 @@ def _staircase(scene: Scene) -> dict[str, float]:
     """
     hertz, grid = scene.hertz, scene.grid
     assert isinstance(grid, Grid)
-    if hertz is None or grid.edge == "touched":
+    if hertz is None or grid.edge != "centres":
         return {}
     x, y = np.meshgrid(grid.x / hertz.a, grid.y / hertz.b)
     inside, dx = x**2 + y**2 < 1, grid.sides[0] / hertz.a

@@ -1,4 +1,7 @@
-"""Fast approximate theories, and a table of exact forces. All for quasi-identical bodies."""
+"""Fast approximate theories, all for quasi-identical bodies.
+
+Linear, Vermeulen-Johnson, simplified, FASTSIM, strip theory, FaStrip, Polach's formula, and a table of exact forces.
+"""
 
 from varcontact.theories.fastsim import (
     FastsimField,
@@ -9,7 +12,6 @@ from varcontact.theories.fastsim import (
 from varcontact.theories.fastsim_law import fastsim_under_law
 from varcontact.theories.inputs import Resultants
 from varcontact.theories.linear import linear_creepage, linear_forces
-from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.prescribed import creepage_for_force
 from varcontact.theories.simplified import (
     flexibilities,
@@ -43,7 +45,6 @@ __all__ = [
     "flexibility",
     "linear_creepage",
     "linear_forces",
-    "no_slip_coefficients",
     "simplified_force",
     "simplified_linear_force",
     "simplified_traction",

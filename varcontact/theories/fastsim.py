@@ -10,19 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, numbers, positive, positives, whole, wrong_shape
+from varcontact.checks import array, choice, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.theories.inputs import Resultants, triple, triples
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
+from varcontact.theories.strips import Strips, calibrated, march_sums, printed
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
     from varcontact.scene.grid import Grid
 
-CHUNK_POINTS = 5000
-"""Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""
-LARGEST_STEP = 1e100
-"""In units of the bound; beyond, directions are kept and sizes cut, as squares must not overflow."""
+DIVISIONS = {"printed": printed, "calibrated": calibrated}
 
 
 def fastsim(
@@ -37,6 +35,7 @@ def fastsim(
     n: int = 10,
     bound: str = "parabolic",
     flexibility: str = "separate",
+    division: str = "printed",
 ) -> Resultants:
     """Forces and moments by FASTSIM, for any number of creepage triples in one call.
 
@@ -59,6 +58,9 @@ def fastsim(
         Form of the traction bound, (167) or (166). The paper advises the parabolic one.
     flexibility : {"separate", "weighted"}
         Each creepage by its own flexibility (161)-(163), or all by the single one of (164), as the paper prints it.
+    division : {"printed", "calibrated"}
+        The paper's division into strips; or one at other points, with factors that make the sums exact in the linear
+        limit and in full slip, for any m and n.
 
     Returns
     -------
@@ -78,11 +80,12 @@ def fastsim(
     they are mixed. With the weighted one it is, where a creepage acts alone; else it is too small, by up to a
     factor of ``sqrt(3)``.
 
-    The algorithm as printed: n equal strips, in each m intervals from the exact leading edge ``a(y)`` to the
-    exact trailing edge, rigid slip taken at the middle of an interval, the last point (where the bound is 0)
-    left out. The sum is thus the trapezoidal rule, and in full slip under the parabolic bound a part of about
-    ``1/m^2`` is missing in ``f Fz``. The moment is that of the tractions; simplified theory is not fitted to
-    C33, and has no moment by lateral creepage to fit (C32), so take it as an estimate.
+    With ``division="printed"`` it is the algorithm as printed: n equal strips, in each m intervals from the exact
+    leading edge ``a(y)`` to the exact trailing edge, rigid slip taken at the middle of an interval, the last point
+    (where the bound is 0) left out. The sum is thus the trapezoidal rule, and in full slip under the parabolic bound a
+    part of about ``1/m^2`` is missing in ``f Fz``; for small vx and vy a part of ``1/m`` of the force is, as the last
+    point carries nothing. The moment is that of the tractions; simplified theory is not fitted to C33, and has no
+    moment by lateral creepage to fit (C32), so take it as an estimate.
 
     Only for quasi-identical bodies. Each triple is computed alone: a call with many gives to the last bit what
     single calls give.
@@ -90,108 +93,44 @@ def fastsim(
     Examples
     --------
     The paper's Fig. 21, pure spin (N, mm). It prints Fy = -1.812e4 N and not the elastic constants: E = 2e5 N/mm2
-    and nu = 0.25 give just that, with either flexibility, as only spin is there.
+    and nu = 0.25 give just that with C23 = 1.5195, as interpolated in Kalker's table, and with either flexibility, as
+    only spin is there. The computed C23 is 1.5171.
 
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(6.8, 6.5, 0.25)
     >>> result = fastsim(6.8, 6.5, 8.0e4, 45000.0, (0.0, 0.0, 0.00054), table)
     >>> print(f"{abs(result.force[0]):.0f} {result.force[1]:.0f}")
-    0 -18122
+    0 -18097
     """
-    m, n, edges, bounds = division(m, n, bound)
+    strips = DIVISIONS[choice("division", division, DIVISIONS)](m, n, bound)
     creepages = triples(creepages)
     a, b = positives("a", a), positives("b", b)
     limit = positives("friction_force", friction_force)
-    L1, L2, L3 = np.moveaxis(flexibilities_of(a, b, G, creepages, coefficients, flexibility), -1, 0)
-    peak = PEAK[bound] * limit / (a * b)
-    # tractions in units of the bound's peak, lengths in units of a and b
-    step = 2 * a / (m * peak)
+    L = flexibilities_of(a, b, G, creepages, coefficients, flexibility)
     vx, vy, spin = np.moveaxis(creepages, -1, 0)
-    turn = step / L3 * spin
-    steps = np.stack(np.broadcast_arrays(step / L1 * vx, step / L2 * vy, turn * b, turn * a))
-    shape = steps.shape[1:]
-    steps = steps.reshape(4, -1)
-    steps = steps * np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(steps).max(axis=0), 1.0))
-    sums = np.empty((4, steps.shape[1]))
-    size = max(CHUNK_POINTS // n, 2)
-    for start in range(0, steps.shape[1], size):
-        chunk = slice(start, start + size)
-        sums[:, chunk] = _march(steps[:, chunk], edges, bounds, bound)
-    along_x, along_y, by_x, by_y = sums.reshape(4, *shape) * (4 * a * b / (m * n) * peak)
-    return Resultants(np.stack([along_x, along_y], axis=-1), a * by_y - b * by_x)
+    return fastsim_forces(strips, a, b, limit, vx, vy, spin, L)
 
 
-def division(m: Any, n: Any, bound: Any) -> tuple[int, int, np.ndarray, np.ndarray]:
-    """Checked m and n; the strips from y = b down; and the bound along a strip.
+def fastsim_forces(
+    strips: Strips, a: Any, b: Any, limit: Any, vx: Any, vy: Any, spin: Any, L: np.ndarray
+) -> Resultants:
+    """What `fastsim` returns, of arrays (or floats) that are as they should be.
 
     Parameters
     ----------
-    m, n : int
-        Intervals along a strip, and strips.
-    bound : {"parabolic", "elliptic"}
-        Form of the traction bound.
-
-    Returns
-    -------
-    m, n : int
-    edges : ndarray, shape (n,)
-        a(y)/a of the strips [-].
-    bounds : ndarray, shape (m - 1,)
-        The bound by its peak in the strip [-].
-
-    Raises
-    ------
-    SceneError
-        If m or n is no whole number in range, or there is no such bound.
+    strips : Strips
+    a, b, limit, vx, vy, spin
+        As of `fastsim`; they broadcast.
+    L : ndarray, shape (..., 3)
+        By what vx, vy and spin are divided [length^3/force].
     """
-    m, n = whole("m", m, least=2), whole("n", n)
-    choice("bound", bound, PEAK)
-    xi = 1 - 2 * np.arange(1, m) / m
-    inside = (1 - xi) * (1 + xi)
-    eta = 1 - (2 * np.arange(n) + 1) / n
-    return m, n, np.sqrt((1 - eta) * (1 + eta)), inside if bound == "parabolic" else np.sqrt(inside)
-
-
-def _march(steps: np.ndarray, edges: np.ndarray, bounds: np.ndarray, bound: str) -> np.ndarray:
-    """Sums over all points of px, py, y px and x py, (4, k): all strips of k triples, through the contact at once.
-
-    Tractions are in units of the strip's own peak, so that the bound at a point is one number for all strips.
-    Everything is written into arrays that stay, as fresh ones would cost as much as the arithmetic.
-    """
-    n, m = edges.size, bounds.size + 1
-    if steps.shape[1] == 1:  # a sum over axis 0 of one column alone would be taken in another order
-        return _march(np.repeat(steps, 2, axis=1), edges, bounds, bound)[:, :1]
-    across = (1 - (2 * np.arange(n) + 1) / n)[:, None]
-    edge = edges[:, None]
-    to_peak = edge if bound == "elliptic" else edge**2
-    vx, vy, spin_y, spin_x = steps
-    step_x = -(edge / to_peak) * (vx - across * spin_y)
-    slope = -(edge / to_peak) * edge * spin_x
-    step_y = -(edge / to_peak) * vy + (1 - 1 / m) * slope
-    slope *= 2 / m
-    px, py, sum_x, sum_y, moment = (np.zeros_like(step_x) for _ in range(5))
-    square, scratch = np.empty_like(px), np.empty_like(px)
-    for i, limit in enumerate(bounds, start=1):
-        px += step_x
-        py += step_y
-        step_y -= slope
-        np.multiply(px, px, out=square)
-        np.multiply(py, py, out=scratch)
-        square += scratch
-        np.maximum(square, limit * limit, out=square)
-        np.sqrt(square, out=square)
-        np.divide(limit, square, out=square)  # 1 in the stick area
-        px *= square
-        py *= square
-        sum_x += px
-        sum_y += py
-        np.multiply(py, 1 - 2 * i / m, out=scratch)
-        moment += scratch
-    weight = edge * to_peak
-    sum_x *= weight
-    sum_y *= weight
-    moment *= weight * edge
-    return np.stack([sum_x.sum(axis=0), sum_y.sum(axis=0), (across * sum_x).sum(axis=0), moment.sum(axis=0)])
+    peak = PEAK[strips.bound] * limit / (a * b)
+    # tractions in units of the bound's peak, lengths in units of a and b
+    step = strips.step * a / peak
+    turn = step / L[..., 2] * spin
+    steps = np.stack(np.broadcast_arrays(step / L[..., 0] * vx, step / L[..., 1] * vy, turn * b, turn * a))
+    along_x, along_y, by_x, by_y = march_sums(strips, steps.reshape(4, -1)).reshape(steps.shape) * (a * b * peak)
+    return Resultants(np.stack([along_x, along_y], axis=-1), a * by_y - b * by_x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,19 +217,36 @@ def fastsim_field(
            [1, 1, 1, 1, 1],
            [2, 2, 1, 1, 1]])
     """
-    m, n, edges, bounds = division(m, n, bound)
+    strips = printed(m, n, bound)
     a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
     creepage = triple(creepage)
     L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
-    edges = edges[::-1, None]
-    y = b * ((2 * np.arange(n) + 1) / n - 1)
-    dx = 2 * a * edges / m
-    x = a * edges * (1 - 2 * np.arange(1, m) / m)
-    peaks = PEAK[bound] * limit / (a * b) * (edges**2 if bound == "parabolic" else edges)
-    traction, free = _travel(x, y, np.broadcast_to(dx, x.shape), peaks * bounds, creepage / L)
+    x, y, dx = points_of(strips, a, b)
+    bounds = PEAK[bound] * limit / (a * b) * strips.peak[::-1, None] * strips.bounds
+    traction, free = _travel(x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L)
     slip = (traction - free) * (slip_flexibility(a, b, L, creepage) / dx)
     state = np.where(np.any(traction != free, axis=0), 2, 1)
-    return FastsimField(x[:, ::-1], y, dx[:, 0], 2 * b / n, traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1])
+    return FastsimField(
+        x[:, ::-1], y, dx[:, 0], b * float(strips.width[0]), traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1]
+    )
+
+
+def points_of(strips: Strips, a: float, b: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of a division in order of rising y, and of travel along x; the strips; and the distances of points.
+
+    Parameters
+    ----------
+    strips : Strips
+    a, b : float
+        Semi-axes [length].
+
+    Returns
+    -------
+    x, y, dx : ndarray, shapes (n, points), (n,) and (n, 1)
+        [length]
+    """
+    edges = a * strips.edge[::-1, None]
+    return edges * strips.along, b * strips.across[::-1], strips.step * edges
 
 
 def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any, creepage: Any) -> np.ndarray:

@@ -12,9 +12,10 @@ import numpy as np
 from varcontact.checks import choice, positive
 from varcontact.errors import SceneError
 from varcontact.scene.friction import Law
-from varcontact.theories.fastsim import FastsimField, division
+from varcontact.theories.fastsim import FastsimField, points_of
 from varcontact.theories.inputs import triple
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
+from varcontact.theories.strips import printed
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -93,23 +94,22 @@ def fastsim_under_law(
     ...     field = fastsim_under_law(1.0, 1.0, 1.0, 10.0, law, creepage, table, m=50, n=50, start=start)
     ...     print(f"{field.force[0] / 3.0:.3f}")
     -0.840
-    -0.830
+    -0.829
     """
-    m, n, edges, bounds = division(m, n, bound)
+    strips = printed(m, n, bound)
     a, b, Fz = positive("a", a), positive("b", b), positive("normal_force", normal_force)
     if not isinstance(friction, Law):
         raise SceneError("friction", friction, "a law of friction")
     creepage = triple(creepage)
     L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
-    edges = edges[::-1, None]
-    y = b * ((2 * np.arange(n) + 1) / n - 1)
-    dx = 2 * a * edges / m
-    x = a * edges * (1 - 2 * np.arange(1, m) / m)
-    pressure = PEAK[bound] * Fz / (a * b) * (edges**2 if bound == "parabolic" else edges) * bounds
+    x, y, dx = points_of(strips, a, b)
+    pressure = PEAK[bound] * Fz / (a * b) * strips.peak[::-1, None] * strips.bounds
     intervals, mean = np.broadcast_to(dx, x.shape), slip_flexibility(a, b, L, creepage)
     traction, slip = _travel(x, y, intervals, pressure, creepage / L, mean, friction, start)
     state = np.where(np.any(slip != 0, axis=0), 2, 1)
-    return FastsimField(x[:, ::-1], y, dx[:, 0], 2 * b / n, traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1])
+    return FastsimField(
+        x[:, ::-1], y, dx[:, 0], b * float(strips.width[0]), traction[:, :, ::-1], slip[:, :, ::-1], state[:, ::-1]
+    )
 
 
 def on_grid(

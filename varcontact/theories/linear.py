@@ -99,9 +99,9 @@ def linear_creepage(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.0)
-    >>> creepage = linear_creepage(1.0, 1.0, 1.0, table, Fx=-0.0034, Fy=0.0, spin=0.001)
+    >>> creepage = linear_creepage(1.0, 1.0, 1.0, table, Fx=-0.001 * table.C11, Fy=0.0, spin=0.001)
     >>> print(" ".join(f"{value:.6f}" for value in creepage))
-    0.001000 -0.000391 0.001000
+    0.001000 -0.000393 0.001000
     """
     size = math.sqrt(positive("a", a) * positive("b", b))
     pairs = [either("vx", vx, "Fx", Fx), either("vy", vy, "Fy", Fy), either("spin", spin, "Mz", Mz)]

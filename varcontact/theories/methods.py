@@ -11,7 +11,7 @@ import numpy as np
 from varcontact.errors import Saturated
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.state import ContactState
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients, in_table
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -19,7 +19,6 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.tang import no_slip
 from varcontact.theories.fastsim import fastsim_on_grid
 from varcontact.theories.fastsim_law import on_grid as fastsim_on_grid_under_law
-from varcontact.theories.no_slip import no_slip_coefficients
 from varcontact.theories.prescribed import creepages_meeting
 from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.table_method import table_tractions, why_not_in_book
@@ -61,7 +60,7 @@ def why_not(name: str, scene: Scene) -> str:
     elif name != "linear" and not (isinstance(scene.friction, float) and 0 < scene.friction < np.inf):
         return "it is for one finite coefficient of friction"
     if name != "linear" and scene.touched:
-        return 'its tractions are those at the centres of elements, and grid.edge is "touched"'
+        return f'its tractions are those at the centres of elements, and grid.edge is "{scene.edge}"'
     if name == "table" and scene.hertz is not None:
         return why_not_in_book(scene.hertz.a / scene.hertz.b, scene.bodies.combined_nu)
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
@@ -141,12 +140,9 @@ THEORIES: dict[str, Theory] = {
 
 
 def _coefficients(disc: Discretisation) -> CreepageCoefficients:
-    """Creepage coefficients of a Hertzian contact: from Kalker's table, or computed where that does not reach."""
-    hertz, nu = disc.hertz, disc.operators.nu
-    assert hertz is not None
-    if in_table(hertz.a, hertz.b, nu):
-        return creepage_coefficients(hertz.a, hertz.b, nu)
-    return no_slip_coefficients(hertz.a, hertz.b, nu)
+    """Creepage coefficients of a Hertzian contact."""
+    assert disc.hertz is not None
+    return creepage_coefficients(disc.hertz.a, disc.hertz.b, disc.operators.nu)
 
 
 def _friction(disc: Discretisation) -> float:

@@ -8,9 +8,10 @@ import numpy as np
 
 from varcontact.checks import number, positive
 from varcontact.errors import NotConverged, Saturated
-from varcontact.theories.fastsim import division, fastsim
+from varcontact.theories.fastsim import fastsim
 from varcontact.theories.inputs import either
 from varcontact.theories.simplified import PEAK
+from varcontact.theories.strips import Strips, printed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,9 +79,9 @@ def creepage_for_force(
     given_x, Fx = either("vx", vx, "Fx", Fx)
     given_y, Fy = either("vy", vy, "Fy", Fy)
     spin = number("spin", spin)
-    m, n, edges, bounds = division(m, n, bound)
+    strips = printed(m, n, bound)
     a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    _check_carried(np.hypot(Fx or 0.0, Fy or 0.0), friction_force * _carried_part(edges, bounds, bound))
+    _check_carried(np.hypot(Fx or 0.0, Fy or 0.0), friction_force * _carried_part(strips))
     unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
 
     def force(x: float, y: float) -> np.ndarray:
@@ -142,10 +143,10 @@ def _newton(miss: Callable[[np.ndarray], np.ndarray], unit: float) -> np.ndarray
     return unit * result.x if np.all(np.abs(result.fun) < 1e-11) else None
 
 
-def _carried_part(edges: np.ndarray, bounds: np.ndarray, bound: str) -> float:
+def _carried_part(strips: Strips) -> float:
     """Sum of the traction bound over FASTSIM's points, as a part of f Fz."""
-    to_peak = edges if bound == "elliptic" else edges**2
-    return float(PEAK[bound] * 4 * np.sum(edges * to_peak) * np.sum(bounds) / (edges.size * (bounds.size + 1)))
+    across = np.sum(strips.width * strips.edge * strips.peak)
+    return float(PEAK[strips.bound] * across * strips.step * np.sum(strips.bounds))
 
 
 def _check_carried(force: float, limit: float) -> None:

@@ -49,11 +49,11 @@ def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) ->
 
     Examples
     --------
-    Table 4 at a/b = 1: G L / a (the paper misprints the second as .784).
+    G L / a as in Table 4 at a/b = 1, which has .647, .534 and, for the second, the misprint .784.
 
     >>> from varcontact.reference import creepage_coefficients
     >>> print(flexibilities(1.0, 1.0, 1.0, creepage_coefficients(1.0, 1.0, 0.25)).round(3))
-    [0.647 0.727 0.534]
+    [0.648 0.727 0.536]
     """
     a, b, G = positives("a", a), positives("b", b), positives("G", G)
     L1, L2 = 8 * a / (3 * G * coefficients.C11), 8 * a / (3 * G * coefficients.C22)
@@ -93,15 +93,15 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
 
     Examples
     --------
-    Table 4 at a/b = 1: G L3 / a.
+    G L3 / a at a/b = 1; Table 4 has .534, from three digits of C23.
 
     >>> from varcontact.reference import creepage_coefficients
     >>> print(f"{flexibility(1.0, 1.0, 1.0, (0.0, 0.0, 0.001), creepage_coefficients(1.0, 1.0, 0.25)):.3f}")
-    0.534
+    0.536
     """
     vx, vy, spin = np.abs(np.moveaxis(triples(creepages), -1, 0))
     L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, coefficients), -1, 0)
-    _check_spin(spin, L3, coefficients)
+    check_spin(spin, L3, coefficients)
     spin = spin * np.sqrt(positives("a", a) * positives("b", b))
     size = np.hypot(np.hypot(vx, vy), spin)
     still = size == 0
@@ -138,12 +138,23 @@ def flexibilities_of(
         weighted = flexibility(a, b, G, creepages, coefficients)
         return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
     separate = flexibilities(a, b, G, coefficients)
-    _check_spin(creepages[..., 2], separate[..., 2], coefficients)
+    check_spin(creepages[..., 2], separate[..., 2], coefficients)
     return separate
 
 
-def _check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
-    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip."""
+def check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
+    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip.
+
+    Parameters
+    ----------
+    spin, L3 : ndarray
+    coefficients : CreepageCoefficients
+
+    Raises
+    ------
+    SceneError
+        If there is any.
+    """
     if np.any((spin != 0) & ~(L3 > 0)):
         least = float(np.min(coefficients.C23))
         raise SceneError("C23", least, "positive for simplified theory to treat spin; take an exact method")

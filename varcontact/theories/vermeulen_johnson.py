@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import number, numbers, numbers_within, positive, positives, wrong_shape
+from varcontact.checks import number, numbers, poisson, positive, positives, wrong_shape
 from varcontact.errors import Saturated, SceneError
 from varcontact.theories.inputs import either, triples
 
@@ -42,7 +42,7 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     a, b : float
         Semi-axes along the rolling direction and across it [length].
     nu : float
-        Poisson's ratio (combined), in [0, 0.5].
+        Poisson's ratio (combined), in (-1, 0.5].
 
     Returns
     -------
@@ -71,7 +71,7 @@ def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJo
     4.0000 4.0000
     """
     g = positive("b", b) / positive("a", a)
-    nu = float(numbers_within("nu", number("nu", nu), 0.0, 0.5))
+    nu = float(poisson(number("nu", nu, "a Poisson's ratio in (-1, 0.5]")))
     # In u = ln tan s the integrands are analytic for |Im u| < pi/2 and decay exponentially: the trapezoidal rule with
     # a step of 3/16 is exact to rounding, and a slender contact takes a few points more, not many times as many.
     step, end = 0.1875, 40.0 + max(0.0, -math.log(g))
@@ -121,7 +121,7 @@ def vermeulen_johnson(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.0)
-    >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / 3.4, 0.0, 0.0), table))
+    >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / table.C11, 0.0, 0.0), table).round(12))
     [-0.875  0.   ]
     """
     xi, eta, limit = _normalised(a, b, G, friction_force, creepages, coefficients)
@@ -184,7 +184,7 @@ def vermeulen_johnson_creepage(
     --------
     >>> from varcontact.reference import creepage_coefficients
     >>> table = creepage_coefficients(1.0, 1.0, 0.0)
-    >>> print((3.4 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
+    >>> print((table.C11 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
     [0.5 0.  0. ]
     """
     given_x, Fx = either("vx", vx, "Fx", Fx)

@@ -4,5 +4,21 @@ Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in rad
 """
 
 from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.solve import ConformalContact
+from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, RoughProfile, WheelOnRail
 
-__all__ = ["Profile"]
+__all__ = [
+    "ConformalContact",
+    "ContactPatch",
+    "PatchSolution",
+    "Position",
+    "Profile",
+    "RoughProfile",
+    "Track",
+    "Velocity",
+    "WheelOnRail",
+    "WheelRailSolution",
+    "WheelSet",
+]

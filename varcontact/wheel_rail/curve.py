@@ -155,13 +155,12 @@ class Curve:
         """
         return np.linspace(self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1))
 
-    def single_valued(self, axis: int, near: float) -> Curve:
-        """The part around a parameter along which one coordinate keeps growing.
+    def single_valued(self, direction: np.ndarray, near: float) -> Curve:
+        """The part around a parameter along which ``direction . (y, z)`` keeps growing.
 
         Parameters
         ----------
-        axis : {0, 1}
-            y or z.
+        direction : array_like, shape (2,)
         near : float
             Parameter of a point where it grows.
 
@@ -169,10 +168,10 @@ class Curve:
         -------
         Curve
         """
-        at = self.points(self.s)[:, axis]
+        at = self.points(self.s) @ np.asarray(direction)
         middle = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
         # between breakpoints, too: no turning point inside
-        grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2)[:, axis] > 0)
+        grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ np.asarray(direction) > 0)
         stops = np.flatnonzero(~grows)
         below, above = stops[stops < middle - 1], stops[stops >= middle]
         return self.part(

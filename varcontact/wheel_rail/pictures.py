@@ -1,4 +1,4 @@
-"""Pictures of profiles."""
+"""Pictures of profiles, and of wheels on rails."""
 
 from __future__ import annotations
 
@@ -6,13 +6,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.plotting.style import PAGE, colour, legend_below, new_figure, settle, styled
+
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.wheel_rail.profile import Profile
+    from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 
 STEP = 0.05
 """Between points of a drawn curve [mm]."""
+NORMAL = 12.0
+"""Length of the arrow of the largest normal force [mm]."""
+TITLES = {
+    "pressure": "Patch {0}: {1.normal_force:.4g} N, up to {1.peak_pressure:.4g} MPa",
+    "traction": "Traction on the rail",
+}
 
 
 def plot_profile(profile: Profile) -> Figure:
@@ -27,28 +37,91 @@ def plot_profile(profile: Profile) -> Figure:
     Figure
         Not shown: call its ``savefig``, or ``plt.show()``.
     """
-    import matplotlib.pyplot as plt
-
-    figure, (above, below) = plt.subplots(
-        2, 1, figsize=(8.0, 6.4), layout="constrained", sharex=True, height_ratios=[3, 2]
-    )
-    above.plot(profile.y, profile.z, ".", color="0.6", markersize=3, label="points")
-    curve = profile.curve.points(profile.curve.sampled(STEP))
-    above.plot(*curve.T, color="C0", linewidth=1.2, label="spline")
-    kinks = profile.kink_points
-    if kinks.size:
-        above.plot(profile.y[kinks], profile.z[kinks], "x", color="C3", label="kinks")
-    above.set(ylabel="z [mm]", aspect="equal", title=profile.name or profile.kind)
-    above.invert_yaxis()
-    above.legend(fontsize="small", frameon=False)
-    for side, place in (("track side", "left"), ("field side", "right")):
-        above.text(0.01 if place == "left" else 0.99, 0.03, side, transform=above.transAxes, ha=place, color="0.4")
-    at = profile.running.sampled(STEP)
-    turned = profile.running.curvatures(at) * (1 if profile.kind == "rail" else -1)
-    below.axhline(0, color="0.7", linewidth=0.8)
-    below.plot(profile.running.points(at)[:, 0], turned, color="C0", linewidth=1.0)
-    reach = max(float(np.percentile(np.abs(turned), 98)), 1e-6)
-    below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +", ylim=(-1.2 * reach, 1.2 * reach))
-    below.grid(alpha=0.3)
-    plt.close(figure)
+    with styled():
+        figure, (above, below) = new_figure(2, 1, (PAGE, 0.75 * PAGE), sharex=True, height_ratios=[3, 2])
+        above.plot(profile.y, profile.z, ".", color="0.6", markersize=3, label="points")
+        curve = profile.curve.points(profile.curve.sampled(STEP))
+        above.plot(*curve.T, label="spline")
+        kinks = profile.kink_points
+        if kinks.size:
+            above.plot(profile.y[kinks], profile.z[kinks], "x", color=colour(3), label="kinks")
+        above.set(ylabel="z [mm]", aspect="equal", title=profile.name or profile.kind)
+        above.invert_yaxis()
+        legend_below(above)
+        for side, place in (("track side", "left"), ("field side", "right")):
+            above.text(0.01 if place == "left" else 0.99, 0.03, side, transform=above.transAxes, ha=place, color="0.4")
+        at = profile.running.sampled(STEP)
+        turned = profile.running.curvatures(at) * (1 if profile.kind == "rail" else -1)
+        below.axhline(0, color="0.7", linewidth=0.8)
+        below.plot(profile.running.points(at)[:, 0], turned)
+        reach = max(float(np.percentile(np.abs(turned), 98)), 1e-6)
+        below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +", ylim=(-1.2 * reach, 1.2 * reach))
+        settle(figure)
     return figure
+
+
+def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
+    """Rail and wheel, seen in the direction of travel, with the patches at their place; pressure and tractions of each.
+
+    Parameters
+    ----------
+    solution : WheelRailSolution
+
+    Returns
+    -------
+    Figure
+        Not shown: call its ``savefig``, or ``plt.show()``.
+    """
+    from matplotlib import pyplot as plt
+
+    count = len(solution.patches)
+    with styled():
+        figure = plt.figure(figsize=(PAGE, 2.4 + 2.6 * count), layout="constrained")
+        spaces = figure.add_gridspec(count + 1, 2, height_ratios=[1.0, *[1.2] * count])
+        _draw_profiles(figure.add_subplot(spaces[0, :]), solution)
+        for i, each in enumerate(solution.patches, 1):
+            for column, panel in enumerate(("pressure", "traction")):
+                ax = figure.add_subplot(spaces[i, column])
+                each.solution.plot(panel, ax=ax)
+                ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]", title=TITLES[panel].format(i, each))
+        settle(figure)
+    return figure
+
+
+def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
+    """The rail, the wheel's points that come nearest to it, and the patches with their normal forces."""
+    case = solution.case
+    rail = case.rail.points(case.rail.sampled(STEP))
+    ax.plot(*rail.T, color="0.25", label="rail")
+    wheel = case.locus.points[:, 1:] + [0.0, solution.z]
+    ax.plot(*wheel.T, color=colour(0), label="wheel")
+    loads = [each.normal_force for each in solution.patches]
+    for number, each in enumerate(solution.patches, 1):
+        _draw_patch(ax, each, number, NORMAL * each.normal_force / max(loads))
+    low, high = rail[:, 0].min(), rail[:, 0].max()
+    ax.set(
+        xlim=(low - 5, high + 5),
+        ylim=(rail[:, 1].max() * 0.6, rail[:, 1].min() - 18),
+        aspect="equal",
+        xlabel="y, to the right [mm]",
+        ylabel="z, downwards [mm]",
+        title=f"{case.side.capitalize()} wheel, y = {case.position.y:.4g} mm, yaw = {1e3 * case.position.yaw:.4g} mrad",
+    )
+    legend_below(ax)
+
+
+def _draw_patch(ax: Axes, each: PatchSolution, number: int, length: float) -> None:
+    """A patch on the rail's surface, and the direction in which the wheel presses."""
+    rows = np.flatnonzero(each.solution.pressure.max(axis=1) > 0)
+    grid, frame = each.solution.grid, each.patch.frame
+    ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+    line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
+    ax.plot(
+        *line.T, color=colour(3), linewidth=4, solid_capstyle="butt", label="contact patch" if number == 1 else None
+    )
+    y, z = frame.origin[1:]
+    over, up = -frame.normal[1:]
+    arrow = {"arrowstyle": "-|>", "color": colour(3)}
+    ax.annotate("", xy=(y, z), xytext=(y + length * over, z + length * up), arrowprops=arrow)
+    beyond = length + 1.5
+    ax.annotate(str(number), (y + beyond * over, z + beyond * up), color=colour(3), ha="center", va="center")

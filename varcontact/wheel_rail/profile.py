@@ -214,7 +214,7 @@ class Profile:
         curve = self.curve
         at = curve.sampled(0.5)
         away = curve.points(at) - [self.y[tread], self.z[tread]]
-        return curve.single_valued(0, float(at[np.hypot(*away.T).argmin()]))
+        return curve.single_valued(np.array([1.0, 0.0]), float(at[np.hypot(*away.T).argmin()]))
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
         """Height at lateral positions on the part that can be touched [mm].
@@ -334,18 +334,21 @@ def _interior(at: int, size: int) -> bool:
 
 def _check_upright(points: np.ndarray, kind: Kind) -> None:
     """z points down, and a wheel's flange is on the track side."""
-    z, size = points[:, 1], len(points)
+    y, z = points.T
     low, high = int(z.argmax()), int(z.argmin())
-    down, up = (low, high) if kind == "wheel" else (high, low)
-    if _interior(up, size) and not _interior(down, size):
-        what = "its flange points up" if kind == "wheel" else "its head points down"
+    if kind == "wheel":
+        inverted = _flange(y, -z) != 0 and _flange(y, z) == 0
+    else:
+        inverted = _interior(low, len(z)) and not _interior(high, len(z))
+    if inverted:
+        what, where = ("its flange points up", high) if kind == "wheel" else ("its head points down", low)
         raise SceneError(
             "profile.z",
-            float(z[up]),
+            float(z[where]),
             message=f"the {kind}'s profile is upside down ({what}): z must point down; change the sign of z, or read "
             "the file with mirror_z=True",
         )
-    if kind == "wheel" and _flange(*points.T) > 0:
+    if kind == "wheel" and _flange(y, z) > 0:
         raise SceneError(
             "profile.y",
             float(points[low, 0]),

@@ -75,6 +75,44 @@ class Kernel:
         return fft.irfft(image, columns, axis=-1)[..., :nx]
 
 
+@dataclass(frozen=True, eq=False)
+class SoftenedKernel:
+    """A kernel whose elements give way to their own traction by more than it has, each by its own number.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    softening : float32 ndarray, shape (c, ny, nx)
+        What is added to the diagonal, in units of the kernel.
+    """
+
+    kernel: Kernel
+    softening: np.ndarray
+
+    @property
+    def row_size(self) -> float:
+        """That of the kernel."""
+        return self.kernel.row_size
+
+    def __call__(self, traction: np.ndarray) -> np.ndarray:
+        """Displacements by tractions (c, ny, nx), both float32."""
+        product: np.ndarray = self.kernel(traction)
+        product += self.softening * traction
+        return product
+
+
+def softened(kernel: Kernel, softening: np.ndarray | None) -> Kernel | SoftenedKernel:
+    """A kernel with what is added to its diagonal, if anything is.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    softening : ndarray, shape (c, ny, nx), or None
+        In units of the kernel.
+    """
+    return kernel if softening is None else SoftenedKernel(kernel, softening.astype(np.float32))
+
+
 def weighted(symbol: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
     """Product of a symmetric symbol (xx, xy, yy; or one) with the spectrum of two components (or of one).
 

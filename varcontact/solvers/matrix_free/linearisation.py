@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.solvers.matrix_free.kernel import Kernel
+from varcontact.solvers.matrix_free.kernel import Kernel, SoftenedKernel
 from varcontact.solvers.matrix_free.krylov import Forces, Step
 from varcontact.solvers.matrix_free.preconditioner import Circulant
 
@@ -34,7 +34,7 @@ class TangentialConditions:
 
     Attributes
     ----------
-    kernel : Kernel
+    kernel : Kernel or SoftenedKernel
     circulant : Circulant
     known : ndarray, shape (c, ny, nx)
         W, the known part of the shift.
@@ -43,7 +43,7 @@ class TangentialConditions:
     forces : Forces
     """
 
-    kernel: Kernel
+    kernel: Kernel | SoftenedKernel
     circulant: Circulant
     known: np.ndarray
     bound: np.ndarray
@@ -53,6 +53,14 @@ class TangentialConditions:
     def contact(self) -> np.ndarray:
         """Where tractions can act."""
         return self.bound > 0
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Weights (ny, nx) by which the preconditioner has softened elements; float32, one elsewhere."""
+        if not isinstance(self.kernel, SoftenedKernel):
+            return np.ones(self.bound.shape, dtype=np.float32)
+        weights: np.ndarray = 1 / np.sqrt(1 + self.kernel.softening.mean(axis=0) / np.float32(self.kernel.row_size))
+        return weights
 
     @property
     def linear(self) -> bool:
@@ -169,13 +177,14 @@ class TangentialSystem:
         contact, circulant = self.conditions.contact, self.conditions.circulant
         slip = contact & ~self.stick
         if not slip.any():
-            weights = contact.astype(np.float32)[None]
+            weights = (contact * self.conditions.stiffness)[None]
             return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
         slope = np.where(slip, 1 / self.held - 1, 0.0)
         shift = _rounded(max(_quantile(slope[slip]), LEAST_SHIFT))
         inverses = circulant.pair(shift)
         part = np.log1p(np.minimum(slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
         size = self.conditions.kernel.row_size
+        contact = contact * self.conditions.stiffness
         steep = np.sqrt((size + shift) / (size + np.maximum(slope, shift))) * contact
         level = steep if circulant.rolling else np.sqrt((size + shift) / (size + slope)) * contact
         weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * level]).astype(np.float32)

@@ -12,7 +12,7 @@ from varcontact.problem.gap import gap, project, tangential_residual
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
-from varcontact.solvers.matrix_free.kernel import kernel, unit
+from varcontact.solvers.matrix_free.kernel import SoftenedKernel, kernel, softened, unit
 from varcontact.solvers.matrix_free.krylov import Forces
 from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
 from varcontact.solvers.matrix_free.linearisation import TangentialConditions
@@ -116,7 +116,9 @@ class _Posed:
         known = self.box.field(self.problem.rigid_shift) / self.displacement
         sums = np.array([F for F in self.problem.force if F is not None]) / (self.problem.area * self.load)
         forces = Forces(tuple(self.problem.free), sums, 1 / np.sqrt(self.problem.size))
-        return TangentialConditions(kernel(operator, shape), circulant(operator, shape), known, bound, forces)
+        own = self.problem.operator.softening
+        soft = softened(kernel(operator, shape), None if own is None else self.box.field(own) / unit(operator))
+        return TangentialConditions(soft, circulant(operator, shape), known, bound, forces)
 
     def coarser(self, fine: TangentialConditions) -> TangentialConditions:
         """The problem with elements twice as large, in units of displacement that are so, too.
@@ -127,7 +129,9 @@ class _Posed:
         bound = halved(fine.bound) / 4
         forces = Forces(fine.forces.components, fine.forces.sums / 4, 1 / np.sqrt(np.count_nonzero(bound)))
         operator, shape = self.problem.operator.grid_operator, bound.shape
-        return TangentialConditions(kernel(operator, shape), circulant(operator, shape), known, bound, forces)
+        own = fine.kernel.softening if isinstance(fine.kernel, SoftenedKernel) else None
+        soft = softened(kernel(operator, shape), None if own is None else halved_mean(own, fine.contact))
+        return TangentialConditions(soft, circulant(operator, shape), known, bound, forces)
 
     def begun(self, start: RawSolution) -> Point:
         """From given tractions, which may be near the solution: their shift is in double precision."""

@@ -1,0 +1,246 @@
+"""The discretisation for forces on coarse grids: a slip difference of second order, and softened edges."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.benchmarks.coarse_forces import forces, read, scene
+from varcontact.elasticity.operators import DIFFERENCES
+from varcontact.problem.discretisation import discretise
+from varcontact.problem.softening import softening
+from varcontact.reference import carter, line_contact
+from varcontact.theories.no_slip import no_slip_forces
+
+
+def errors(every, cells, second_order=True):
+    """Largest errors of Fx, Fy, Mz by f Fz (a b = 1), (scenes,)."""
+    found = []
+    for numbers, reference in read()[::every]:
+        posed = scene(numbers, cells)
+        found.append(np.abs(forces(posed.second_order() if second_order else posed) - reference).max())
+    return np.array(found)
+
+
+# ----------------------------------------------------------------------------- the difference and the softening
+
+
+def test_differences_are_consistent():
+    """Both are minus the derivative by steps; the second has no error on quadratics either, and a symbol Re d >= 0."""
+    for name, parts in DIFFERENCES.items():
+        ahead, weights = np.array(parts).T
+        assert weights.sum() == pytest.approx(0, abs=1e-15)
+        assert weights @ ahead == pytest.approx(-1, rel=1e-14)
+        assert weights @ ahead**2 == pytest.approx(0.0 if name == "second-order" else -1, abs=1e-14)
+        wave = np.linspace(0.01, np.pi, 50)
+        real = np.cos(np.outer(wave, ahead)) @ weights
+        expected = 1 - np.cos(wave) if name == "first-order" else 7 / 12 * (1 - np.cos(wave)) ** 2
+        np.testing.assert_allclose(real, expected, rtol=1e-9, atol=1e-14)
+
+
+def test_leading_element_of_a_half_plane():
+    """The weights 5/12 and 7/12: on tractions like the root of the distance from the edge, the first row is exact.
+
+    In the plane, tractions ``sqrt(-x (L + x))`` have ``du/dx = -pi (x + L/2)`` by the kernel ``-log|x|``.
+    """
+
+    def strip(x):
+        ends = np.array([x + 0.5, x - 0.5])
+        first, second = ends * np.log(np.where(ends == 0, 1.0, np.abs(ends))) - ends
+        return second - first
+
+    def left(parts, cells=2000):
+        edges, R = -np.arange(cells + 1.0), cells / 2
+        angle = np.arcsin(np.clip((edges + R) / R, -1, 1))
+        means = -np.diff(R**2 / 2 * (angle + np.sin(2 * angle) / 2))
+        elements = (edges[1:] + edges[:-1]) / 2
+        moved = sum(weight * strip(-0.5 + ahead - elements) for ahead, weight in parts) @ means
+        return (moved - np.pi * (R - 0.5)) / np.sqrt(cells)
+
+    assert abs(left(DIFFERENCES["first-order"])) > 0.5
+    assert abs(left(DIFFERENCES["second-order"])) < 0.01
+
+
+def test_softening_is_in_the_matrix(rolling):
+    """On the diagonal, of elements that are cut; the same by the matrix, by FFT, and from half a problem."""
+    posed = rolling(grid=vc.Grid(nx=12, ny=12)).second_order()
+    disc = discretise(posed, posed.grid.spread((-1.2, 1.2, -0.9, 0.9)))
+    problem = disc.tangential_problem(disc.hertz.on_elements(disc.grid))
+    operator, plain = problem.operator, problem.operator.grid_operator.on(problem.operator.elements)
+    extra = operator.matrix - plain.matrix
+    np.testing.assert_allclose(np.diag(extra), operator.softening.ravel())
+    assert not (extra - np.diag(np.diag(extra))).any()
+    covered = disc.hertz.covered(*disc.grid.lines).ravel()[operator.elements]
+    assert ((operator.softening > 0) == (covered < 1)).all()
+    traction = np.random.default_rng(0).normal(size=(2, problem.size))
+    np.testing.assert_allclose(
+        operator.apply(traction).ravel(), operator.matrix @ traction.ravel(), rtol=1e-11, atol=1e-13
+    )
+    np.testing.assert_allclose(softening(np.array([1.0, 0.3, 0.0]))[[0, 1]], [0, softening(np.array([0.0]))[0]])
+
+
+# ----------------------------------------------------------------------------- what it gains
+
+
+def test_errors_are_below_those_of_centres():
+    """14 scenes with 12 and 24 cells: below stated ones, of an order well above one; centres have over three times."""
+    coarse, fine = errors(3, 12), errors(3, 24)
+    assert np.median(coarse) < 0.006
+    assert coarse.max() < 0.015
+    assert fine.max() < 0.006
+    assert np.log2(np.median(coarse) / np.median(fine)) > 1.3
+    assert np.median(errors(3, 24, second_order=False)) > 3 * np.median(fine)
+
+
+def no_slip(ratio, cells):
+    """Discrete C11, C22, C23, -C32, C33 of an ellipse with nu = 0."""
+    posed = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.0),
+        surface=vc.Ellipse(a=ratio**0.5, b=ratio**-0.5),
+        normal_force=1.0,
+        friction=np.inf,
+        motion=vc.Steady(),
+        grid=vc.Grid(nx=cells, ny=cells).spread((-(ratio**0.5), ratio**0.5, -(ratio**-0.5), ratio**-0.5)),
+    ).second_order()
+    F, _ = no_slip_forces(posed)
+    return -np.array([F[0, 0], F[1, 1], F[1, 2], -F[2, 1], F[2, 2]])
+
+
+@pytest.mark.parametrize("ratio", [0.2, 1.0])
+def test_creepage_coefficients(paper_table, ratio):
+    """Within 2.5 % of Table 3, which has three digits, and C23 = -C32 to rounding."""
+    row = next(row for row in paper_table("table3_creepage_coefficients.csv") if row["a_over_b"] == ratio)
+    found = no_slip(ratio, 24)
+    expected = [row["C11_nu0"], row["C22_nu0"], row["C23_nu0"], row["C23_nu0"], row["C33_nu0"]]
+    np.testing.assert_allclose(found, expected, rtol=0.025)
+    assert found[2] == pytest.approx(found[3], rel=1e-10)
+
+
+def test_moment_of_spin_of_a_slender_contact():
+    """C33 with a/b = 5: 24 and 48 cells are 4 % apart; by centres they are 30 %."""
+    coarse, fine = no_slip(5.0, 24)[4], no_slip(5.0, 48)[4]
+    assert coarse / fine == pytest.approx(1.0, abs=0.05)
+
+
+def test_carter():
+    """Line contact: less than a fifth of the error of centres."""
+    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
+    exact = carter(contact, 0.3, force=-0.6 * 0.3 * contact.force)
+    found = {}
+    for second_order in (False, True):
+        for n in (20, 40, 80):
+            posed = vc.Scene(
+                bodies=vc.Bodies(G=1.0, nu=0.3),
+                surface=vc.Cylinders(R=1.0),
+                normal_force=contact.force,
+                friction=0.3,
+                motion=vc.Steady(vx=exact.creepage),
+                grid=vc.Grid(nx=n),
+            )
+            sol = vc.solve(posed.second_order() if second_order else posed)
+            found[second_order, n] = abs(sol.force[0] / exact.force - 1)
+    assert all(found[True, n] < found[False, n] / 5 for n in (20, 40, 80))
+
+
+# ----------------------------------------------------------------------------- one discrete problem
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=0.04, vy=-0.02, spin=0.05), vc.Steady(Fx=-0.15, spin=0.1)])
+def test_solvers_agree(rolling, motion):
+    posed = rolling(motion=motion).second_order()
+    sols = [vc.solve(posed, tangential=name) for name in ("clarabel", "tang-safeguarded", "newton")]
+    for sol in sols:
+        assert sol.certificate.residual < 1e-8
+        assert sol.certificate.relative_gap < 1e-8
+        np.testing.assert_allclose(sol.traction, sols[0].traction, rtol=0, atol=1e-8 * sols[0].pressure.max())
+        np.testing.assert_allclose(sol.slip, sols[0].slip, rtol=0, atol=1e-9)
+        assert np.isfinite(sol.certificate.force_bound).all()
+
+
+def test_mirror_direction_and_units(rolling):
+    """The other way round, on the other side of the x-axis, and in other units: the same."""
+    numbers = {"vx": 0.04, "vy": -0.02, "spin": 0.05}
+    sol = vc.solve(rolling(motion=vc.Steady(**numbers)).second_order())
+    mirrored = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=0.02, spin=-0.05)).second_order())
+    np.testing.assert_allclose(mirrored.force, sol.force * [1, -1], rtol=1e-9)
+    assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-9)
+    against = vc.solve(rolling(motion=vc.Steady(**{name: -value for name, value in numbers.items()})).second_order())
+    np.testing.assert_allclose(against.force, -sol.force, rtol=1e-9)
+    long, strong = 1e-3, 1e6
+    other = vc.solve(
+        rolling(
+            bodies=vc.Bodies(G=strong / long**2, nu=0.28),
+            surface=vc.Ellipse(a=1.2 * long, b=0.9 * long),
+            normal_force=strong,
+            motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05 / long),
+        ).second_order()
+    )
+    np.testing.assert_allclose(other.force / strong, sol.force, rtol=1e-9)
+
+
+def test_half_of_a_mirror_problem_is_the_whole(rolling):
+    """Pure spin, solved with and without its mirror image."""
+    posed = rolling(motion=vc.Steady(spin=0.1)).second_order()
+    half, whole = (vc.solve(posed, tangential=name) for name in ("tang-safeguarded", "newton"))
+    assert half.plan.sizes.mirrored
+    np.testing.assert_allclose(half.traction, whole.traction, rtol=0, atol=1e-9 * whole.pressure.max())
+
+
+def test_sensitivity(rolling):
+    """By differences, on softened elements."""
+    posed = rolling().second_order()
+    slope, step = np.asarray(vc.solve(posed).sensitivity())[0, 0], 1e-6
+    ends = [
+        vc.solve(dataclasses.replace(posed, motion=dataclasses.replace(posed.motion, vx=0.04 + s))).force[0]
+        for s in (-step, step)
+    ]
+    assert slope == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-4)
+
+
+# ----------------------------------------------------------------------------- what stays, and what is refused
+
+
+def test_the_default_is_contacts(rolling):
+    """The slip of the default is A - C at x and x + dq, with spin at x + dq/6."""
+    assert vc.Steady() == vc.Steady(spin_offset=1 / 6, slip_difference="first-order")
+    assert vc.Steady(slip_difference="second-order").spin_offset == 0
+    assert vc.Steady(slip_difference="second-order", spin_offset=0.2).spin_offset == 0.2
+    disc = discretise(rolling(), rolling().grid.spread((-1.2, 1.2, -0.9, 0.9)))
+    here, ahead = disc.operators.tangential(), disc.operators.carrying(disc.step)
+    np.testing.assert_array_equal(disc.tangential_operator.table, here.table - ahead.table)
+    assert disc.softening is None
+
+
+def test_the_preset(rolling):
+    posed = rolling(motion=vc.Steady(vx=0.01)).second_order()
+    assert posed.motion == vc.Steady(vx=0.01, slip_difference="second-order")
+    assert posed.grid.edge == "softened"
+    unlike = rolling(bodies=vc.Bodies(G=(1.0, 2.0), nu=(0.2, 0.3))).second_order()
+    assert (unlike.grid.edge, unlike.motion.slip_difference) == ("centres", "second-order")
+    assert vc.solve(unlike).certificate.residual < 1e-8
+
+
+def test_refused(rolling):
+    with pytest.raises(vc.SceneError, match=r"motion\.slip_difference.*did you mean second-order"):
+        vc.Steady(slip_difference="second-ordre")
+    with pytest.raises(vc.SceneError, match="is for steady rolling and shifts"):
+        rolling(motion=vc.Transient(steps=2, vx=0.01), grid=vc.Grid(nx=8, ny=8, edge="softened"))
+    with pytest.raises(vc.SceneError, match="only the slip of steady rolling"):
+        rolling(motion=vc.Shift(ux=0.01)).second_order()
+    with pytest.raises(vc.SceneError, match="its edge is to be softened"):
+        rolling(grid="auto").second_order()
+    with pytest.raises(vc.SceneError, match="a march goes from one step to the next"):
+        vc.solve(rolling().second_order(), formulation="marching")
+    with pytest.raises(vc.SceneError, match=r'grid\.edge = "softened" is for Hertz'):
+        vc.solve(rolling().second_order(), normal="norm")
+
+
+def test_files(rolling, tmp_path):
+    """A scene file keeps both options, and so does a solution."""
+    posed = rolling().second_order()
+    sol = vc.solve(posed)
+    sol.save(tmp_path / "sol.nc")
+    again = vc.load(tmp_path / "sol.nc")
+    assert (again.motion, again.grid) == (sol.motion, sol.grid)
+    assert again.force == pytest.approx(sol.force)

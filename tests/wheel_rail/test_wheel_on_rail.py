@@ -1,0 +1,220 @@
+"""Patches solved: Hertz's closed form, the benchmark's forces, the load, velocities of particles, and warnings."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import (
+    RAIL,
+    TRACK,
+    WHEEL,
+    WHEELSET,
+    benchmark,
+    flat_track,
+    manchester,
+    round_rail,
+    round_wheel,
+)
+from varcontact import reference
+from varcontact.errors import NotConverged
+from varcontact.kinematics import rotation
+from varcontact.wheel_rail import (
+    ConformalContact,
+    Position,
+    Profile,
+    RoughProfile,
+    Track,
+    Velocity,
+    WheelOnRail,
+    WheelSet,
+)
+
+
+def wheel(y=0.0, **more):
+    more = {"vertical_force": 80e3, "track": TRACK, "wheelset": WHEELSET, "position": Position(y=y), **more}
+    return WheelOnRail(**more)
+
+
+def row(side, y):
+    return next(each for each in manchester() if (each["side"], each["y_ws"]) == (side, y))
+
+
+def test_two_circles_are_hertz_contact():
+    """The load at an angle: area, peak pressure and approach of the combined curvatures."""
+    case = WheelOnRail(
+        track=flat_track(round_rail()),
+        wheelset=WheelSet(wheel=round_wheel()),
+        position=Position(y=-12.0),
+        vertical_force=80e3,
+        dx=0.4,
+        dy=0.4,
+    )
+    found = case.solve()
+    (each,) = found.patches
+    angle = each.patch.angle
+    assert each.normal_force * np.cos(angle) == pytest.approx(80e3, rel=1e-6)
+    rolling = each.patch.rolling_radius / np.cos(angle)
+    hertz = reference.hertz(rolling, 1 / (1 / 300 + 1 / 500), case.bodies, force=each.normal_force)
+    assert each.peak_pressure == pytest.approx(hertz.peak_pressure, rel=0.01)
+    assert each.patch.approach == pytest.approx(hertz.approach, rel=0.01)
+    assert each.half_width == pytest.approx(hertz.b, abs=0.4)
+
+
+@pytest.mark.parametrize(("side", "y"), [("left", 4.5), ("right", 2.0), ("right", 6.0), ("right", 8.0)])
+def test_the_benchmarks_forces(side, y):
+    """CONTACT's on the same grid of 0.2 mm: normal 0.1 %, tangential 0.1 % of f Fn, peak pressure 0.5 %."""
+    wanted = row(side, y)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConformalContact)
+        found = benchmark(wanted).solve()
+    (each,) = found.patches
+    assert found.z == pytest.approx(wanted["z_ws"], abs=5e-4)
+    assert each.normal_force == pytest.approx(wanted["fn"], rel=1e-3)
+    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=1e-3 * 0.3 * wanted["fn"])
+    assert each.peak_pressure == pytest.approx(wanted["pmax"], rel=5e-3)
+    assert found.force[2] == pytest.approx(10e3, rel=1e-6)
+
+
+def test_the_load_is_borne_with_and_without_friction():
+    case = wheel(2.0, position=Position(y=2.0, yaw=0.005))
+    plain, all_of_it = case.solve(), replace(case, with_friction=True).solve()
+    assert plain.patches[0].normal_force * np.cos(plain.patches[0].patch.angle) == pytest.approx(80e3, rel=1e-6)
+    assert all_of_it.force[2] == pytest.approx(80e3, rel=1e-6)
+    assert plain.force[2] != pytest.approx(80e3, rel=1e-3)
+    again = replace(case, vertical_force=None, z=plain.z).solve()
+    assert again.rounds == 0
+    assert again.force == pytest.approx(plain.force, rel=1e-9)
+
+
+def test_forces_in_the_frames_belong_together():
+    found = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, join=3.0).solve()
+    assert len(found.patches) == 2
+    assert found.patches[0].patch.location[1] < found.patches[1].patch.location[1]
+    total = np.zeros(3)
+    for each in found.patches:
+        local = each.patch.frame.axes.T @ each.force_on_track
+        assert local == pytest.approx([*each.solution.force, each.solution.normal_force])
+        total += each.force_on_track
+    assert found.force == pytest.approx(total)
+    axes = found.case.position.rotation
+    assert found.force_on_wheelset == pytest.approx(-axes.T @ total)
+    # the moment, from every element's traction on its own
+    centre = np.array([0.0, 5.0, found.z - 460.0])
+    moment = np.zeros(3)
+    for each in found.patches:
+        sol, frame = each.solution, each.patch.frame
+        x, y = np.meshgrid(sol.grid.x, sol.grid.y)
+        points = frame.globally(np.stack([x, y, 0 * x], axis=-1))
+        tractions = np.stack([*sol.traction, sol.pressure], axis=-1) @ frame.axes.T * sol.grid.area
+        moment -= np.cross(points - centre, tractions).sum(axis=(0, 1))
+    assert found.moment_on_wheelset == pytest.approx(axes.T @ moment, rel=1e-9)
+
+
+def test_patches_nearer_than_the_distance_are_one():
+    case = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012))
+    z = case.touching + 0.03
+    apart, together = replace(case, join=1.0).patches(z), replace(case, join=20.0).patches(z)
+    assert (len(apart), len(together)) == (2, 1)
+    assert apart[0].location[1] < together[0].location[1] < apart[1].location[1]
+
+
+def test_creepages_are_the_velocities_of_particles_followed_in_time():
+    """The wheel set's place by its angles as functions of time, without its rigid body."""
+    velocity = Velocity(speed=2000.0, pitch_rate=-4.3, lateral=15.0, vertical=-4.0, roll_rate=0.02, yaw_rate=0.03)
+    position = Position(y=3.0, roll=2e-3, yaw=0.01)
+    case = wheel(position=position, velocity=velocity)
+    z = case.touching + 0.05
+    (patch,) = case.patches(z)
+
+    def place(time, pitching):
+        axes = rotation(roll=position.roll + velocity.roll_rate * time, yaw=position.yaw + velocity.yaw_rate * time)
+        centre = np.array(
+            [velocity.speed * time, position.y + velocity.lateral * time, z - 460.0 + velocity.vertical * time]
+        )
+        return axes @ rotation(pitch=velocity.pitch_rate * time * pitching), centre
+
+    def followed(particle, pitching=1.0, step=1e-5):
+        axes, centre = place(0.0, pitching)
+        own = axes.T @ (particle - centre)
+        ends = []
+        for time in (-step, step):
+            axes, centre = place(time, pitching)
+            ends.append(axes @ own + centre)
+        return (ends[1] - ends[0]) / (2 * step)
+
+    axes = patch.frame.axes
+    particle = patch.frame.globally([0.0, 0.0, patch.approach])
+    wheel_velocity, carried = axes.T @ followed(particle), axes.T @ followed(particle, pitching=0.0)
+    speed = (carried[0] - (wheel_velocity - carried)[0]) / 2
+    found = patch.creepage
+    assert found.speed == pytest.approx(speed, rel=1e-8)
+    assert found.vx == pytest.approx(-wheel_velocity[0] / speed, abs=1e-8)
+    assert found.vy == pytest.approx(-wheel_velocity[1] / speed, abs=1e-8)
+    beside = patch.frame.globally([0.0, 1.0, patch.approach])
+    turn = (axes.T @ (followed(beside) - followed(particle)))[0]  # minus the rate of rotation about the normal
+    assert found.spin == pytest.approx(turn / speed, abs=1e-9)
+
+
+def test_smoothing_mends_what_noise_does_to_the_pressure():
+    """2 micrometres of noise on the rail double the peak pressure; smoothing over 5 mm brings it within a tenth."""
+    noise = 0.002 * np.random.default_rng(3).normal(size=RAIL.z.size)
+    rough = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
+    common = {"vertical_force": 10e3, "dx": 0.5, "dy": 0.2}
+    exact = wheel(2.0, **common).solve().patches[0].peak_pressure
+    with pytest.warns(RoughProfile, match=r"waves \d+ times across the patch at y = 7\d\d.* mm: a profile is rough"):
+        noisy = wheel(2.0, track=Track(rail=rough), **common, join=1e3).solve()
+    assert noisy.patches[0].peak_pressure > 2 * exact
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mended = wheel(2.0, track=Track(rail=rough.smoothed(5.0)), **common).solve()
+    assert mended.patches[0].peak_pressure == pytest.approx(exact, rel=0.1)
+
+
+def test_conformal_contact_is_said_with_its_numbers():
+    worn = round_rail(20.0, half=15.0)
+    hollow = Profile(y=worn.y, z=20.5 - np.sqrt(20.5**2 - worn.y**2), kind="wheel", kinks=[])
+    case = WheelOnRail(
+        track=flat_track(worn), wheelset=WheelSet(wheel=replace(hollow)), vertical_force=100e3, dx=1.0, dy=1.0
+    )
+    with pytest.warns(ConformalContact) as caught:
+        case.solve()
+    told = [str(each.message) for each in caught]
+    assert any("the rail's radius of curvature there is 20 mm, less than 3 times as much" in text for text in told)
+    assert any("the wheel's radius of curvature there is 20.5 mm" in text for text in told)
+    assert all(text.startswith("conformal contact: the patch at y = 750 mm is ") for text in told)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wheel(vertical_force=20e3).solve()
+
+
+def test_methods_reach_the_patches():
+    found = wheel(2.0).solve(tangential="tang", certify="gap")
+    solution = found.patches[0].solution
+    assert solution.plan.tangential == "tang"
+    assert solution.certificate.relative_gap < 1e-8
+
+
+def test_a_load_that_cannot_be_met_exactly_says_so():
+    with pytest.raises(NotConverged, match="the height of the axle that bears 80000 N was not found"):
+        wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
+
+
+def test_the_picture_has_both_profiles_and_each_patch():
+    found = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, join=3.0).solve()
+    figure = found.plot()
+    profiles, *panels = figure.axes
+    labels = {line.get_label() for line in profiles.get_lines()}
+    assert {"rail", "wheel", "contact patch"} <= labels
+    numbers = {text.get_text() for text in profiles.texts if text.get_text()}
+    assert numbers == {"1", "2"}
+    assert sum(ax.get_title().startswith("Patch") for ax in panels) == 2
+    assert "yaw = 12 mrad" in profiles.get_title()
+
+
+def test_profiles_with_their_kind_only():
+    assert WHEEL.kind == "wheel"
+    assert WHEELSET.middle == pytest.approx(750.0)

@@ -1,0 +1,120 @@
+"""All patches of a wheel on a rail, and the height of its axle that bears the load."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import NotConverged
+from varcontact.results.solution import Solution
+from varcontact.solving.solve import solve
+from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+
+if TYPE_CHECKING:
+    from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+
+ROUNDS = 30
+"""Heights that are tried."""
+CONFORMAL = 3.0
+"""Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
+
+
+class ConformalContact(UserWarning):
+    """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not describe it well."""
+
+
+def solve_wheel_on_rail(
+    case: WheelOnRail, tol: float, certify: str | None, methods: dict[str, Any]
+) -> WheelRailSolution:
+    """The solution of a wheel on a rail: see `WheelOnRail.solve`.
+
+    Parameters
+    ----------
+    case : WheelOnRail
+    tol : float
+        Of the vertical force, relative.
+    certify : str or None
+    methods : dict
+        Arguments of `varcontact.solve`.
+
+    Returns
+    -------
+    WheelRailSolution
+    """
+    tol = checks.positive("tol", tol)
+    if case.z is not None:
+        z, rounds = case.z, 0
+        patches = case.patches(z)
+    else:
+        z, rounds = _height(case, tol, methods)
+        patches = case.patches(z)
+    solved = tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in patches)
+    for each in solved:
+        _check_half_space(case, each)
+    return WheelRailSolution(case, z, solved, rounds)
+
+
+def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[float, int]:
+    """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight."""
+    load = case.vertical_force
+    assert load is not None
+    low, low_value = case.touching, -(load ** (2 / 3))  # no force
+    high, high_value = None, 0.0
+    stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
+    z = case.touching + (load / stiffness) ** (2 / 3)
+    for rounds in range(1, ROUNDS + 1):
+        force = _vertical(case, z, methods)
+        value = np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3)
+        if abs(force - load) <= tol * load:
+            return z, rounds
+        # the secant through this height and the nearer of those before, kept within what is known
+        slope = (value - low_value) / (z - low)
+        if value < 0:
+            low, low_value = z, value
+        if value > 0:
+            high, high_value = z, value
+        if high is not None:
+            slope = (high_value - low_value) / (high - low)
+        step = low - low_value / slope
+        z = step if high is None or low < step < high else (low + high) / 2
+    raise NotConverged(f"the height of the axle that bears {load:g} N was not found", abs(force - load) / load)
+
+
+def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
+    """The vertical force on the rail at a height of the axle."""
+    total = 0.0
+    for patch in case.patches(z):
+        if case.with_friction:
+            total += PatchSolution(patch, _solved(patch, None, methods)).force_on_track[2]
+        else:
+            scene = replace(patch.scene, motion=None, friction=None)
+            normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
+            total += solve(scene, certify=None, **normal).normal_force * np.cos(patch.angle)
+    return float(total)
+
+
+def _solved(patch: ContactPatch, certify: str | None, methods: dict[str, Any]) -> Solution:
+    found = solve(patch.scene, certify=certify, **methods)
+    assert isinstance(found, Solution)
+    return found
+
+
+def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:
+    """Warn where a profile is curved too much for the width of the patch."""
+    patch, half = solved.patch, solved.half_width
+    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
+    for profile, point in ((case.track.rail, patch.on_rail), (case.wheelset.wheel, patch.on_wheel)):
+        turned = profile.angle_at(point[0] + across)  # on average over the patch: noise does not count
+        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
+        if curvature * half * CONFORMAL > 1:
+            warnings.warn(
+                f"conformal contact: the patch at y = {patch.location[1]:.4g} mm is {half:.3g} mm wide to either side, "
+                f"and the {profile.kind}'s radius of curvature there is {1 / curvature:.3g} mm, less than "
+                f"{CONFORMAL:g} times as much; half-spaces are too soft for that, and the tangent plane too flat",
+                ConformalContact,
+                stacklevel=4,
+            )

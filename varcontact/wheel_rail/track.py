@@ -1,0 +1,298 @@
+"""Where rails and wheels are: track and wheel set, their dimensions and places.
+
+Track coordinates: x forward, y to the right, z down; the origin is in the middle of the track at the height of the rail
+tops. Lengths are in millimetres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.kinematics import RigidBody, rotation
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.profile import Profile
+
+Side = Literal["left", "right"]
+SIGN = {"left": -1.0, "right": 1.0}
+STEEPEST = 0.5
+"""Greatest angle of cant, roll and yaw [rad]."""
+FINE = 0.02
+"""Step along the profile in which the gauge point is looked for [mm]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Track:
+    """Two rails of the same profile.
+
+    Parameters
+    ----------
+    rail : Profile
+    gauge : float
+        Distance of the rails' inner sides [mm].
+    gauge_height : float
+        Depth below the rail top down to which the gauge is measured [mm]: between the innermost points not deeper.
+    cant : float
+        Inclination of the rails towards the middle of the track, on top of what the profile has in itself [rad].
+        The rail of the Manchester benchmark's file is inclined by 1:40 already; that of `Profile.rail_60e1` is not.
+
+    Raises
+    ------
+    SceneError
+        If the profile is no rail's, a length is not positive, the cant is more than half a radian, or the profile
+        does not reach down to the gauge height.
+
+    Examples
+    --------
+    >>> track = Track(rail=Profile.rail_60e1(), cant=1 / 40)
+    >>> inner = track.placed("right").points(track.placed("right").s)[:, 0].min()
+    >>> print(f"{track.gauge / 2:.1f} {inner < 717.5}")
+    717.5 True
+    """
+
+    rail: Profile
+    gauge: float = 1435.0
+    gauge_height: float = 14.0
+    cant: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_profile("track.rail", self.rail, "rail")
+        for name in ("gauge", "gauge_height"):
+            object.__setattr__(self, name, checks.positive(f"track.{name}", getattr(self, name)))
+        object.__setattr__(self, "cant", _angle("track.cant", self.cant))
+        self.origin  # noqa: B018 (the gauge point has to be there)
+
+    @property
+    def _turn(self) -> np.ndarray:
+        """The rail's head leans towards negative y."""
+        return np.array([[np.cos(self.cant), np.sin(self.cant)], [-np.sin(self.cant), np.cos(self.cant)]])
+
+    @property
+    def origin(self) -> np.ndarray:
+        """Where the origin of the right rail's profile is, (y, z) in track coordinates [mm]."""
+        curve = self.rail.curve.moved(self._turn, np.zeros(2))
+        points = curve.points(curve.sampled(FINE))
+        top = int(points[:, 1].argmin())
+        depth = points[:, 1] - points[top, 1]
+        inner = np.arange(len(points)) <= top
+        if depth[inner].max() < self.gauge_height:
+            raise SceneError(
+                "track.gauge_height",
+                self.gauge_height,
+                message=f"track.gauge_height = {self.gauge_height:g} mm, but the rail's profile ends "
+                f"{depth[inner].max():.3g} mm below its top on the track side",
+            )
+        deep = int(np.flatnonzero(inner & (depth >= self.gauge_height))[-1])
+        part = (self.gauge_height - depth[deep + 1]) / (depth[deep] - depth[deep + 1])
+        at_height = points[deep + 1, 0] + part * (points[deep, 0] - points[deep + 1, 0])
+        innermost = min(float(at_height), float(points[deep + 1 : top + 1, 0].min()))
+        return np.array([self.gauge / 2 - innermost, -points[top, 1]])
+
+    def placed(self, side: Side) -> Curve:
+        """The part of a rail that can be touched, in track coordinates.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+
+        Returns
+        -------
+        Curve
+            (y, z), y growing.
+        """
+        curve = self.rail.curve.moved(self._turn, self.origin)
+        top = curve.sampled(FINE)[int(curve.points(curve.sampled(FINE))[:, 1].argmin())]
+        return _on_side(curve.single_valued(np.array([1.0, 0.0]), float(top)), side)
+
+    def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
+        """A point of the track in the coordinates of the rail's profile.
+
+        Parameters
+        ----------
+        point : ndarray, shape (2,)
+            (y, z) [mm].
+        side : {"left", "right"}
+
+        Returns
+        -------
+        ndarray, shape (2,)
+            (y, z), y to the outside, before canting [mm].
+        """
+        return np.asarray((point * [SIGN[side], 1.0] - self.origin) @ self._turn)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WheelSet:
+    """Two wheels of the same profile on an axle.
+
+    Parameters
+    ----------
+    wheel : Profile
+    radius : float
+        Nominal radius of the wheels, where the profile's z is 0 [mm].
+    inside_distance : float
+        Distance of the flange backs [mm].
+    flange_back : float
+        y of the flange back in the wheel's profile [mm].
+
+    Raises
+    ------
+    SceneError
+        If the profile is no wheel's, or a length is not positive.
+
+    Examples
+    --------
+    >>> wheelset = WheelSet(wheel=Profile.s1002())
+    >>> print(wheelset.middle)
+    750.0
+    """
+
+    wheel: Profile
+    radius: float = 460.0
+    inside_distance: float = 1360.0
+    flange_back: float = -70.0
+
+    def __post_init__(self) -> None:
+        _check_profile("wheelset.wheel", self.wheel, "wheel")
+        for name in ("radius", "inside_distance"):
+            object.__setattr__(self, name, checks.positive(f"wheelset.{name}", getattr(self, name)))
+        object.__setattr__(self, "flange_back", checks.moderate("wheelset.flange_back", self.flange_back))
+
+    @property
+    def middle(self) -> float:
+        """Distance of a wheel profile's origin from the middle of the axle [mm]."""
+        return self.inside_distance / 2 - self.flange_back
+
+    def placed(self, side: Side) -> Curve:
+        """The part of a wheel that can be touched.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+
+        Returns
+        -------
+        Curve
+            (y from the middle of the axle to the right, radius), y growing [mm].
+        """
+        moved = self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius]))
+        return _on_side(moved, side)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Position:
+    """Where a wheel set is in the track, but for its height.
+
+    Parameters
+    ----------
+    y : float
+        Of the middle of its axle, to the right [mm].
+    roll, yaw : float
+        About x (right wheel down) and z (turned to the right) [rad]: yawed first, then rolled about the track's x.
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or an angle is more than half a radian.
+    """
+
+    y: float = 0.0
+    roll: float = 0.0
+    yaw: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "y", checks.moderate("position.y", self.y))
+        for name in ("roll", "yaw"):
+            object.__setattr__(self, name, _angle(f"position.{name}", getattr(self, name)))
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """The axle's axes in track coordinates, shape (3, 3)."""
+        return rotation(roll=self.roll, yaw=self.yaw)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Velocity:
+    """How a wheel set moves.
+
+    Parameters
+    ----------
+    speed : float
+        Along the track [mm/s]. Creepages depend only on the ratios of velocities to it.
+    pitch_rate : float, optional
+        About the axle [rad/s], negative in rolling forward; -speed by the nominal radius if not given.
+    lateral, vertical : float
+        Of the middle of the axle [mm/s].
+    roll_rate, yaw_rate : float
+        [rad/s]
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or the speed is not positive.
+    """
+
+    speed: float = 1000.0
+    pitch_rate: float | None = None
+    lateral: float = 0.0
+    vertical: float = 0.0
+    roll_rate: float = 0.0
+    yaw_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "speed", checks.positive("velocity.speed", self.speed))
+        for name in ("lateral", "vertical", "roll_rate", "yaw_rate"):
+            object.__setattr__(self, name, checks.moderate(f"velocity.{name}", getattr(self, name)))
+        if self.pitch_rate is not None:
+            object.__setattr__(self, "pitch_rate", checks.moderate("velocity.pitch_rate", self.pitch_rate))
+
+    def body(self, wheelset: WheelSet, position: Position, z: float, *, pitching: bool = True) -> RigidBody:
+        """The wheel set as a rigid body in track coordinates.
+
+        Parameters
+        ----------
+        wheelset : WheelSet
+        position : Position
+        z : float
+            Of the middle of its axle, above which 0 has the nominal circles at the height of the rail tops [mm].
+        pitching : bool
+            Whether it turns about its axle; without, it moves as the contacts do.
+
+        Returns
+        -------
+        RigidBody
+        """
+        pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
+        turning = np.array([self.roll_rate, 0.0, 0.0]) + rotation(roll=position.roll) @ [0.0, 0.0, self.yaw_rate]
+        if pitching:
+            turning = turning + position.rotation @ [0.0, pitch, 0.0]
+        return RigidBody(
+            position=np.array([0.0, position.y, z - wheelset.radius]),
+            rotation=position.rotation,
+            velocity=np.array([self.speed, self.lateral, self.vertical]),
+            angular_velocity=turning,
+        )
+
+
+def _on_side(curve: Curve, side: Side) -> Curve:
+    """A curve of the right side, or its mirror image, y growing."""
+    if SIGN[side] > 0:
+        return curve
+    return curve.moved(np.diag([-1.0, 1.0]), np.zeros(2)).reversed()
+
+
+def _check_profile(field: str, profile: Any, kind: str) -> None:
+    if not isinstance(profile, Profile) or profile.kind != kind:
+        given = f"a {profile.kind}'s" if isinstance(profile, Profile) else profile
+        raise SceneError(field, given, f"a Profile of kind {kind!r}")
+
+
+def _angle(field: str, value: Any) -> float:
+    angle = checks.moderate(field, value)
+    if abs(angle) > STEEPEST:
+        raise SceneError(field, angle, f"an angle in radians, within {STEEPEST} of 0")
+    return angle

@@ -1,0 +1,285 @@
+"""A wheel of a moving wheel set on a rail: its contact patches, and the scene of each."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import Law
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.units import Units
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.patches import Place, joined, place
+from varcontact.wheel_rail.search import Locus, contact_locus
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+
+if TYPE_CHECKING:
+    from varcontact.wheel_rail.result import WheelRailSolution
+
+STEEL = Bodies(G=82000.0, nu=0.28)
+UNITS = Units(length="mm", force="N")
+MIDDLE, ROLLING = Position(), Velocity()
+WAVES = 6
+"""Changes of sign of the curvature along the middle of a patch from which a profile is called rough."""
+
+
+class RoughProfile(UserWarning):
+    """The distance between the profiles waves within a patch: noise, which makes stripes of pressure."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPatch:
+    """One contact patch of a wheel on a rail.
+
+    Attributes
+    ----------
+    location : ndarray, shape (3,)
+        Origin of the frame in track coordinates, on the rail's surface [mm].
+    angle : float
+        Contact angle, about x in track coordinates: negative on the right rail's inner side [rad].
+    frame : Frame
+        x forward, y (also called s) along the rail's surface to the right, z into the rail, which is body 1.
+    on_rail, on_wheel : ndarray, shape (2,)
+        (y, z) of the origin in the coordinates of the profiles [mm].
+    rolling_radius : float
+        Of the wheel at the origin, undeformed [mm].
+    creepage : Creepages
+        Of the rail over the wheel, in the frame, by the rolling velocity: CONTACT's CKSI, CETA and CPHI.
+    approach : float
+        How deep the undeformed wheel is in the rail [mm].
+    scene : Scene
+        The patch as a scene: undeformed distance on the potential contact, approach, friction and creepages. Lengths
+        are in mm and forces in N; tractions act on the rail.
+    """
+
+    location: np.ndarray
+    angle: float
+    frame: Frame
+    on_rail: np.ndarray
+    on_wheel: np.ndarray
+    rolling_radius: float
+    creepage: Creepages
+    approach: float
+    scene: Scene
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WheelOnRail:
+    """A wheel of a wheel set on its rail.
+
+    Parameters
+    ----------
+    track : Track
+    wheelset : WheelSet
+    side : {"left", "right"}
+        Which wheel, seen in the direction of travel.
+    position : Position, optional
+        In the middle of the track if not given.
+    velocity : Velocity, optional
+        Rolling along the track if not given.
+    vertical_force, z : float
+        Exactly one of the two: the load on this wheel [N], or the height of the axle, downwards, 0 where the nominal
+        circles are at the height of the rail tops [mm].
+    with_friction : bool
+        Whether tangential forces bear a part of the vertical force; without, normal forces bear all of it.
+    bodies : Bodies, optional
+        In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
+    friction : float or law
+        See `Scene`.
+    dx, dy : float
+        Sides of an element [mm].
+    join : float
+        Overlaps of wheel and rail that are nearer to each other than this make one patch, in one plane; others are
+        patches of their own, which do not feel each other [mm].
+
+    Raises
+    ------
+    SceneError
+        Naming the entry, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
+    >>> case = WheelOnRail(
+    ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+    ...     position=Position(y=3.0), vertical_force=80e3)
+    >>> patch, = case.patches(case.touching + 0.05)
+    >>> print(f"y = {patch.on_rail[0]:.1f} mm on the rail, {patch.on_wheel[0]:.1f} mm on the wheel")
+    y = -12.6 mm on the rail, -12.6 mm on the wheel
+    """
+
+    track: Track
+    wheelset: WheelSet
+    side: Side = "right"
+    position: Position = MIDDLE
+    velocity: Velocity = ROLLING
+    vertical_force: float | None = None
+    z: float | None = None
+    with_friction: bool = False
+    bodies: Bodies = STEEL
+    friction: float | Law = 0.3
+    dx: float = 0.5
+    dy: float = 0.5
+    join: float = 8.0
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        parts = (("track", Track), ("wheelset", WheelSet), ("position", Position), ("velocity", Velocity))
+        for name, kind in (*parts, ("bodies", Bodies)):
+            if not isinstance(getattr(self, name), kind):
+                raise SceneError(name, getattr(self, name), f"a {kind.__name__}")
+        set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
+        checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
+        if self.vertical_force is not None:
+            set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))
+        else:
+            set_(self, "z", checks.moderate("z", self.z))
+        set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
+        for name in ("dx", "dy", "join"):
+            set_(self, name, checks.positive(name, getattr(self, name)))
+
+    @cached_property
+    def rail(self) -> Curve:
+        """The part of the rail that can be touched, (y, z) in track coordinates."""
+        return self.track.placed(self.side)
+
+    @cached_property
+    def wheel(self) -> Curve:
+        """The part of the wheel that can be touched, (y along the axle, radius)."""
+        return self.wheelset.placed(self.side)
+
+    @cached_property
+    def locus(self) -> Locus:
+        """The contact locus.
+
+        Raises
+        ------
+        NoContact
+            If the wheel is beside the rail.
+        """
+        axle = np.array([0.0, self.position.y, -self.wheelset.radius])
+        return contact_locus(self.wheel, self.rail, self.position.rotation, axle)
+
+    @property
+    def touching(self) -> float:
+        """The height of the axle at which the wheel just touches the rail [mm]."""
+        return self.locus.touching
+
+    def patches(self, z: float) -> tuple[ContactPatch, ...]:
+        """All contact patches at a height of the axle.
+
+        Parameters
+        ----------
+        z : float
+            Downwards, see `WheelOnRail` [mm].
+
+        Returns
+        -------
+        tuple of ContactPatch
+            From left to right.
+
+        Raises
+        ------
+        NoContact
+            If the wheel is above the rail, or beside it.
+        SceneError
+            If the contact reaches the end of a profile, or elements are too many.
+        """
+        z = checks.moderate("z", z)
+        groups = joined(self.locus.overlaps(z), self.join)
+        body = self.velocity.body(self.wheelset, self.position, z)
+        return tuple(
+            self._patch(place(group, self.wheel, self.rail, body.rotation, body.position, self.dx, self.dy), z, body)
+            for group in groups
+        )
+
+    def _patch(self, found: Place, z: float, body: RigidBody) -> ContactPatch:
+        rolled = self._creepage(found, z, body)
+        origin = found.frame.origin
+        x, y, height = body.locally(origin)
+        on_wheel = np.array([SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius])
+        _check_smooth(found)
+        scene = Scene(
+            bodies=self.bodies,
+            surface=SampledDistance(found.distance),
+            approach=found.approach,
+            friction=self.friction,
+            motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
+            grid=found.grid,
+            units=UNITS,
+        )
+        return ContactPatch(
+            location=origin,
+            angle=found.angle,
+            frame=found.frame,
+            on_rail=self.track.on_rail(origin[1:], self.side),
+            on_wheel=on_wheel,
+            rolling_radius=self.wheelset.radius + float(self.wheelset.wheel.z_at(float(on_wheel[0]))),
+            creepage=rolled,
+            approach=found.approach,
+            scene=scene,
+        )
+
+    def _creepage(self, found: Place, z: float, body: RigidBody) -> Creepages:
+        """Of the rail over the wheel, whose particle is as deep in the rail as it approaches it."""
+        carried = self.velocity.body(self.wheelset, self.position, z, pitching=False)
+        particle = found.frame.globally(np.array([0.0, 0.0, found.approach]))
+        return creepages(
+            RigidBody(position=np.zeros(3)),
+            body,
+            found.frame,
+            frame_velocity=carried.velocity_at(particle),
+            at2=particle,
+        )
+
+    def solve(self, *, tol: float = 1e-6, certify: str | None = None, **methods: Any) -> WheelRailSolution:
+        """Solve all patches, with the height of the axle that bears the vertical force, where that is given.
+
+        Parameters
+        ----------
+        tol : float
+            How near the vertical force comes to the one that is given, relative.
+        certify : str, optional
+            See `varcontact.solve`: residuals alone if not given.
+        **methods
+            Other arguments of `varcontact.solve`, for all patches.
+
+        Returns
+        -------
+        WheelRailSolution
+
+        Raises
+        ------
+        NoContact, SceneError
+            See `patches`, and where no height bears the force.
+        NotConverged
+            If a patch is not solved, see `varcontact.solve`.
+        """
+        from varcontact.wheel_rail.solve import solve_wheel_on_rail
+
+        return solve_wheel_on_rail(self, tol, certify, methods)
+
+
+def _check_smooth(found: Place) -> None:
+    """Warn where the distance across the middle of the patch waves."""
+    across = found.distance[:, np.unravel_index(found.distance.argmin(), found.distance.shape)[1]]
+    bend = np.diff(across[across < 2 * found.approach], 2)
+    waves = int(np.sum(bend[1:] * bend[:-1] < 0))
+    if waves >= WAVES:
+        warnings.warn(
+            f"the distance between wheel and rail waves {waves} times across the patch at y = "
+            f"{found.frame.origin[1]:.4g} mm: a profile is rough there, and the pressure will be in stripes; "
+            "smooth it, Profile(..., smoothing=...)",
+            RoughProfile,
+            stacklevel=4,
+        )
