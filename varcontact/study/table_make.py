@@ -95,9 +95,9 @@ def make_table_book(
 
     Examples
     --------
-    >>> book = make_table_book(0.3, least=0.9, greatest=1.1, ratios=2, steps=3, degree=3)
+    >>> book = make_table_book(0.3, least=0.9, greatest=1.1, ratios=2, steps=2, degree=3)
     >>> book.entries, book.values.shape
-    (114, (2, 3, 19, 3))
+    (76, (2, 2, 19, 3))
     """
     nu = checks.number("nu", nu, "a number")
     kinds = Bodies(G=1.0, nu=nu)  # which checks it
