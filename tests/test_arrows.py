@@ -8,7 +8,7 @@ import varcontact
 ROOT = Path(varcontact.__file__).parent
 
 ORDER = (
-    {"errors", "checks", "machine"},
+    {"errors", "checks", "html", "machine"},
     {"reference"},
     {"scene"},
     {"elasticity"},
@@ -34,6 +34,7 @@ BACK = {
     ("reference.line_contact", "scene.bodies"),
     ("reference.spence", "scene.bodies"),
     ("plotting.studies", "study.convergence"),
+    ("scene.scene", "io.scene_text"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""
 

@@ -22,7 +22,7 @@ MADE = {
     "docs/fast_theories.md": set(),
     "docs/results.md": {
         *(f"{name}.png" for name in ("contact", "fields", "section", "stress", "below", "curve", "history")),
-        "history.gif",
+        *("history.gif", "contact.nc", "contact.csv", "contact.vtu", "contact.mat", "scene.toml"),
     },
 }
 """Files by the last page of a session."""

@@ -22,6 +22,7 @@ from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.results.history import History
+from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.results.stress import SubsurfaceStress, stress, stress_below
 from varcontact.scene.bodies import Bodies
@@ -37,8 +38,10 @@ from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
+from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
+from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
 
@@ -48,6 +51,7 @@ __all__ = [
     "Bodies",
     "Certificate",
     "Convergence",
+    "CreepForces",
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
@@ -63,6 +67,8 @@ __all__ = [
     "Paraboloids",
     "Plan",
     "RationalFalling",
+    "Reference",
+    "Refinement",
     "SampledDistance",
     "Saturated",
     "Scene",
@@ -84,6 +90,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_forces",
     "kinematics",
     "load",
     "no_slip_coefficients",
@@ -94,6 +101,7 @@ __all__ = [
     "read_scene",
     "read_sweep",
     "reference",
+    "references",
     "scan",
     "solve",
     "standard_bank",

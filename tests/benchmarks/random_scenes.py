@@ -8,7 +8,22 @@ import numpy as np
 
 import varcontact as vc
 
-KINDS = ("steady", "forces", "shift", "unlike", "unlike shift", "line", "line unlike", "line forces", "sampled", "law")
+KINDS = (
+    "steady",
+    "forces",
+    "shift",
+    "unlike",
+    "unlike shift",
+    "line",
+    "line unlike",
+    "line forces",
+    "line shift",
+    "line unlike shift",
+    "sampled",
+    "sampled shift",
+    "sampled normal",
+    "law",
+)
 
 
 def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
@@ -63,8 +78,8 @@ def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
     drawn = _drawn(rng)
     if kind.startswith("line"):
         return _line(rng, kind, drawn)
-    if kind == "sampled":
-        return _sampled(rng, drawn)
+    if kind.startswith("sampled"):
+        return _sampled(rng, kind, drawn)
     bodies = _unlike(rng) if kind.startswith("unlike") else vc.Bodies(G=1.0, nu=drawn.nu)
     if kind.startswith("unlike"):
         surface: vc.Paraboloids | vc.Ellipse = vc.Paraboloids(Rx=(drawn.a / drawn.b) ** 1.3, Ry=1.0)
@@ -108,34 +123,36 @@ def _shift(drawn: _Drawn, bodies: vc.Bodies, limit: float, mean: float) -> vc.Sh
 
 
 def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
-    bodies, force = _unlike(rng) if kind == "line unlike" else vc.Bodies(G=1.0, nu=drawn.nu), 0.01
-    a = vc.Scene(bodies=bodies, surface=vc.Cylinders(1.0), normal_force=force).hertz.a
+    bodies, force = _unlike(rng) if "unlike" in kind else vc.Bodies(G=1.0, nu=drawn.nu), 0.01
+    surface = vc.Cylinders(1.0, reference_depth=5.0)
+    a = vc.Scene(bodies=bodies, surface=surface, normal_force=force).hertz.a
     limit = drawn.f * force
     full = 4 * (1 - bodies.combined_nu) * limit / (np.pi * bodies.combined_G * a)  # Carter's
     vx, vy, _ = (float(v) for v in drawn.slip * full)
-    motion = vc.Steady(vx=vx, vy=vy)
+    motion: vc.Steady | vc.Shift = vc.Steady(vx=vx, vy=vy)
     if kind == "line forces":
         motion = vc.Steady(Fx=drawn.part * limit * np.sign(np.cos(drawn.angle)), vy=0.2 * vy)
-    return vc.Scene(bodies=bodies, surface=vc.Cylinders(1.0), normal_force=force, friction=drawn.f, motion=motion)
+    elif kind.endswith("shift"):
+        motion = vc.Shift(ux=3 * a * vx, uy=3 * a * vy)
+    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
 
 
-def _sampled(rng: np.random.Generator, drawn: _Drawn) -> vc.Scene:
+def _sampled(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     """A surface between paraboloid and quartic, or with two summits, sampled finely enough for its spline."""
     x = np.linspace(-2.2, 2.2, 121)
     X, Y = np.meshgrid(x, x)
     if rng.random() < 0.5:
-        h = (
-            (X / drawn.a) ** 2
-            + (Y / drawn.b) ** 2
-            + float(rng.uniform(0.1, 1)) * ((X / drawn.a) ** 4 + (Y / drawn.b) ** 4)
-        )
+        quartic = float(rng.uniform(0.1, 1))
+        h = sum((side / axis) ** 2 + quartic * (side / axis) ** 4 for side, axis in ((X, drawn.a), (Y, drawn.b)))
     else:
-        h = -0.1 * np.logaddexp(*(-(((X - s) ** 2 + 1.2 * Y**2) / 0.1) for s in (-0.55, 0.5)))
-    scene = vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=drawn.nu), surface=vc.SampledDistance(0.02 * h, x=x, y=x), approach=0.008
-    )
-    force = vc.solve(scene).normal_force
+        h = -0.1 * np.logaddexp(*(-(((X - at) ** 2 + 1.2 * Y**2) / 0.1) for at in (-0.55, 0.5)))
+    surface, bodies = vc.SampledDistance(0.02 * h, x=x, y=x), vc.Bodies(G=1.0, nu=drawn.nu)
+    if kind == "sampled normal":
+        return vc.Scene(bodies=bodies, surface=surface, normal_force=float(np.exp(rng.uniform(-7, -4))))
+    force = vc.solve(vc.Scene(bodies=bodies, surface=surface, approach=0.008)).normal_force
     full = 3 * drawn.f * force / 4.5 / 0.3
     vx, vy, spin = (float(v) for v in drawn.slip * full)
-    motion = vc.Steady(vx=vx, vy=vy, spin=spin)
-    return vc.Scene(bodies=scene.bodies, surface=scene.surface, normal_force=force, friction=drawn.f, motion=motion)
+    motion: vc.Steady | vc.Shift = vc.Steady(vx=vx, vy=vy, spin=spin)
+    if kind == "sampled shift":
+        motion = vc.Shift(ux=0.3 * vx, uy=0.3 * vy, rotation=0.3 * spin)
+    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)

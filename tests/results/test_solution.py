@@ -79,13 +79,12 @@ def test_unwritable(sol, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["folder.nc"]
 
 
-@pytest.mark.parametrize("name", ["x.csv", "x.vtk", "x.mat", "x.nc.txt", "x", ".nc"])
-def test_a_solution_is_netcdf(sol, tmp_path, monkeypatch, name):
-    """What is written is netCDF, whatever the name: other endings are refused."""
+@pytest.mark.parametrize("name", ["x.xlsx", "x.vtk", "x.npz", "x.nc.txt", "x", ".nc"])
+def test_endings_of_no_format_are_refused(sol, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(vc.OutputError) as refused:
         sol.save(name)
-    allowed = "solutions and histories are written as netCDF, and the name must end in .nc"
+    allowed = "solutions are written as .nc, .csv, .vtu, .vti, .mat; the name must end in one of these"
     assert str(refused.value) == f"path = {name!r}: {allowed}"
     assert not list(tmp_path.iterdir())
 

@@ -158,6 +158,15 @@ def test_solvers_agree(rolling, motion):
         assert np.isfinite(sol.certificate.force_bound).all()
 
 
+@pytest.mark.parametrize(("place", "nx", "ny"), [(29, 72, 48), (11, 48, 48)])
+def test_newton_on_fine_grids(place, nx, ny):
+    """Softened elements do not slow it down; the first scene was not solved while damping was never lifted."""
+    sol = vc.solve(scene(read()[place][0], nx, ny).second_order(), tangential="newton", certify="gap", tol=1e-6)
+    assert sol.certificate.residual < 1e-6
+    assert sol.certificate.relative_gap < 1e-6
+    assert sol.iterations["tangential"] < 60
+
+
 def test_mirror_direction_and_units(rolling):
     """The other way round, on the other side of the x-axis, and in other units: the same."""
     numbers = {"vx": 0.04, "vy": -0.02, "spin": 0.05}

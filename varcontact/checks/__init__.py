@@ -2,7 +2,17 @@
 
 from varcontact.checks.arrays import array, dimensions, is_array, numbers, poisson, positives, wrong_shape
 from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole
-from varcontact.checks.words import choice, elastic, exactly_one, file_name, flag, nearest, progress
+from varcontact.checks.words import (
+    choice,
+    elastic,
+    exactly_one,
+    file_name,
+    flag,
+    nearest,
+    progress,
+    short,
+    short_entries,
+)
 
 __all__ = [
     "LARGE",
@@ -24,6 +34,8 @@ __all__ = [
     "positives",
     "progress",
     "real",
+    "short",
+    "short_entries",
     "whole",
     "wrong_shape",
 ]

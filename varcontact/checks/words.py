@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import os
 from collections.abc import Callable, Iterable
@@ -11,6 +12,9 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import SceneError
+
+MOST_SHOWN = 12
+"""Numbers of an array or a list that are shown one by one."""
 
 
 def flag(field: str, value: Any) -> bool:
@@ -151,3 +155,34 @@ def nearest(value: Any, names: Iterable[str]) -> str:
     other_case = [name for name in known if name.lower() == value.lower()]
     close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
     return f" (did you mean {close[0]}?)" if close else ""
+
+
+def short(value: Any) -> str:
+    """A value as text, without the numbers of large arrays and long lists.
+
+    Parameters
+    ----------
+    value : object
+
+    Examples
+    --------
+    >>> short(np.arange(100.0).reshape(4, 25)), short((1.0,) * 50)
+    ('array of 4 x 25 numbers from 0 to 99', '(1.0, 1.0, ..., 1.0: 50 values)')
+    """
+    if isinstance(value, np.ndarray) and value.size > MOST_SHOWN:
+        sides = " x ".join(map(str, value.shape))
+        return f"array of {sides} numbers from {value.min():.6g} to {value.max():.6g}"
+    if isinstance(value, tuple) and len(value) > MOST_SHOWN:
+        return f"({value[0]!r}, {value[1]!r}, ..., {value[-1]!r}: {len(value)} values)"
+    return repr(value)
+
+
+def short_entries(value: Any) -> str:
+    """A dataclass as text, its entries without the numbers of large arrays and long lists.
+
+    Parameters
+    ----------
+    value : dataclass
+    """
+    entries = (f"{field.name}={short(getattr(value, field.name))}" for field in dataclasses.fields(value))
+    return f"{type(value).__name__}({', '.join(entries)})"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,12 @@ from varcontact.cli.app import app
 from varcontact.cli.methods import METHODS
 from varcontact.cli.terminal import FORCE, check_outputs, show, stop, with_progress
 from varcontact.errors import Interrupted, VarcontactError
+
+if TYPE_CHECKING:
+    from varcontact.scene.scene import Scene
+
+MOVING = (".gif", ".mp4")
+"""Endings of the moving pictures of histories."""
 
 
 @app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
@@ -38,6 +44,12 @@ def solve(
         str | None,
         typer.Option(help="The certificate: full, gap (no bounds on forces), none (residuals alone).  [default: auto]"),
     ] = None,
+    refine: Annotated[
+        str | None,
+        typer.Option(
+            help="Correct towards the continuum: continuum (steady rolling, Hertzian contacts).  [default: none]"
+        ),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
@@ -52,26 +64,35 @@ def solve(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Write the solution to this netCDF file (.nc). A history is written step by step and resumed."
+            help="Write the solution to this file (.nc; for other programs .csv, .vtu, .vti, .mat). "
+            "A history (.nc) is written step by step and resumed."
         ),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Write a picture to this file (.png, .pdf, .svg; of a history also .gif).")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
+    from varcontact.io.outputs import check_ending
     from varcontact.io.scene_file import read_scene
-    from varcontact.io.solution_file import check_solution_file
+    from varcontact.io.solution_file import ENDINGS, check_solution_file
     from varcontact.scene.motion import Transient
     from varcontact.solving.solve import solve as solve_scene
 
-    check_outputs(out, plot, [scene], force, ".nc")
+    may_move = plot is not None and plot.suffix.lower() in MOVING
+    check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)
     described, options = read_scene(scene)
+    if plot is not None and may_move:
+        _check_moving(plot, described, [scene] if out is None else [scene, out], force)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
-    given |= {"accuracy": accuracy, "time_budget": time_budget}
+    given |= {"refine": refine, "accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
+        if out is not None:
+            check_ending("--out", out, ".nc")
         options["store"], out = out, None
     if out is not None:
         check_solution_file("--out", out, force)
@@ -92,12 +113,28 @@ def solve(
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Print a `solution`, or `as_json`, and write it to `out` and its picture to `plot`; `force` replaces any file."""
     from varcontact.io.solution_file import save
+    from varcontact.plotting.animation import animate
     from varcontact.plotting.picture_file import write_picture
+    from varcontact.results.history import History
 
     try:
         show(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
     finally:  # what was computed is not lost with its reader
         if out is not None:
             save(solution, out, "--out", force)
-        if plot is not None:
+        if plot is not None and plot.suffix.lower() in MOVING and isinstance(solution, History):
+            animate(solution, plot, field="--plot", overwrite=force)
+        elif plot is not None:
             write_picture(solution.plot(), plot)
+
+
+def _check_moving(plot: Path, scene: Scene, inputs: list[Path], force: bool) -> None:
+    """Refuse a file to which a history cannot be written as a moving picture, or anything else as a still one."""
+    from varcontact.plotting.animation import check_animation
+    from varcontact.plotting.picture_file import check_picture
+    from varcontact.scene.motion import Transient
+
+    if isinstance(scene.motion, Transient):
+        check_animation("--plot", plot, inputs, force)
+    else:
+        check_picture(plot, inputs, force)

@@ -61,7 +61,7 @@ def check_outputs(
     plot: Path | None,
     inputs: list[Path],
     force: bool,
-    ending: str = ".csv",
+    ending: str | tuple[str, ...] = ".csv",
     name_of_out: str = "--out",
 ) -> None:
     """Refuse files that could not, or must not, be written, before any work is done for them.
@@ -74,8 +74,8 @@ def check_outputs(
         Files that are read, and must not be overwritten.
     force : bool
         Whether files of others may be replaced.
-    ending : str, optional
-        The suffix `out` has to have.
+    ending : str or tuple of str, optional
+        The suffix `out` has to have, or those of a solution.
     name_of_out : str, optional
         The option that names `out`.
 
@@ -84,11 +84,14 @@ def check_outputs(
     OutputError
         If a file cannot, or must not, be written.
     """
-    from varcontact.io.outputs import check_ending, check_writable
+    from varcontact.io.outputs import check_ending, check_one_of_endings, check_writable
     from varcontact.plotting.picture_file import check_picture
 
     if out is not None:
-        check_ending(name_of_out, out, ending)
+        if isinstance(ending, tuple):
+            check_one_of_endings(name_of_out, out, "solutions", ending)
+        else:
+            check_ending(name_of_out, out, ending)
         check_writable(name_of_out, out, inputs)
     if plot is not None:
         check_picture(plot, inputs if out is None else [*inputs, out], force)

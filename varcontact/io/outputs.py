@@ -23,7 +23,11 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.machine.locks import Held, beside, locked
 
-FORMATS = {".nc": "solutions and histories are written as netCDF", ".csv": "tables are written as CSV"}
+FORMATS = {
+    ".nc": "solutions and histories are written as netCDF",
+    ".csv": "tables are written as CSV",
+    ".toml": "scenes are written as TOML",
+}
 PATIENCE = 10.0
 """Seconds for which a file that is written at once waits for another that is just being written in its place."""
 
@@ -117,6 +121,29 @@ def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], 
         raise _unwritable(field, path, error) from None
     how = "add --force" if field.startswith("-") else "give overwrite=True"
     raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
+
+
+def check_one_of_endings(field: str, path: Path, kind: str, endings: Iterable[str]) -> None:
+    """Refuse a name whose ending is that of none of several formats.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    kind : str
+        What is written, in the plural.
+    endings : iterable of str
+        As ".nc".
+
+    Raises
+    ------
+    OutputError
+        If it has another.
+    """
+    known = list(endings)
+    if path.suffix.lower() not in known:
+        raise OutputError(field, path, f"{kind} are written as {', '.join(known)}; the name must end in one of these")
 
 
 @contextmanager

@@ -42,6 +42,7 @@ SOLVE_KEYS = (
     "polish",
     "start",
     "certify",
+    "refine",
     "accuracy",
     "time_budget",
 )

@@ -13,9 +13,11 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
+from varcontact.io.elements import EXPORTS
+from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
 from varcontact.io.reading import first_line, reading, regular
+from varcontact.io.refinement_record import refinement_from, refinement_to
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
@@ -81,6 +83,9 @@ def dataset(sol: Solution) -> xr.Dataset:
         "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
     }
     rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
+    if sol.refinement is not None:
+        added, places, rest["refinement"] = refinement_to(sol.refinement, units, line)
+        variables, coordinates = variables | added, coordinates | places
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
 
@@ -110,20 +115,24 @@ def record_of(sol: Solution) -> dict[str, Any]:
         "timing": sol.timing,
         "passes": sol.passes,
         "branch": sol.branch,
+        "warnings": list(sol.warnings),
         "solved_by": sol.solved_by,
         "calls": plain_calls(sol.calls),
         "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
     }
 
 
+ENDINGS = (".nc", *EXPORTS)
+"""Of the files that a solution can be written to; only the first is read back."""
+
+
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
-    """Write a solution to a netCDF file, whole or not at all.
+    """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`.
 
     Parameters
     ----------
     sol : Solution
     path : str or Path
-        Ends in .nc.
     field : str
         What the path is called in an error.
     overwrite : bool
@@ -136,7 +145,8 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
     """
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
-    write_whole(field, path, solution_to_bytes(sol))
+    export = EXPORTS.get(path.suffix.lower())
+    write_whole(field, path, solution_to_bytes(sol) if export is None else export.content(sol))
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
@@ -150,9 +160,10 @@ def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
     overwrite : bool
         Whether to replace a file that is no solution which varcontact wrote.
     """
-    check_ending(field, path, ".nc")
+    check_one_of_endings(field, path, "solutions", ENDINGS)
     check_writable(field, path)
-    check_replaceable(field, path, "solution", is_solution, overwrite)
+    export = EXPORTS.get(path.suffix.lower())
+    check_replaceable(field, path, "solution", is_solution if export is None else export.ours, overwrite)
 
 
 def is_solution(path: Path) -> bool:
@@ -274,7 +285,10 @@ def solution_from(data: xr.Dataset) -> Solution:
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
-    return assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+    if "refinement" in record:
+        sol = replace(sol, refinement=refinement_from(data, record["refinement"], sol))
+    return sol
 
 
 def assembled(
@@ -340,6 +354,7 @@ def assembled(
         timing=record["timing"],
         passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
         branch=str(record.get("branch", "")),
+        warnings=tuple(str(warning) for warning in record.get("warnings", [])),
         solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
         calls={
             problem: {name: Calls(**each) for name, each in solvers.items()}

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from varcontact.errors import SceneError
+from varcontact.html import html_table
 from varcontact.planning.costs import Cost
 from varcontact.planning.sizes import Sizes
 from varcontact.scene.scene import Scene
@@ -57,6 +58,8 @@ class Plan:
         Grid, elements, matrices and memory: those expected of `varcontact.planning.plan`, those found of a solution.
     costs : tuple of Cost
         Seconds and memory of this plan, then those of other methods; of `varcontact.plan` only.
+    doubts : tuple of str
+        What looks like a slip of the pen in the scene, see `Scene.doubts`; of `varcontact.plan` only.
     """
 
     normal: str
@@ -75,6 +78,7 @@ class Plan:
     method: str = "auto"
     left_out: float = 0.0
     costs: tuple[Cost, ...] = field(default=(), compare=False)
+    doubts: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def closed_form(self) -> bool:
@@ -144,7 +148,8 @@ class Plan:
     def summary(self) -> dict[str, Any]:
         """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
         record = asdict(self)
-        record["special"], record["costs"] = list(self.special), list(record["costs"])
+        for name in ("special", "costs", "doubts"):
+            record[name] = list(record[name])
         if self.sizes is not None:
             record["sizes"] |= {"grid": list(self.sizes.grid), "matrices": list(record["sizes"]["matrices"])}
             record["sizes"]["peak"] = self.sizes.peak
@@ -170,7 +175,7 @@ class Plan:
         sizes = dict(record["sizes"]) if record.get("sizes") else None
         if sizes is not None:
             sizes.pop("peak", None)  # follows from the stages
-        lists = {"special": tuple(record.get("special", ())), "costs": ()}  # what it took stands beside
+        lists = {"special": tuple(record.get("special", ())), "costs": (), "doubts": ()}  # these stand beside
         return cls(**{**record, **lists, "sizes": None if sizes is None else Sizes.of_record(sizes)})
 
     def __str__(self) -> str:
@@ -178,6 +183,16 @@ class Plan:
         from varcontact.planning.report import plan_report
 
         return plan_report(self)
+
+    def _repr_html_(self) -> str:
+        from varcontact.planning.report import plan_rows
+
+        return html_table("Plan", plan_rows(self))
+
+    def __repr__(self) -> str:
+        names = ("method", "normal", "tangential", "coupling", "formulation")
+        words = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
+        return f"Plan({words})"
 
 
 def plan(
@@ -234,4 +249,4 @@ def plan(
 
     chosen = make_plan(scene, normal, tangential, coupling, formulation, method)
     chosen = replace(chosen, sizes=expected_sizes(scene, chosen))
-    return replace(chosen, costs=costs(scene, chosen))
+    return replace(chosen, costs=costs(scene, chosen), doubts=scene.doubts)

@@ -19,10 +19,21 @@ def plan_report(plan: Plan) -> str:
     ----------
     plan : Plan
     """
+    return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in plan_rows(plan))])
+
+
+def plan_rows(plan: Plan) -> list[tuple[str, str]]:
+    """What a plan says, by name; empty rows part it.
+
+    Parameters
+    ----------
+    plan : Plan
+    """
     rows = [
         (name, f"{getattr(plan, name)}: {plan.reasons[name]}")
         for name in ("dimension", "bodies", "surface", "motion", "friction")
     ]
+    rows += [("doubtful", doubt) for doubt in plan.doubts]
     rows += [("special", f"{name}: {plan.reasons[name]}") for name in plan.special]
     methods = ("method", "normal", "tangential", "coupling", "formulation")
     rows += [("", ""), *((name, f"{getattr(plan, name)}: {plan.reasons[name]}") for name in methods)]
@@ -31,7 +42,7 @@ def plan_report(plan: Plan) -> str:
     for i, cost in enumerate(plan.costs):
         time = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.2g} s"
         rows.append(("" if i else "time, one core", f"{cost.method} ({_solvers(cost)}): {time}, {_bytes(cost.bytes)}"))
-    return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in rows)])
+    return rows
 
 
 def _solvers(cost: Cost) -> str:

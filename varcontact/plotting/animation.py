@@ -6,6 +6,7 @@ import io
 import subprocess
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 from shutil import which
@@ -16,6 +17,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.outputs import check_replaceable, check_writable, write_whole
+from varcontact.machine.memory import need
 from varcontact.plotting.history import abscissa, draw_forces
 from varcontact.plotting.line import draw_line_traction
 from varcontact.plotting.maps import box_of, draw_areas
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from varcontact.results.solution import Solution
 
 FRAMES_PER_SECOND = 10.0
-KINDS = {".gif": "an animated GIF", ".mp4": "a film, by ffmpeg"}
+KINDS = (".gif", ".mp4")
 
 
 def animate(
@@ -65,7 +67,7 @@ def animate(
         raise SceneError("history", history, "of one step at least")
     check_animation(field, path, [], overwrite)
     make = _gif if path.suffix.lower() == ".gif" else _film
-    write_whole(field, path, make(_frames(history), fps))
+    write_whole(field, path, make(_frames(history), len(history), fps))
 
 
 def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
@@ -136,18 +138,22 @@ def _largest(sol: Solution) -> float:
     return float(np.max(shown))
 
 
-def _gif(frames: Iterator[np.ndarray], fps: float) -> bytes:
+def _gif(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
     from PIL import Image
 
-    images = (Image.fromarray(frame).convert("RGB").quantize(dither=Image.Dither.NONE) for frame in frames)
+    first = next(frames)
+    need("the moving picture", 2.0 * count * first[..., 0].size, "a history of fewer steps would fit")
+    images = (
+        Image.fromarray(each).convert("RGB").quantize(dither=Image.Dither.NONE) for each in chain([first], frames)
+    )
     made = io.BytesIO()
-    first = next(images)
     options: dict[str, Any] = {"save_all": True, "append_images": images, "loop": 0, "comment": MARK.encode()}
-    first.save(made, format="GIF", duration=round(1000 / fps), **options)
+    next(images).save(made, format="GIF", duration=round(1000 / fps), **options)
     return made.getvalue()
 
 
-def _film(frames: Iterator[np.ndarray], fps: float) -> bytes:
+def _film(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
+    """By ffmpeg, which takes frame by frame, whatever their `count`."""
     first = next(frames)
     height, width = first.shape[:2]
     given = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", f"{width}x{height}", "-framerate", f"{fps:g}"]
@@ -155,9 +161,13 @@ def _film(frames: Iterator[np.ndarray], fps: float) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         film = Path(folder) / "film.mp4"
         command = ["ffmpeg", "-loglevel", "error", *given, "-i", "-", *wanted, str(film)]
-        content = b"".join(frame.tobytes() for frame in chain([first], frames))
-        done = subprocess.run(command, input=content, capture_output=True, check=False)
-        if done.returncode != 0:
-            words = done.stderr.decode(errors="replace").strip().split("\n")[-1]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdin is not None
+            with suppress(BrokenPipeError):  # it says below what was wrong
+                for frame in chain([first], frames):
+                    process.stdin.write(frame.tobytes())
+            _, said = process.communicate()
+        if process.returncode != 0:
+            words = said.decode(errors="replace").strip().split("\n")[-1]
             raise OutputError("path", "film.mp4", f"cannot be drawn (ffmpeg: {words})")
         return film.read_bytes()

@@ -193,7 +193,8 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
             "grid",
             grid,
             "finer",
-            message=f"grid is too coarse: the contact at {place} falls between the centres of the elements",
+            message=f"grid is too coarse: the contact at {place} falls between the centres of the elements"
+            f"{_noisy(scene, grid)}",
         )
     if spec.explicit:
         raise SceneError(
@@ -222,6 +223,14 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
     wider = spec.spread((left, right, bottom, top))
     return within(wider, surface) if isinstance(surface, SampledDistance) else wider
+
+
+def _noisy(scene: Scene, grid: Grid) -> str:
+    """What else may be wrong where samples have a summit between the elements."""
+    if not isinstance(scene.surface, SampledDistance) or not scene.surface.placed:
+        return ""
+    wavelength = 4 * (grid.sides[0] if grid.line else max(grid.sides))
+    return f"; or, if this is noise of the samples, smooth them: surface.smoothed(wavelength={wavelength:.3g})"
 
 
 def _rounded(box: Box, line: bool) -> tuple[float, ...]:

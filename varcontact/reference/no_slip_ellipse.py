@@ -44,7 +44,7 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     Notes
     -----
     Let the ellipse be ``x = a cos t, y = b sin t`` within. Without slip ``u = (vx x - spin xy, vy x + spin x^2/2) +
-    k(y)``, with a ``k`` that is free, and the traction vanishes at the leading edge, ``|t| < pi/2``. It may be
+    k(y)``, with a ``k`` that is free, and the traction vanishes at the leading edge, t in (-pi/2, pi/2). It may be
     singular at the trailing one.
 
     On the unit disk take ``Y_n^m / sqrt(1 - r^2)``, spherical harmonics with n - m even, seen from above. Their Fourier
@@ -55,7 +55,7 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     direction c, then has the traction with ``p sqrt(1 - r^2) = 2 G K_n(t, c)`` on the edge, where K_n is the
     Christoffel-Darboux kernel of the symbol. So the leading edge demands
 
-        sum_n K_n(t, pi/2) k_n = - the same of the rigid part (n = 1, 2),   |t| < pi/2,
+        sum_n K_n(t, pi/2) k_n = - the same of the rigid part (n = 1, 2)  for t in (-pi/2, pi/2),
 
     for the Legendre coefficients k_n of k(y); it is collocated at ``degree + 1`` points. One Cholesky factor has all
     the K_n. For a circle with nu = 0 they are ``sin((n + 1) t)/(2 pi sin t)``, and the equations those of a sine

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -23,16 +24,33 @@ def report(sol: Solution) -> str:
     ----------
     sol : Solution
     """
-    lines = [_headline(sol), ""]
-    rows = [*_loads(sol), *_areas(sol), ("", ""), *_certificate(sol), *_estimate(sol), ("", ""), *_methods(sol)]
-    lines += [f"  {name:<18}{text}".rstrip() for name, text in rows]
-    return "\n".join(lines)
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)]
+    return "\n".join([headline(sol), "", *lines])
+
+
+def report_rows(sol: Solution) -> list[tuple[str, str]]:
+    """What a report says, by name; empty rows part it.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
+    warnings = [("WARNING", warning) for warning in sol.warnings]
+    doubtful = [("" if i else "doubtful", doubt) for i, doubt in enumerate(sol.scene.doubts)]
+    judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
+    return [*warnings, *_loads(sol), *_areas(sol), *doubtful, ("", ""), *judged, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}
 
 
-def _headline(sol: Solution) -> str:
+def headline(sol: Solution) -> str:
+    """What was solved, in a line.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     K = sol.scene.bodies.K
     unlike = "almost like" if sol.plan.left_out else "unlike"
@@ -73,6 +91,11 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     )
     moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
     rows.append(("twisting moment", f"Mz = {moment:.6g}{unit('moment')}"))
+    if not sol.scene.frictionless:
+        by = "moment" if motion.rolls == 0 else "force"
+        put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
+        how = "" if motion.rolls == 0 else " by distance rolled"
+        rows.append(("work", f"{put:.5g}{unit(by)} put in, {lost:.5g}{unit(by)} lost by friction{how}"))
     return rows
 
 
@@ -85,16 +108,37 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
     return [("contact", text)]
 
 
+def _refinement(sol: Solution) -> list[tuple[str, str]]:
+    """Whose forces these are where the solution was corrected, and how far they may be from the continuum's."""
+    found, unit = sol.refinement, _unit(sol)
+    if found is None:
+        return []
+    parts = " x ".join(str(count) for count in (found.cells[:0:-1] if sol.scene.line else found.cells[::-1]))
+    passes = f"{found.passes} passes" if found.passes > 1 else "1 pass"
+    return [
+        ("continuum", f"forces and moment are those of a field on {parts} parts of each element, after {passes}"),
+        ("", f"the last pass changed {_sizes(found.change, unit)}"),
+    ]
+
+
+def _sizes(errors: np.ndarray, unit: Callable[[str], str]) -> str:
+    """Errors of forces and moment, with their units."""
+    Fx, Fy, Mz = errors
+    return f"Fx by {Fx:.1e}, Fy by {Fy:.1e}{unit('force')}, Mz by {Mz:.1e}{unit('moment')}"
+
+
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
     gap = "" if certificate.level == "none" else f"relative gap {certificate.relative_gap:.1e}, "
-    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}")]
+    which = "" if sol.refinement is None else ", of the corrected problem on the elements"
+    rows = [("certificate", f"{gap}residual {certificate.residual:.1e}{which}")]
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
     elif sol.plan.rubs:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
-        rows.append(("", f"guaranteed on this grid{_of_what(sol)}: {sizes}"))
+        tractions = "" if sol.refinement is None else ", for the sums over the elements"
+        rows.append(("", f"guaranteed on this grid{_of_what(sol)}{tractions}: {sizes}"))
     if sol.note:
         rows.append(("", sol.note))
     if sol.plan.left_out:
@@ -117,7 +161,7 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     return [
         ("", ""),
         ("accuracy", f"against the continuum, about: {errors} {kind}"),
-        ("", estimate.how),
+        *(("", line) for line in textwrap.wrap(estimate.how, 98)),
         ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
     ]
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
+from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Transient
@@ -21,13 +22,11 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from varcontact.results.normalised import Normalised
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Delivered):
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
 
     Attributes
@@ -78,9 +77,14 @@ class Solution:
     note : str
         Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
         was measured again and found to be what its fields deserve.
+    warnings : tuple of str
+        What is wrong with the scene rather than with the solution: noise of a sampled surface that rules the pressure.
     error_estimate : ErrorEstimate or None
-        Of a solution to an accuracy, or within a time: how far its forces are from the continuum, about. They are
-        then extrapolated, and not what the elements carry; the fields are those of the grid.
+        Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
+        They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
+    refinement : Refinement or None
+        Where `solve` was told to `refine`: the field on parts of the elements that has these forces. The fields here
+        and the certificate are then those of the corrected problem on the elements.
     """
 
     scene: Scene
@@ -103,7 +107,9 @@ class Solution:
     solved_by: dict[str, str] = field(default_factory=dict)
     calls: dict[str, dict[str, Calls]] = field(default_factory=dict)
     note: str = ""
+    warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
+    refinement: Refinement | None = None
 
     @property
     def normal_force(self) -> float:
@@ -171,6 +177,24 @@ class Solution:
         return float(self.pressure.max())
 
     @property
+    def normalised(self) -> Normalised:
+        """Forces, creepages and the largest pressure without dimension, see `Normalised`.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+        ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+        >>> part = vc.solve(scene).normalised
+        >>> print(f"Fx = {part.Fx:.3f} at vx = {part.vx:.3f}; largest pressure {part.max_pressure:.2f}")
+        Fx = -0.392 at vx = 0.095; largest pressure 1.48
+        """
+        from varcontact.results.normalised import normalised
+
+        return normalised(self)
+
+    @property
     def traction_bound(self) -> np.ndarray:
         """g = f pz, shape (ny, nx); infinite in the contact where nothing slips."""
         bound, contact = np.zeros(self.grid.shape), self.pressure > 0
@@ -203,6 +227,8 @@ class Solution:
         The slip of a step is weighed with the traction at the end of the step. In steady rolling this loses less than
         `power` puts in, by a part that falls with the first order of the step.
         """
+        if self.refinement is not None:
+            return self.refinement.friction_work
         return float(np.sum(self.power_density) * self.grid.area)
 
     @property
@@ -256,6 +282,11 @@ class Solution:
     def __str__(self) -> str:
         return self.report()
 
+    def _repr_html_(self) -> str:
+        from varcontact.results.report import headline, report_rows
+
+        return html_table(headline(self), report_rows(self))
+
     def __repr__(self) -> str:
         Fx, Fy = self.force
         return (
@@ -274,6 +305,7 @@ class Solution:
             "moment": known(self.moment),
             "approach": known(self.approach),
             "creepage": [known(c) for c in self.creepage],
+            "doubts": list(self.scene.doubts),
             "power": known(self.power),
             "friction_work": known(self.friction_work),
             "elements": self.elements,
@@ -291,8 +323,10 @@ class Solution:
             "convergence": [[known(change), known(residual)] for change, residual in self.passes],
             "branch": self.branch,
             "note": self.note,
+            "warnings": list(self.warnings),
             "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
             "coefficient": self._coefficients(),
+            "refinement": None if self.refinement is None else self.refinement.summary(),
             "seconds": self.timing["total"],
         }
 
@@ -302,138 +336,6 @@ class Solution:
             return None
         found = self.friction[self.state == SLIP]
         return [float(found.min()), float(found.max())]
-
-    def to_xarray(self) -> xr.Dataset:
-        """All fields with coordinates and units, and the forces, as a dataset."""
-        from varcontact.io.solution_file import dataset
-
-        return dataset(self)
-
-    def save(self, path: str | Path, overwrite: bool = False) -> None:
-        """Write a netCDF file; `varcontact.load` reads it back. Written under another name first, then renamed.
-
-        Parameters
-        ----------
-        path : str or Path
-            Ends in ``.nc``. A solution that is there is replaced.
-        overwrite : bool
-            Whether any other file that is there is replaced as well.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written, holds something else, or its name does not end in ``.nc``.
-        """
-        from varcontact.io.solution_file import save
-
-        save(self, path, overwrite=overwrite)
-
-    def sensitivity(self) -> np.ndarray:
-        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.
-
-        Returns
-        -------
-        ndarray, shape (2, 3)
-            ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas
-            as they are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave.
-            Unlike bodies: with the change of the pressures. Line contact has no spin: zeros.
-
-        Raises
-        ------
-        SceneError
-            Without a motion, or for an approximate theory.
-
-        Examples
-        --------
-        >>> import varcontact as vc
-        >>> scene = vc.Scene(
-        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-        ...     motion=vc.Steady(vx=1e-6), grid=vc.Grid(nx=16, ny=16))
-        >>> print(vc.solve(scene).sensitivity().round(2) + 0.0)
-        [[-4.33  0.    0.  ]
-         [ 0.   -3.87 -1.56]]
-        """
-        from varcontact.results.sensitivity import sensitivity
-
-        return sensitivity(self)
-
-    def plot(
-        self,
-        what: str | Sequence[str] | None = None,
-        *,
-        ax: Axes | None = None,
-        figsize: tuple[float, float] | None = None,
-        y: float | None = None,
-    ) -> Figure:
-        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x.
-
-        Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and
-        slip areas. Without a motion: the pressure, and its section. Numbers are in MPa, mm and kN by their size where
-        the scene's `units` are metric, else in its own.
-
-        Parameters
-        ----------
-        what : str or sequence of str, optional
-            Other panels: "pressure", "traction", "slip", "distance", "power_density", "section".
-        ax : matplotlib Axes, optional
-            Where to draw one panel; a new figure if not given.
-        figsize : pair of float, optional
-            Of a new figure [inch].
-        y : float, optional
-            Of the section [length]; the row with the largest pressure if not given.
-
-        Returns
-        -------
-        matplotlib Figure
-            Not shown: call its ``savefig``, or ``plt.show()``.
-
-        Raises
-        ------
-        SceneError
-            For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
-        """
-        from varcontact.plotting.solution import plot
-
-        return plot(self, what, ax=ax, figsize=figsize, y=y)
-
-    def section(
-        self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
-    ) -> Figure:
-        """Picture of a section along x: the traction and its size beside the traction bound.
-
-        Without a motion: the pressure.
-
-        Parameters
-        ----------
-        y : float, optional
-            Where [length]: the row of elements next to it, with the largest pressure if not given.
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure if not given.
-        figsize : pair of float, optional
-            Of a new figure [inch].
-
-        Returns
-        -------
-        matplotlib Figure
-
-        Raises
-        ------
-        SceneError
-            For a `y` off the grid, or in line contact.
-        """
-        return self.plot("section", ax=ax, figsize=figsize, y=y)
-
-    def plot_passes(self) -> Figure:
-        """Picture of how the passes of a coupling loop, or under a law of friction, converged.
-
-        Raises
-        ------
-        SceneError
-            If there were no passes.
-        """
-        from varcontact.plotting.solution import plot_passes
-
-        return plot_passes(self)
 
 
 def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:

@@ -294,6 +294,9 @@ spin_offset=0.16666666666666666)
         checks.flag("motion.interpolate", self.interpolate)
         _check_offset(self)
 
+    def __repr__(self) -> str:
+        return checks.short_entries(self)
+
     def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
         """One number, or as many as there are steps."""
         field, optional = f"motion.{name}", name in _OPTIONAL

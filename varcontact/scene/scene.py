@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
 from varcontact.scene.bodies import Bodies
+from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
@@ -252,6 +255,84 @@ class Scene:
             motion=motion.step(k, grid.sides[0]),
             grid=grid,
         )
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What looks like a slip of the pen, in words: plans and reports say it, too.
+
+        A modulus softer or stiffer than solids are in the units named, or that looks like pascals beside lengths in
+        millimetres; a contact of half a radius of curvature; a creepage above 0.1.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=460.0, Ry=300.0), normal_force=106.7e3)
+        >>> scene.doubts
+        ('G = 8.2e+10 looks like pascals, a radius of 300 like millimetres',)
+        """
+        return doubts(self)
+
+    def _repr_html_(self) -> str:
+        entries = {field.name: getattr(self, field.name) for field in fields(self)}
+        rows = [(name, checks.short(value)) for name, value in entries.items() if value is not None]
+        rows += [("" if i else "doubtful", doubt) for i, doubt in enumerate(self.doubts)]
+        return html_table("Scene", rows)
+
+    def __repr__(self) -> str:
+        return checks.short_entries(self)
+
+    def to_toml(self) -> str:
+        """The scene as the text of a scene file, which `read_scene` takes back.
+
+        Raises
+        ------
+        SceneError
+            For a history with a start, which is a solution, and a scene too large for a scene file.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3)
+        >>> print(scene.to_toml(), end="")
+        # Written by varcontact
+        normal_force = 106700.0
+        grid = "auto"
+        <BLANKLINE>
+        [bodies]
+        G = 82000000000.0
+        nu = 0.28
+        <BLANKLINE>
+        [surface]
+        kind = "paraboloids"
+        Rx = 0.46
+        Ry = 0.3
+        """
+        from varcontact.io.scene_text import scene_text
+
+        return scene_text(self)
+
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write a scene file, which `read_scene` and the command line read; whole or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ends in ``.toml``. A scene file that varcontact wrote is replaced.
+        overwrite : bool
+            Whether any other file that is there is replaced as well.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written, holds something else, or its name does not end in ``.toml``.
+        SceneError
+            As `to_toml`.
+        """
+        from varcontact.io.scene_text import save_scene
+
+        save_scene(self, path, overwrite)
 
     @cached_property
     def _surface(self) -> Surface:

@@ -9,6 +9,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
+from varcontact.scene.smoothing import smoothed_field
 
 
 @dataclass(frozen=True)
@@ -199,6 +200,9 @@ class SampledDistance:
     y: np.ndarray | None = None
     reference_depth: float | None = None
 
+    def __repr__(self) -> str:
+        return checks.short_entries(self)
+
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "h", checks.array("surface.h", self.h, 1 if checks.dimensions(self.h) == 1 else 2))
@@ -295,6 +299,41 @@ class SampledDistance:
         if self.y is None:  # the same row four times
             return _interpolated(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)), grid.x, grid.y)
         return _interpolated(self.x, self.y, self.h, grid.x, grid.y)
+
+    def smoothed(self, wavelength: float) -> SampledDistance:
+        """The surface without waves shorter than a wavelength: for measured samples whose noise rules the pressure.
+
+        A wave of length L keeps the part ``1/(1 + (wavelength/L)^6)`` of its amplitude, along x and along y; what is
+        long stays as it is, parabolas exactly. Beside steps of the samples it swings.
+
+        Parameters
+        ----------
+        wavelength : float
+            [length]
+
+        Returns
+        -------
+        SampledDistance
+
+        Raises
+        ------
+        SceneError
+            If the wavelength is not positive, or the samples have no coordinates.
+
+        Examples
+        --------
+        >>> x = y = np.linspace(-1.0, 1.0, 41)
+        >>> rough = x**2 + y[:, None] ** 2 + 1e-3 * np.random.default_rng(1).normal(size=(41, 41))
+        >>> surface = SampledDistance(rough, x, y).smoothed(0.5)
+        >>> bool(np.std(surface.h - x**2 - y[:, None] ** 2) < 0.3e-3)
+        True
+        """
+        wavelength = checks.positive("wavelength", wavelength)
+        if self.x is None:
+            raise SceneError("surface.x", None, "given: a wavelength in samples without coordinates has no meaning")
+        x, y = self.coordinates
+        h = smoothed_field(self.samples, x, y, wavelength)
+        return SampledDistance(h[0] if self.line else h, self.x, self.y, self.reference_depth)
 
 
 def _interpolated(x: np.ndarray, y: np.ndarray, h: np.ndarray, at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:

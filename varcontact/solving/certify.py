@@ -14,18 +14,22 @@ from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import normal_residual
 from varcontact.problem.state import ContactState
 from varcontact.results.physical import solution_of
+from varcontact.results.refinement import Refinement
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.refine.road import estimated
 from varcontact.solving.subproblems import Steps
 
 ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
 
 
-def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+def judged(
+    scene: Scene, disc: Discretisation, state: ContactState, steps: Steps, refinement: Refinement | None = None
+) -> Solution:
     """The solution, with its certificate; held to the tolerance.
 
     Parameters
@@ -36,6 +40,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
     state : ContactState
         Of the solution, dimensionless.
     steps : Steps
+    refinement : Refinement, optional
+        Of the corrected problem whose discretisation and state these are.
 
     Returns
     -------
@@ -66,6 +72,8 @@ def judged(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
     clock = steps.clock
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
+    if refinement is not None:
+        solution = replace(solution, refinement=refinement, error_estimate=estimated(solution, refinement))
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

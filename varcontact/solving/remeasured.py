@@ -18,7 +18,7 @@ from varcontact.io.history_file import Stored
 from varcontact.io.reading import reading
 from varcontact.io.solution_file import read
 from varcontact.problem.certificate import certify_problems
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Carried, Discretisation, discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure
@@ -26,6 +26,7 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.refine.passes import with_forces
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
@@ -113,7 +114,12 @@ def _remeasured(sol: Solution) -> Solution:
     """
     if isinstance(sol.scene.motion, TimeStep):
         return replace(sol, note=ALONE)
-    return _measured_on(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
+    disc = discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out)
+    if sol.refinement is not None:
+        carried = Carried(-sol.refinement.correction * unit_slip(disc), np.zeros(2))
+        motion = with_forces(disc.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
+        disc = replace(disc, motion=motion, carried=carried)
+    return _measured_on(disc, sol)
 
 
 def _measured_on(disc: Discretisation, sol: Solution) -> Solution:

@@ -28,8 +28,10 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
+from varcontact.solving.noise import noise
 from varcontact.solving.on_demand.asked import asked_for
 from varcontact.solving.on_demand.climb import on_demand
+from varcontact.solving.refine.road import check_refine, refined, roughly
 from varcontact.solving.series import check_saturation
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
@@ -52,6 +54,7 @@ def solve(
     polish: bool | None = None,
     start: str | Solution | None = None,
     certify: str | None = "auto",
+    refine: str | None = None,
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
     accuracy: float | None = None,
@@ -103,6 +106,10 @@ def solve(
         How much of the certificate is computed: "full", with guaranteed bounds on the forces; "gap", without them;
         "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
         friction and "gap" beyond. The report says what is left out.
+    refine : {"continuum"}, optional
+        Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
+        on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
+        For steady rolling of Hertzian contacts, see docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -159,20 +166,26 @@ def solve(
     check_start(scene, start, plan.theory is not None)
     check_saturation(scene)
     asked = asked_for(scene, plan, accuracy, time_budget, start)
+    corrects = check_refine(scene, plan, refine, asked is not None)
     if isinstance(scene.motion, Transient):
         check_fits(scene, plan)
         return solve_transient(scene, plan, tol, polish, progress, store, certify)
     if store is not None:
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
-    def on_its_grid(posed: Scene, told: Callable[[str], None] | None) -> Solution:
+    def on_its_grid(posed: Scene, told: Callable[[str], None] | None, certified: bool = True) -> Solution:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
         check_fits(posed, known)
+        wanted = certify if certified else "none"
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
-        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, certify)
-        disc, state = on_a_grid_that_holds_it(posed, steps)
+        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
+        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects else steps)
         try:
-            return judged(posed, disc, state, steps)
+            found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
+            last = (disc, state) if found is None else (found.disc, found.state)
+            solution = judged(posed, *last, steps, refinement)
+            warning = noise(posed, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
+            return replace(solution, warnings=(warning,)) if warning else solution
         finally:
             disc.operators.forget()
 

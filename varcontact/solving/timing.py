@@ -22,18 +22,23 @@ class Clock:
         self._begun = time.perf_counter()
         self._progress = progress
         self._stages: dict[str, float] = {}
+        self._inner: list[float] = []
         self._tallies: dict[str, Tally] = {}
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
-        """Count what runs inside as part of `stage`."""
+        """Count what runs inside as part of `stage`, without the stages within it."""
         if self._progress is not None:
             self._progress(stage)
         begun = time.perf_counter()
+        self._inner.append(0.0)
         try:
             yield
         finally:
-            self._stages[stage] = self._stages.get(stage, 0.0) + time.perf_counter() - begun
+            took = time.perf_counter() - begun
+            self._stages[stage] = self._stages.get(stage, 0.0) + took - self._inner.pop()
+            if self._inner:
+                self._inner[-1] += took
 
     def timing(self) -> dict[str, float]:
         """Seconds by stage so far, and in total."""

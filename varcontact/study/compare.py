@@ -25,7 +25,7 @@ from varcontact.study.method import Method
 from varcontact.study.store import COLUMNS, WORDS, Table, identity
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from varcontact.study.comparison import Comparison
 
 DEFAULT_METHODS = (
     "convex",
@@ -54,7 +54,7 @@ def compare(
     time_budget: float | None = None,
     executor: Executor | None = None,
     workers: int = 1,
-) -> pd.DataFrame:
+) -> Comparison:
     """Solve scenes by many methods, and measure each answer.
 
     Parameters
@@ -81,9 +81,10 @@ def compare(
 
     Returns
     -------
-    pandas.DataFrame
-        One row per scene and method. `outcome` is "solved", "approximate" (a theory, or Hertz's pressure where
-        that is all), "not converged", "refused" or "unavailable", `reason` why. Forces, moment, creepage and
+    Comparison
+        A pandas.DataFrame with one row per scene and method. `outcome` is "solved", "approximate" (a theory, or
+        Hertz's pressure where that is all), "not converged", "refused" or "unavailable", `reason` why. Forces, moment,
+        creepage and
         approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the
         force (by the largest friction force) and of the tractions (by the largest traction bound) from the
         solution of the smallest residual on that scene, and elements with another state than there; iterations;
@@ -183,13 +184,13 @@ class _Comparison:
         counts = Counter(row["scene"] for row in self.kept.rows)
         return {scene for scene, count in counts.items() if count == len(self.methods)}
 
-    def table(self, names: Iterable[str]) -> pd.DataFrame:
+    def table(self, names: Iterable[str]) -> Comparison:
         """The rows of some scenes."""
-        import pandas as pd
+        from varcontact.study.comparison import Comparison
 
         place = {name: k for k, name in enumerate(names)}
         rows = sorted((row for row in self.kept.rows if row["scene"] in place), key=lambda row: place[row["scene"]])
-        return pd.DataFrame(rows, columns=list(COLUMNS))
+        return Comparison(rows, columns=list(COLUMNS))
 
     def check_same(self, identities: dict[str, str]) -> None:
         """Refuse rows of other methods, or of other scenes by the same names; the last scene may lack methods."""

@@ -19,14 +19,14 @@ def summary(table: pd.DataFrame) -> str:
     blocks = []
     for scene, rows in table.groupby("scene", sort=False):
         records = rows.to_dict("records")
-        lines = [list(_SHOWN), *([_cell(row[name], form) for name, form in _SHOWN.values()] for row in records)]
+        lines = [list(SHOWN), *([cell(row[name], form) for name, form in SHOWN.values()] for row in records)]
         text = columns_of_text(lines, left=2)
         reasons = [f"  {row['method']}: {row['reason']}" for row in records if row["reason"]]
         blocks.append("\n".join([str(scene), *text, *reasons]))
     return "\n\n".join(blocks)
 
 
-_SHOWN = {
+SHOWN = {
     "method": ("method", "s"),
     "outcome": ("outcome", "s"),
     "Fx": ("Fx", ".6g"),
@@ -64,6 +64,14 @@ def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
     ]
 
 
-def _cell(value: Any, form: str) -> str:
-    """A value as text; nothing where it is not known."""
+def cell(value: Any, form: str) -> str:
+    """A value as text; nothing where it is not known.
+
+    Parameters
+    ----------
+    value : object
+        NaN where it is not known.
+    form : str
+        As of `format`.
+    """
     return "" if value != value else format(value, form)

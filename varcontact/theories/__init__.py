@@ -3,6 +3,7 @@
 Linear, Vermeulen-Johnson, simplified, FASTSIM, strip theory, FaStrip, Polach's formula, and a table of exact forces.
 """
 
+from varcontact.theories.creep_forces import CreepForces, creep_forces
 from varcontact.theories.fastsim import (
     FastsimField,
     fastsim,
@@ -12,6 +13,7 @@ from varcontact.theories.fastsim import (
 from varcontact.theories.fastsim_law import fastsim_under_law
 from varcontact.theories.inputs import Resultants
 from varcontact.theories.linear import linear_creepage, linear_forces
+from varcontact.theories.polach import polach
 from varcontact.theories.prescribed import creepage_for_force
 from varcontact.theories.simplified import (
     flexibilities,
@@ -20,6 +22,7 @@ from varcontact.theories.simplified import (
     simplified_linear_force,
     simplified_traction,
 )
+from varcontact.theories.strip_theory import fastrip, strip
 from varcontact.theories.table import equivalent_ellipse, table_forces
 from varcontact.theories.table_book import TableBook
 from varcontact.theories.vermeulen_johnson import (
@@ -31,12 +34,15 @@ from varcontact.theories.vermeulen_johnson import (
 )
 
 __all__ = [
+    "CreepForces",
     "FastsimField",
     "Resultants",
     "TableBook",
     "VermeulenJohnsonCoefficients",
+    "creep_forces",
     "creepage_for_force",
     "equivalent_ellipse",
+    "fastrip",
     "fastsim",
     "fastsim_field",
     "fastsim_on_grid",
@@ -45,9 +51,11 @@ __all__ = [
     "flexibility",
     "linear_creepage",
     "linear_forces",
+    "polach",
     "simplified_force",
     "simplified_linear_force",
     "simplified_traction",
+    "strip",
     "table_forces",
     "vermeulen_johnson",
     "vermeulen_johnson_coefficients",

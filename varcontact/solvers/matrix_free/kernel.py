@@ -79,6 +79,9 @@ class Kernel:
 class SoftenedKernel:
     """A kernel whose elements give way to their own traction by more than it has, each by its own number.
 
+    Tractions count by `scale` and displacements are multiplied by it, so that the diagonal is that of the kernel:
+    natural maps then take an element that is soft for what the others are.
+
     Attributes
     ----------
     kernel : Kernel
@@ -89,6 +92,17 @@ class SoftenedKernel:
     kernel: Kernel
     softening: np.ndarray
 
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """Traction that counts as one, float32, (ny, nx): the root of the kernel's diagonal by the whole one."""
+        scale: np.ndarray = 1 / np.sqrt(1 + self.softening.mean(axis=0))
+        return scale
+
+    @cached_property
+    def _own(self) -> np.ndarray:
+        own: np.ndarray = self.softening * self.scale**2
+        return own
+
     @property
     def row_size(self) -> float:
         """That of the kernel."""
@@ -96,8 +110,9 @@ class SoftenedKernel:
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
-        product: np.ndarray = self.kernel(traction)
-        product += self.softening * traction
+        product: np.ndarray = self.kernel(traction * self.scale)
+        product *= self.scale
+        product += self._own * traction
         return product
 
 

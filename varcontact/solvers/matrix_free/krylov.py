@@ -80,11 +80,14 @@ class Forces:
     sums : ndarray, shape (k,)
     weight : float
         Of their equations: one by the root of the number of elements.
+    scale : ndarray, shape (ny, nx), optional
+        Traction of each element that counts as one, and displacement that does; one if not given.
     """
 
     components: tuple[int, ...]
     sums: np.ndarray
     weight: float
+    scale: np.ndarray | None = None
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
         """What tractions lack of the sums, weighted.
@@ -112,7 +115,21 @@ class Forces:
         ndarray, shape (k,)
             In double precision, in the unit of the tractions.
         """
-        return np.array([traction[i].sum(dtype=float) for i in self.components])
+        scale = 1.0 if self.scale is None else self.scale
+        return np.array([(traction[i] * scale).sum(dtype=float) for i in self.components])
+
+    def moved(self, rigid: np.ndarray) -> np.ndarray:
+        """Displacements by rigid shifts, as elements count them.
+
+        Parameters
+        ----------
+        rigid : ndarray, shape (c, 1, 1)
+
+        Returns
+        -------
+        ndarray, shape (c, 1, 1) or (c, ny, nx)
+        """
+        return rigid if self.scale is None else rigid * self.scale
 
     def spread(self, values: np.ndarray, components: int) -> np.ndarray:
         """Rigid shifts, zero where no force is prescribed.
@@ -234,7 +251,7 @@ def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, 
     change = forces.spread(parts @ rigid[:count], shape[0])
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
-    return Step(traction, (single @ products[:count]).reshape(shape) + change, change, count)
+    return Step(traction, (single @ products[:count]).reshape(shape) + forces.moved(change), change, count)
 
 
 class _Bordered:

@@ -54,13 +54,10 @@ class TangentialConditions:
         """Where tractions can act."""
         return self.bound > 0
 
-    @cached_property
-    def stiffness(self) -> np.ndarray:
-        """Weights (ny, nx) by which the preconditioner has softened elements; float32, one elsewhere."""
-        if not isinstance(self.kernel, SoftenedKernel):
-            return np.ones(self.bound.shape, dtype=np.float32)
-        weights: np.ndarray = 1 / np.sqrt(1 + self.kernel.softening.mean(axis=0) / np.float32(self.kernel.row_size))
-        return weights
+    @property
+    def scale(self) -> np.ndarray | float:
+        """Traction and displacement of each element that count as one, (ny, nx); or one."""
+        return 1.0 if self.forces.scale is None else self.forces.scale
 
     @property
     def linear(self) -> bool:
@@ -80,7 +77,7 @@ class TangentialConditions:
     def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
         free = list(self.forces.components)
-        trial = trial - self.forces.spread(change, len(trial))
+        trial = trial - self.forces.moved(self.forces.spread(change, len(trial)))
         size = _lengths(trial)
         beyond = size > self.bound
         held = np.where(beyond, self.bound, size) * self.contact
@@ -89,9 +86,10 @@ class TangentialConditions:
         work = float(np.sum(held * (size - held / 2))) + float(self.forces.sums @ change)
         lacking = self.forces.sums - self.forces.of(part * trial)
         stuck = np.where(beyond, 0.0, part)
-        curvature = np.eye(len(free)) * stuck.sum()
+        square = 1.0 if self.forces.scale is None else self.forces.scale**2
+        curvature = np.eye(len(free)) * np.sum(stuck * square)
         if across is not None:
-            slipping = (part - stuck) * across[free]
+            slipping = (part - stuck) * square * across[free]
             curvature += np.einsum("iyx,jyx->ij", slipping, across[free])
         return work, lacking, curvature
 
@@ -160,7 +158,8 @@ class TangentialSystem:
         stick, _, across, held, _ = self._single
         rows = across * (across[component] * held)
         rows[component] += stick
-        return rows
+        scale = self.conditions.forces.scale
+        return rows if scale is None else rows * scale
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
         """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
@@ -177,14 +176,13 @@ class TangentialSystem:
         contact, circulant = self.conditions.contact, self.conditions.circulant
         slip = contact & ~self.stick
         if not slip.any():
-            weights = (contact * self.conditions.stiffness)[None]
+            weights = contact.astype(np.float32)[None]
             return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
         slope = np.where(slip, 1 / self.held - 1, 0.0)
         shift = _rounded(max(_quantile(slope[slip]), LEAST_SHIFT))
         inverses = circulant.pair(shift)
         part = np.log1p(np.minimum(slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
         size = self.conditions.kernel.row_size
-        contact = contact * self.conditions.stiffness
         steep = np.sqrt((size + shift) / (size + np.maximum(slope, shift))) * contact
         level = steep if circulant.rolling else np.sqrt((size + shift) / (size + slope)) * contact
         weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * level]).astype(np.float32)

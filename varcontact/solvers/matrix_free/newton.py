@@ -16,6 +16,7 @@ from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.krylov import Forces, Room, Step, System
 from varcontact.solvers.matrix_free.linearisation import dot
 from varcontact.solvers.matrix_free.safeguard import (
+    LARGEST,
     Balancing,
     Point,
     balanced,
@@ -34,6 +35,8 @@ NOISE, EXACT = 3e-7, 1e-15
 """Error of the shift in single and in double precision, by the largest traction."""
 STUCK, IDLE = 6, 0.999
 """How many more steps without gain than with it lead to others, and what no gain is."""
+CRAWLING = 10
+"""Steps in a row under the largest damping after which it is lifted."""
 GUARD_STEPS, GUARD_DAMPING = 20, 0.3
 
 
@@ -204,7 +207,7 @@ def newton(
     most : int
         Steps.
     """
-    goal, damping, idle, guards = tol, 0.0, 0, 0
+    goal, damping, idle, guards, crawled = tol, 0.0, 0, 0, 0
     best, least = at, np.inf
     room = Room.of(at.traction.size, conditions.forces)
     for count in range(most):
@@ -236,6 +239,9 @@ def newton(
         at, merit, part = searched(at, step, lambda there: _measured(conditions, there).merit, now.merit)
         at = replace(at, noise=noise)
         damping = damped(damping, part, merit / now.merit)
+        crawled = crawled + 1 if damping >= LARGEST else 0
+        if crawled >= CRAWLING:
+            damping, crawled = 0.0, 0
         idle = idle + 1 if merit >= IDLE * now.merit else max(idle - 1, 0)
     return Result(_admissible(conditions, best, finest), "MaxIterations", most)
 
@@ -288,7 +294,7 @@ def _shift(conditions: Conditions) -> Callable[[np.ndarray, np.ndarray], np.ndar
     """E of tractions and rigid shifts, in single precision but for what is known."""
 
     def shift(traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-        return conditions.known + rigid + conditions.kernel(traction.astype(np.float32))
+        return conditions.known + conditions.forces.moved(rigid) + conditions.kernel(traction.astype(np.float32))
 
     return shift
 

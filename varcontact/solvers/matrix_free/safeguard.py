@@ -110,7 +110,7 @@ def balanced(conditions: Balancing, at: Point) -> Point:
         change = change + length * direction
         work, lacking, stiffness = there
     rigid = forces.spread(change, len(at.traction))
-    return Point(at.traction, at.shift + rigid, at.rigid + rigid, at.noise)
+    return Point(at.traction, at.shift + forces.moved(rigid), at.rigid + rigid, at.noise)
 
 
 def searched(at: Point, step: Step, merit: Callable[[Point], float], before: float) -> tuple[Point, float, float]:

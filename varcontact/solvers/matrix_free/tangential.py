@@ -118,24 +118,24 @@ class _Posed:
         forces = Forces(tuple(self.problem.free), sums, 1 / np.sqrt(self.problem.size))
         own = self.problem.operator.softening
         soft = softened(kernel(operator, shape), None if own is None else self.box.field(own) / unit(operator))
-        return TangentialConditions(soft, circulant(operator, shape), known, bound, forces)
+        return _scaled(TangentialConditions(soft, circulant(operator, shape), known, bound, forces))
 
     def coarser(self, fine: TangentialConditions) -> TangentialConditions:
         """The problem with elements twice as large, in units of displacement that are so, too.
 
         In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
         """
-        known = halved_mean(fine.known, fine.contact) * (1.0 if fine.circulant.rolling else 0.5)
-        bound = halved(fine.bound) / 4
+        known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if fine.circulant.rolling else 0.5)
+        bound = halved(fine.bound * fine.scale) / 4
         forces = Forces(fine.forces.components, fine.forces.sums / 4, 1 / np.sqrt(np.count_nonzero(bound)))
         operator, shape = self.problem.operator.grid_operator, bound.shape
         own = fine.kernel.softening if isinstance(fine.kernel, SoftenedKernel) else None
         soft = softened(kernel(operator, shape), None if own is None else halved_mean(own, fine.contact))
-        return TangentialConditions(soft, circulant(operator, shape), known, bound, forces)
+        return _scaled(TangentialConditions(soft, circulant(operator, shape), known, bound, forces))
 
     def begun(self, start: RawSolution) -> Point:
         """From given tractions, which may be near the solution: their shift is in double precision."""
-        traction = self.box.field(project(start.traction, self.problem.bound)) / self.load
+        traction = self.box.field(project(start.traction, self.problem.bound)) / (self.load * self.conditions.scale)
         rigid = np.reshape(start.rigid, (-1, 1, 1)) / self.displacement
         return Point(traction, self.shift(traction, rigid), rigid, EXACT)
 
@@ -166,12 +166,13 @@ class _Posed:
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """E on the box, in double precision."""
-        return self.box.field(self.problem.shift(*self._physical(traction, rigid))) / self.displacement
+        shift = self.box.field(self.problem.shift(*self._physical(traction, rigid))) / self.displacement
+        return shift * self.conditions.scale
 
     def error(self, at: Point) -> float:
         """The residual or the relative gap of an answer, the larger."""
         traction, rigid = self._physical(at.traction, at.rigid)
-        shift = self.box.values(at.shift) * self.displacement
+        shift = self.box.values(at.shift / self.conditions.scale) * self.displacement
         residual = tangential_residual(self.problem, traction, rigid, shift)
         if self.problem.no_slip:
             return residual
@@ -179,4 +180,17 @@ class _Posed:
 
     def _physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Tractions and rigid shifts as the problem has them."""
-        return self.box.values(traction) * self.load, rigid.ravel() * self.displacement
+        return self.box.values(traction * self.conditions.scale) * self.load, rigid.ravel() * self.displacement
+
+
+def _scaled(conditions: TangentialConditions) -> TangentialConditions:
+    """The same conditions with tractions and displacements as softened elements count them."""
+    if not isinstance(conditions.kernel, SoftenedKernel):
+        return conditions
+    scale = conditions.kernel.scale.astype(float)
+    return replace(
+        conditions,
+        known=conditions.known * scale,
+        bound=conditions.bound / scale,
+        forces=replace(conditions.forces, scale=scale),
+    )

@@ -20,12 +20,12 @@ from varcontact.solving.on_demand.asked import Asked
 from varcontact.solving.on_demand.ladder import Ladder, ladder_of
 
 Progress = Callable[[str], None]
-Solver = Callable[[Scene, Progress | None], Solution]
-"""Solves a scene as `solve` does, without an accuracy."""
+Solver = Callable[[Scene, Progress | None, bool], Solution]
+"""Solves a scene as `solve` does, on its own grid; with the certificate asked for, or without one."""
 
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
-COARSER = 0.5
+COARSER = 0.35
 """Elements across the contact on the first of two grids, by those on the second."""
 LEAST_STEP, GREATEST_STEP = 1.5, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""
@@ -101,7 +101,7 @@ class Climb:
         n = self.ladder.first(accuracy)
         if n > most:
             raise self._out_of_reach(accuracy, most)
-        self.on(self.ladder.coarser(n, COARSER))
+        self.on(self.ladder.coarser(n, COARSER), certified=False)
         while True:
             self.on(n)
             answer = self.answer()
@@ -151,8 +151,11 @@ class Climb:
     def _asked(self) -> tuple[float | None, float | None]:
         return self.asked.accuracy, self.asked.time_budget
 
-    def on(self, n: int, until: float = math.inf) -> None:
-        """Add the answer on the grid with `n` elements across the contact, unless it is not there `until` then."""
+    def on(self, n: int, until: float = math.inf, certified: bool = True) -> None:
+        """Add the answer on the grid with `n` elements across the contact, unless it is not there `until` then.
+
+        Where it cannot be the last one, it need not be `certified`.
+        """
         posed = self.ladder.posed(self.scene, n)
         if self.progress is not None:
             self.progress(f"{n} elements across the contact")
@@ -164,7 +167,7 @@ class Climb:
                 self.progress(f"{n} elements across the contact: {stage}")
 
         begun = time.perf_counter()
-        solution = self.solve(posed, told if until < math.inf or self.progress is not None else None)
+        solution = self.solve(posed, told if until < math.inf or self.progress is not None else None, certified)
         taken = time.perf_counter() - begun
         self.rungs.append(Rung(n, solution, values(solution), units(solution), taken))
 

@@ -30,12 +30,18 @@ class Ladder:
         What is added to that: ``floor n^-fall`` with n elements across the contact.
     usual : float
         The step to the extrapolated value, usually: ``usual n^-order``.
+    single : float
+        Largest error of an answer on one grid: ``single n^-order``.
     coarsest : int
         Fewest elements across the contact.
     along : float
         Elements along x by those along y.
     edge : str
         As of `Grid`.
+    second_order : bool
+        Whether the slip of steady rolling is a difference of the second order, see `Scene.second_order`.
+    line : bool
+        Whether it is for line contact.
     """
 
     name: str
@@ -44,18 +50,22 @@ class Ladder:
     floor: float
     fall: float
     usual: float
+    single: float
     coarsest: int
     along: float = 1.0
-    edge: Literal["centres", "touched"] = "centres"
+    edge: Literal["centres", "touched", "softened"] = "centres"
+    second_order: bool = False
+    line: bool = False
 
     def posed(self, scene: Scene, n: int) -> Scene:
         """The `scene` on the grid with `n` elements across the contact."""
         grid = Grid(nx=n) if scene.line else Grid(nx=round(self.along * n), ny=n, edge=self.edge)
-        return replace(scene, grid=grid)
+        posed = replace(scene, grid=grid)
+        return posed.second_order() if self.second_order else posed
 
     def elements(self, n: float) -> int:
         """Elements of the grid with `n` across the contact."""
-        return round(n) if self.name.startswith("line") else round(self.along * n) * round(n)
+        return round(n) if self.line else round(self.along * n) * round(n)
 
     def coarser(self, n: int, part: float) -> int:
         """Elements across the contact on the first of two grids, `part` of the `n` on the second."""
@@ -70,8 +80,8 @@ class Ladder:
         return self.floor * n**-self.fall
 
     def alone(self, n: float) -> float:
-        """The error that an answer on a single grid of `n` elements across the contact usually has."""
-        return self.usual * n**-self.order + self.remainder(n)
+        """Estimated error of an answer on a single grid of `n` elements across the contact."""
+        return self.single * n**-self.order
 
     def error(self, step: float, n: int) -> float:
         """Estimated error of an extrapolated value.
@@ -93,19 +103,52 @@ class Ladder:
         return n
 
 
+EXACT = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+"""The law of what has no error."""
 LADDERS = {
-    (False, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 24),
-    (True, True, "none"): Ladder("Hertz's contact", 1.0, 0.0, 0.0, 1.0, 0.0, 100),
-    (False, True, "steady"): Ladder("rolling under Hertz's pressure", 1.2, 1.5, 0.1, 1.2, 0.1, 6, 1.5, "touched"),
-    (False, True, "shift"): Ladder("shifts under Hertz's pressure", 2.0, 1.5, 0.5, 2.0, 0.5, 6, 1.0, "touched"),
-    (False, False, "steady"): Ladder("rolling under computed pressure", 1.2, 1.5, 0.3, 1.2, 0.5, 8),
-    (False, False, "shift"): Ladder("shifts under computed pressure", 2.0, 1.5, 0.5, 2.0, 0.3, 8),
-    (False, False, "none"): Ladder("normal contact", 2.0, 1.5, 0.5, 2.0, 0.3, 8),
-    (True, True, "steady"): Ladder("line contact, rolling under Hertz's pressure", 1.0, 1.5, 0.3, 1.2, 0.2, 16),
-    (True, True, "shift"): Ladder("line contact, shifts under Hertz's pressure", 2.0, 1.5, 0.5, 2.0, 0.5, 16),
-    (True, False, "steady"): Ladder("line contact, rolling under computed pressure", 1.0, 1.5, 0.3, 1.0, 0.5, 16),
-    (True, False, "shift"): Ladder("line contact, shifts under computed pressure", 1.0, 1.5, 0.5, 1.0, 0.5, 16),
-    (True, False, "none"): Ladder("line contact, normal", 1.0, 1.5, 0.5, 1.0, 0.5, 16),
+    (False, True, "none"): Ladder("Hertz's contact", *EXACT, 24),
+    (True, True, "none"): Ladder("Hertz's contact", *EXACT, 100, line=True),
+    (False, True, "steady"): Ladder(
+        "rolling under Hertz's pressure",
+        *(1.75, 1.0, 0.028, 1.0, 0.12, 1.0),
+        coarsest=4,
+        along=1.5,
+        edge="softened",
+        second_order=True,
+    ),
+    (False, True, "shift"): Ladder(
+        "shifts under Hertz's pressure", *(2.0, 0.25, 1.6, 2.0, 0.53, 2.0), coarsest=4, edge="touched"
+    ),
+    (False, False, "steady"): Ladder(
+        "rolling under computed pressure",
+        *(2.0, 1.5, 0.3, 1.2, 0.5, 3.0),
+        coarsest=6,
+        along=1.5,
+        second_order=True,
+    ),
+    (False, False, "shift"): Ladder("shifts under computed pressure", *(2.0, 1.5, 0.5, 2.0, 0.3, 3.0), coarsest=6),
+    (False, False, "none"): Ladder("normal contact", *(2.0, 1.5, 0.5, 2.0, 0.3, 3.0), coarsest=6),
+    (True, True, "steady"): Ladder(
+        "line contact, rolling under Hertz's pressure",
+        *(1.75, 0.5, 0.123, 1.25, 0.077, 3.0),
+        coarsest=8,
+        second_order=True,
+        line=True,
+    ),
+    (True, True, "shift"): Ladder(
+        "line contact, shifts under Hertz's pressure", *(2.0, 0.25, 0.43, 2.0, 0.084, 1.0), coarsest=8, line=True
+    ),
+    (True, False, "steady"): Ladder(
+        "line contact, rolling under computed pressure",
+        *(1.2, 3.0, 0.4, 1.0, 0.12, 3.0),
+        coarsest=12,
+        second_order=True,
+        line=True,
+    ),
+    (True, False, "shift"): Ladder(
+        "line contact, shifts under computed pressure", *(2.0, 2.0, 0.013, 1.0, 0.029, 2.8), coarsest=8, line=True
+    ),
+    (True, False, "none"): Ladder("line contact, normal", *(1.0, 1.5, 0.5, 1.0, 0.5, 3.0), coarsest=8, line=True),
 }
 """By whether it is line contact, whether Hertz's pressure is taken, and motion."""
 

@@ -1,0 +1,38 @@
+"""The displacement gradient under an ellipsoidal traction, against sums over small elements."""
+
+import numpy as np
+import pytest
+
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients
+from varcontact.elasticity.halfspace import influence_numbers
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (1.5, 0.7), (0.4, 1.6)])
+@pytest.mark.parametrize("nu", [0.0, 0.4])
+def test_against_elements(a, b, nu):
+    """By 10 000 rectangles, in central differences: displacements are quadratic in the place, and these exact."""
+    count, step = 100, 0.1 * a
+    dx, dy = 2 * a / count, 2 * b / count
+    x, y = -a + (np.arange(count) + 0.5) * dx, (-b + (np.arange(count) + 0.5) * dy)[:, None]
+    traction = np.sqrt(np.maximum(1 - (x / a) ** 2 - (y / b) ** 2, 0.0))
+    for place in ((0.3 * a, 0.2 * b), (-0.5 * a, 0.4 * b)):
+        exact = ellipsoidal_gradients(*place, a, b, nu=nu, G=2.0)
+        ahead, behind = (
+            influence_numbers(place[0] + side - x, place[1] - y, dx, dy, nu=nu, G=2.0, components=("xx", "xy", "yy"))
+            for side in (step, -step)
+        )
+        found = {name: np.sum((ahead[name] - behind[name]) * traction) / (2 * step) for name in ahead}
+        np.testing.assert_allclose(exact, [[found["xx"], found["xy"]], [found["xy"], found["yy"]]], atol=1e-3)
+
+
+def test_long_ellipses_tend_to_line_contact():
+    wide, line = (ellipsoidal_gradients(0.3, 0.0, 0.5, b, nu=0.3) for b in (5e3, np.inf))
+    np.testing.assert_allclose(wide, line, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(np.diag(line), [-2 * 0.7 * 0.6, -2 * 0.6])
+
+
+def test_is_linear_in_place_and_odd():
+    x, y = np.array([0.1, 0.2, 0.4]), np.array([0.3, 0.6, 1.2])
+    found = ellipsoidal_gradients(x, y, 2.0, 1.0, nu=0.25)
+    np.testing.assert_allclose(found, found[..., :1] * [1, 2, 4], rtol=1e-14)
+    np.testing.assert_array_equal(ellipsoidal_gradients(-x, -y, 2.0, 1.0, nu=0.25), -found)

@@ -1,0 +1,178 @@
+"""Results as numbers, without dimension, as tables for notebooks and in few words; and what looks like a slip."""
+
+import dataclasses
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.study.tables import SHOWN
+
+RAIL = vc.Scene(
+    bodies=vc.Bodies(G=82e9, nu=0.28),
+    surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    normal_force=106.7e3,
+    friction=0.33,
+    motion=vc.Steady(vx=1e-3, vy=-5e-4, spin=0.2),
+    grid=vc.Grid(nx=12, ny=12),
+    units=vc.SI,
+)
+LINE = dataclasses.replace(
+    RAIL, surface=vc.Cylinders(R=0.46), normal_force=8e6, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=40)
+)
+
+
+def rail(**changes):
+    return dataclasses.replace(RAIL, **changes)
+
+
+@pytest.fixture(scope="module")
+def sol():
+    return vc.solve(RAIL)
+
+
+class Cells(HTMLParser):
+    """The texts of a table's cells; tags that are not closed in their order are an error."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.cells = [], []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if data.strip():
+            self.cells.append(" ".join(data.split()))
+
+
+def test_single_numbers(sol):
+    assert (sol.Fx, sol.Fy) == tuple(sol.force) and sol.Mz == sol.moment
+    assert (sol.vx, sol.vy, sol.spin) == (1e-3, -5e-4, 0.2)
+    assert sol.max_pressure == sol.pressure.max()
+    assert all(type(value) is float for value in (sol.Fx, sol.Fy, sol.Mz, sol.vx, sol.max_pressure))
+    found = vc.solve(rail(motion=vc.Steady(Fx=-1e4)))
+    assert found.Fx == pytest.approx(-1e4) and found.vx == found.creepage[0] > 0
+
+
+def test_power_is_that_of_the_forces(sol):
+    """F.v + Mz spin, with the sign turned; and in the report beside the integral over the slip."""
+    assert sol.power == pytest.approx(-(sol.Fx * sol.vx + sol.Fy * sol.vy + sol.Mz * sol.spin))
+    assert sol.friction_work == pytest.approx(-np.sum(sol.traction * sol.slip) * sol.grid.area)
+    (row,) = (line for line in sol.report().splitlines() if line.startswith("  work "))
+    assert row.split("work")[1].strip() == (
+        f"{sol.power:.5g} N put in, {sol.friction_work:.5g} N lost by friction by distance rolled"
+    )
+    assert "put in" not in vc.solve(rail(friction=0.0)).report()
+
+
+@pytest.mark.parametrize("scale", [1e-3, 7.0])
+@pytest.mark.parametrize("scene", [RAIL, LINE, rail(motion=vc.Shift(uy=2e-6, rotation=1e-4))], ids=range(3))
+def test_what_has_no_dimension_is_the_same_at_any_size(scene, scale):
+    """All lengths times a number, forces by its square (by length: by itself), spin by its inverse."""
+    surface, motion = scene.surface, scene.motion
+    names = [field.name for field in dataclasses.fields(surface) if field.name.startswith("R")]
+    change = {"spin": motion.spin / scale} if isinstance(motion, vc.Steady) else {"uy": scale * motion.uy}
+    other = dataclasses.replace(
+        scene,
+        surface=type(surface)(**{name: scale * getattr(surface, name) for name in names}),
+        normal_force=scene.normal_force * scale ** (1 if scene.line else 2),
+        motion=dataclasses.replace(motion, **change),
+        units=None,
+    )
+    one, two = (dataclasses.astuple(vc.solve(each).normalised) for each in (scene, other))
+    assert two == pytest.approx(one, rel=1e-7, abs=1e-10)
+
+
+def test_small_creepages_have_kalkers_coefficients():
+    """Fx = -C11 vx, Fy = -C22 vy and Fy = -C23 spin without dimension, to the error of the grid."""
+    hertz, grid = RAIL.hertz, vc.Grid(nx=24, ny=24)
+    C = vc.reference.creepage_coefficients(hertz.a, hertz.b, 0.28)
+    part = vc.solve(rail(motion=vc.Steady(vx=1e-7, vy=1e-7), grid=grid)).normalised
+    assert -part.Fx / part.vx == pytest.approx(C.C11, rel=0.03)
+    assert -part.Fy / part.vy == pytest.approx(C.C22, rel=0.03)
+    spun = vc.solve(rail(motion=vc.Steady(spin=1e-4), grid=grid)).normalised
+    assert -spun.Fy / spun.spin == pytest.approx(C.C23, rel=0.05)
+
+
+def test_largest_by_mean_pressure():
+    """3/2 of Hertz's ellipse, 4/pi of his line; without contact there is none."""
+    ellipse = vc.solve(rail(motion=None, grid=vc.Grid(nx=41, ny=41)))
+    line = vc.solve(dataclasses.replace(LINE, motion=None, grid=vc.Grid(nx=81)))
+    assert ellipse.normalised.max_pressure == pytest.approx(3 / 2, rel=5e-3)
+    assert line.normalised.max_pressure == pytest.approx(4 / np.pi, rel=5e-3)
+    lifted = vc.solve(rail(motion=vc.Transient(steps=2, vx=1e-3, normal_force=[2.0, 0.0])))[1]
+    assert np.isnan(lifted.normalised.Fx)
+
+
+def test_tables_for_notebooks(sol):
+    """What is printed, cell by cell; what a user calls a unit is text and no tag."""
+    odd = vc.solve(rail(units=vc.Units(length="<b>", force="N & lbf")))
+    for each in (sol, odd):
+        cells = Cells(each._repr_html_()).cells
+        printed = " ".join(each.report().split())
+        assert cells[0] == each.report().splitlines()[0] and "normal force" in cells
+        assert all(cell in printed for cell in cells)
+    plan = vc.plan(RAIL)
+    cells = Cells(plan._repr_html_()).cells
+    printed = " ".join(str(plan).split())
+    assert cells[0] == "Plan" and all(cell in printed for cell in cells)
+    cells = Cells(RAIL._repr_html_()).cells
+    assert cells[0] == "Scene" and repr(RAIL.bodies) in cells and "motion" in cells
+
+
+def test_the_table_of_a_comparison():
+    """The columns that are printed, a table a scene, with reasons; it is a data frame for everything else."""
+    table = vc.compare(rail(motion=vc.Steady(vx=1e-3, spin=1.0)), ["tang", "fastsim", "vermeulen-johnson"])
+    cells = Cells(table._repr_html_()).cells
+    assert all(head in cells for head in SHOWN) and "not solved" in cells
+    assert table[table["outcome"] == "solved"]["method"].tolist() == ["tang"]
+    assert "<table" in table[["method", "Fx"]]._repr_html_()
+
+
+def test_representations_are_short(sol):
+    field = np.random.default_rng(1).uniform(0.2, 0.3, (40, 30))
+    grid = vc.Grid(nx=30, ny=40, dx=5e-4, dy=5e-4, x0=-7.5e-3, y0=-1e-2)
+    scene = rail(friction=field, grid=grid)
+    assert "array of 40 x 30 numbers from 0.2" in repr(scene)
+    motion = vc.Transient(steps=5000, dq=1e-4, vx=[1e-3] * 5000)
+    assert "(0.001, 0.001, ..., 0.001: 5000 values)" in repr(motion)
+    surface = vc.SampledDistance(field)
+    for each in (scene, motion, surface, vc.plan(RAIL), sol):
+        assert len(repr(each)) < 600, repr(each)
+    assert repr(vc.plan(RAIL)).startswith("Plan(method='auto', normal='hertz', tangential='tang-safeguarded'")
+
+
+def test_unit_presets(sol):
+    assert (vc.SI.of("pressure"), vc.MM_N.of("pressure")) == ("N/m^2", "N/mm^2")
+    assert "106700 N" in sol.report()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"surface": vc.Paraboloids(Rx=460.0, Ry=300.0), "units": None}, "looks like pascals, a radius of 300 like"),
+        ({"surface": vc.Paraboloids(Rx=460.0, Ry=300.0), "units": vc.MM_N}, "is 8.2e+16 Pa, stiffer than solids are"),
+        ({"bodies": vc.Bodies(G=82e3, nu=0.28), "normal_force": 0.1}, "is 8.2e+04 Pa, softer than solids are"),
+        ({"motion": vc.Steady(vx=0.2)}, "vx = 0.2: creepages are mostly below 0.1"),
+        ({"motion": vc.Transient(steps=2, vy=[0.0, -1.5])}, "vy = -1.5"),
+        ({"surface": vc.Paraboloids(Rx=1e-3, Ry=1e-3)}, "of the radius 0.001; half-spaces"),
+    ],
+)
+def test_what_looks_like_a_slip_of_the_pen(changes, words):
+    """It is said by the scene, its plan and its report; a usual scene has no such word."""
+    assert RAIL.doubts == LINE.doubts == ()
+    scene = rail(**changes)
+    (doubt,) = scene.doubts
+    assert words in doubt
+    assert f"doubtful            {doubt}" in str(vc.plan(scene)) and vc.plan(scene).summary()["doubts"] == [doubt]
+    assert doubt in Cells(scene._repr_html_()).cells
+    if isinstance(scene.motion, vc.Steady):
+        solved = vc.solve(scene)
+        assert f"doubtful          {doubt}" in solved.report() and solved.summary()["doubts"] == [doubt]

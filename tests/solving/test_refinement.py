@@ -1,0 +1,377 @@
+"""Defect correction: the continuum's forces from coarse grids, against closed forms and references."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
+from tests.command import run
+from varcontact.reference import carter, creepage_coefficients, line_contact
+from varcontact.solving.refine.field import Shape, held_behind, interpolated, means, reconstructed
+
+STEEL = vc.Bodies(G=1.0, nu=0.25)
+
+
+def corrected(case, cells):
+    """A reference case, corrected."""
+    return vc.solve(scene(case, cells), refine="continuum", certify=None)
+
+
+@pytest.fixture(scope="module")
+def sol(rolling):
+    """One corrected solution."""
+    return vc.solve(rolling(), refine="continuum")
+
+
+def test_carter():
+    """Steady rolling of cylinders in closed form: a hundredth of the error of plain strips, and above first order."""
+    contact = line_contact(2.0, STEEL, a=0.01)
+    limit, cells = 0.3 * contact.force, (16, 32, 64, 128, 256)
+    for part in (0.2, 0.5, 0.8):
+        creepage = carter(contact, 0.3, force=-part * limit).creepage
+        errors = []
+        for count in cells:
+            posed = vc.Scene(
+                bodies=STEEL,
+                surface=vc.Cylinders(R=2.0),
+                normal_force=contact.force,
+                friction=0.3,
+                motion=vc.Steady(vx=creepage),
+                grid=vc.Grid(nx=count),
+            )
+            plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum", certify=None)
+            errors.append([abs(one.force[0] / limit + part) for one in (plain, found)])
+            assert errors[-1][1] < found.refinement.estimate[0] / limit
+        plain, best = np.array(errors).T
+        assert np.all(best < plain / 15)
+        assert best[-1] < 1e-5
+        assert best[-1] < best[0]
+        assert -1.1 < np.polyfit(np.log(cells), np.log(plain), 1)[0] < -0.9
+
+
+@pytest.mark.parametrize(("case", "row"), read_references()[1:12:3], ids=lambda value: f"{value['ratio']:.2f}")
+def test_against_references(case, row):
+    """From 8 to 64 cells: the error of a plain grid with many times the elements, of nearly second order."""
+    truth, cells = np.array([row[name] for name in VALUES]), (8, 16, 32, 64)
+    found = [corrected(case, count) for count in cells]
+    errors = np.array([np.abs(loads(one) - truth).max() for one in found])
+    estimates = np.array([one.refinement.estimate.max() for one in found]) / 0.3
+    assert np.all(errors < [1e-2, 2e-3, 6e-4, 2e-4])
+    assert np.all(errors[1:] < estimates[1:])
+    assert np.polyfit(np.log(cells), np.log(errors), 1)[0] < -1.4
+    plain = np.abs(loads(vc.solve(scene(case, 64), certify=None)) - truth).max()
+    assert errors[1] < plain < 1e-2  # a sixteenth of the elements
+
+
+def test_references_agree_with_plain_grids():
+    """Two ways to the continuum, within the uncertainty of the worse; and the cases are those of the command."""
+    rows = read_references()
+    assert [case for case, _ in rows] == cases()
+    for _, row in rows:
+        distance = max(abs(row[name] - row[f"plain_{name}"]) for name in VALUES)
+        assert distance < 2 * row["plain_error"] + 5e-5
+        assert row["error"] < 3e-5
+
+
+@pytest.mark.parametrize("index", [3, 11])
+def test_forces_given(index, tmp_path):
+    """The creepages of a reference are found from its forces, and a file keeps them with the problem as corrected."""
+    case, row = read_references()[index]
+    wanted, unit = scene(case, 16).motion, 0.3 / 3.7
+    motion = vc.Steady(Fx=0.3 * row["Fx"], Fy=0.3 * row["Fy"], spin=wanted.spin)
+    posed = dataclasses.replace(scene(case, 16), motion=motion)
+    plain, found = vc.solve(posed), vc.solve(posed, refine="continuum")
+    errors = [np.abs(np.subtract(one.creepage[:2], wanted.rigid[:2])).max() / unit for one in (plain, found)]
+    assert errors[1] < 1e-3
+    assert errors[1] < 0.06 * errors[0]
+    assert np.all(np.abs(np.subtract(found.creepage[:2], wanted.rigid[:2])) < found.refinement.creepage_estimate)
+    assert found.creepage[:2] == pytest.approx(tuple(found.refinement.creepages[-1]), rel=1e-12)
+    np.testing.assert_allclose(found.force, [motion.Fx, motion.Fy], atol=1.5e-4 * 0.3)
+    assert abs(found.moment / 0.3 - row["Mz"]) < 4e-4
+    assert set(found.error_estimate.errors) == {"vx", "vy", "Mz"}
+    assert found.certificate.residual < 1e-8
+    found.save(tmp_path / "forces.nc")
+    again = vc.load(tmp_path / "forces.nc")
+    assert again.note == ""
+    assert again.creepage == found.creepage
+
+
+def test_one_force_given(rolling):
+    """A force along x and a creepage along y: the creepage given stays as it is."""
+    found = vc.solve(rolling(motion=vc.Steady(Fx=-0.1, vy=-0.02, spin=0.05)), refine="continuum")
+    assert found.creepage[1:] == (-0.02, 0.05)
+    assert found.refinement.creepage_estimate[1] == 0
+    back = vc.solve(rolling(motion=vc.Steady(vx=found.creepage[0], vy=-0.02, spin=0.05)), refine="continuum")
+    np.testing.assert_allclose(back.force, found.force, atol=1e-3 * 0.3)
+
+
+def test_force_near_saturation_is_refused():
+    """A corrected problem may have to carry a little more than the one that is posed."""
+    with pytest.raises(vc.SceneError, match="so near to what friction carries that the corrected problem cannot"):
+        vc.solve(dataclasses.replace(scene(cases()[8], 16), motion=vc.Steady(Fx=-0.9999 * 0.3)), refine="continuum")
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (0.6, 2.0), (1.8, 0.6)])
+def test_nothing_slips(a, b):
+    """Vanishing creepages, with slip areas narrower than an element: nothing gained, and nothing lost."""
+    known = creepage_coefficients(a, b, 0.28)
+    wanted = np.array([known.C11, known.C22, known.C23, -known.C23, known.C33])
+    c = np.sqrt(a * b)
+    scale = np.array([c**2, c**2, c**3, c**3, c**4])
+    errors = []
+    for refine in (None, "continuum"):
+        forces = []
+        for motion in (vc.Steady(vx=1e-6), vc.Steady(vy=1e-6), vc.Steady(spin=1e-6)):
+            posed = vc.Scene(
+                bodies=vc.Bodies(G=1.0, nu=0.28),
+                surface=vc.Ellipse(a=a, b=b),
+                normal_force=1.0,
+                friction=0.3,
+                motion=motion,
+                grid=vc.Grid(nx=24, ny=24),
+            )
+            one = vc.solve(posed, refine=refine, certify=None)
+            forces.append(-np.array([*one.force, one.moment]) / 1e-6)
+        found = np.array([forces[0][0], forces[1][1], forces[2][1], forces[1][2], forces[2][2]]) / scale
+        errors.append(np.abs(found / wanted - 1))
+    plain, best = errors
+    assert np.all(best < [0.016, 0.016, 0.005, 0.05, 0.035])
+    assert best.max() < 1.1 * plain.max()
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e6])
+def test_units(sol, rolling, factor):
+    """Lengths and moduli in other units: the same numbers in these."""
+    length, modulus = factor, 3.0 / factor
+    force = modulus * length**2
+    posed = rolling(
+        bodies=vc.Bodies(G=modulus, nu=0.28),
+        surface=vc.Ellipse(a=1.2 * length, b=0.9 * length),
+        normal_force=force,
+        motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05 / length),
+    )
+    other = vc.solve(posed, refine="continuum")
+    np.testing.assert_allclose(other.force / force, sol.force, rtol=1e-9)
+    assert other.moment / force / length == pytest.approx(sol.moment, rel=1e-9)
+    np.testing.assert_allclose(other.refinement.estimate[:2] / force, sol.refinement.estimate[:2], rtol=1e-5)
+    np.testing.assert_allclose(other.refinement.slip, sol.refinement.slip, atol=1e-9)
+
+
+@pytest.mark.parametrize(("vx", "vy", "spin"), [(1, -1, -1), (-1, -1, -1), (-1, 1, 1)])
+def test_mirror_and_direction(sol, rolling, vx, vy, spin):
+    """The mirror image at y = 0, all creepages turned round, and both: forces follow by their signs."""
+    other = vc.solve(rolling(motion=vc.Steady(vx=0.04 * vx, vy=-0.02 * vy, spin=0.05 * spin)), refine="continuum")
+    np.testing.assert_allclose(other.force, sol.force * [vx, vy], rtol=1e-8)
+    assert other.moment == pytest.approx(spin * sol.moment, rel=1e-8)
+    mirrored = slice(None, None, -1 if vx != vy else 1)
+    signs = np.array([vx, vy])[:, None, None]
+    np.testing.assert_allclose(other.refinement.traction[:, mirrored] * signs, sol.refinement.traction, atol=1e-8)
+
+
+def test_record(sol, rolling):
+    """Forces are those of the field, the field is within its bound, and what the last pass changed stands there."""
+    found = sol.refinement
+    assert found.cells == (2, 2)
+    assert found.grid.shape == found.traction.shape[1:] == (28, 28)
+    assert found.passes == len(found.seconds) == 3
+    x, y = found.grid.x[None, :], found.grid.y[:, None]
+    np.testing.assert_allclose(sol.force, found.traction.sum(axis=(1, 2)) * found.grid.area, rtol=1e-13)
+    moment = np.sum(x * found.traction[1] - y * found.traction[0]) * found.grid.area
+    assert sol.moment == found.moment == pytest.approx(moment, rel=1e-12)
+    bound = 0.3 * sol.scene.hertz.mean_pressure(*found.grid.lines)
+    assert np.all(np.hypot(*found.traction) <= bound * (1 + 1e-12))
+    np.testing.assert_array_equal(found.change, np.abs(found.forces[3] - found.forces[2]))
+    assert np.all(found.estimate >= found.change)
+    plain = vc.solve(rolling(), tol=1e-5)
+    np.testing.assert_allclose(found.forces[0], [*plain.force, plain.moment], atol=1e-6)
+    assert plain.refinement is None
+    assert np.abs(sol.force - plain.force).max() > 0.005 * 0.3
+
+
+def test_work(rolling, sol):
+    """What rolling puts in is what friction loses: to a part in a hundred of plain grids' difference."""
+    plain = vc.solve(rolling())
+    assert abs(sol.power / sol.friction_work - 1) < 0.05 * abs(plain.power / plain.friction_work - 1)
+
+
+def test_slip_of_the_continuum(sol):
+    """Nothing slips where the elements stick; where they slip, slip opposes the traction."""
+    parts = np.repeat(np.repeat(sol.state, 2, axis=0), 2, axis=1)
+    found, size = sol.refinement, np.hypot(*sol.refinement.slip)
+    assert np.sqrt(np.mean(size[parts == 1] ** 2)) < 0.1 * np.sqrt(np.mean(size[parts == 2] ** 2))
+    slips = (parts == 2) & (size > 0.2 * size.max())
+    cosine = np.sum(found.slip * found.traction, axis=0)[slips] / (size * np.hypot(*found.traction))[slips]
+    assert np.all(cosine < -0.95)
+
+
+def test_certificate_is_of_the_corrected_problem(sol, rolling):
+    """Exact for the problem as corrected; the plain problem's certificate refuses the same tractions."""
+    assert sol.converged
+    assert sol.certificate.residual < 1e-8
+    assert sol.certificate.relative_gap < 1e-9
+    assert vc.certify(rolling(grid=sol.grid), sol.traction).residual > 1e-3
+    assert "of the corrected problem on the elements" in sol.report()
+
+
+def test_report_and_summary(sol):
+    text = sol.report()
+    assert "forces and moment are those of a field on 2 x 2 parts of each element, after 3 passes" in text
+    assert "against the continuum, about: Fx to" in text
+    assert "no bound: the difference from half as many elements across the contact" in text
+    assert "guaranteed on this grid, for Hertz's pressure, for the sums over the elements: Fx to" in text
+    summary = json.loads(json.dumps(sol.summary(), allow_nan=False))
+    assert summary["refinement"]["kind"] == "continuum"
+    assert summary["refinement"]["parts"] == [2, 2]
+    assert summary["refinement"]["forces"][-1] == [*summary["force"], summary["moment"]]
+    errors = np.array(summary["refinement"]["error_estimate"]) / 0.3 / [1, 1, np.sqrt(1.2 * 0.9)]
+    np.testing.assert_allclose(list(summary["error_estimate"]["errors"].values()), errors, rtol=1e-12)
+    assert [each["nx"] for each in summary["error_estimate"]["solves"]] == [12]
+
+
+def test_file(sol, tmp_path):
+    """All of it comes back, and the certificate is found to be deserved: the corrected problem can be posed again."""
+    path = tmp_path / "corrected.nc"
+    sol.save(path)
+    again = vc.load(path)
+    assert again.note == ""
+    assert again.converged
+    assert again.refinement.summary() == sol.refinement.summary()
+    for name in ("traction", "slip", "correction"):
+        np.testing.assert_array_equal(getattr(again.refinement, name), getattr(sol.refinement, name))
+    np.testing.assert_array_equal(again.force, sol.force)
+    assert again.report() == sol.report()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"traction": 1.01}, "forces that are not those of the tractions on parts"),
+        ({"forces": 1.01}, "forces that are not those of the last pass"),
+        ({"estimate": -1.0}, "a refinement with an estimate that is negative"),
+        ({"creepages": np.zeros((5, 1))}, "without forces by pass and an estimate"),
+        ({"slip": np.nan}, "not of finite numbers"),
+    ],
+)
+def test_tampered_file(sol, tmp_path, changes, message):
+    changed = {
+        name: (getattr(sol.refinement, name) * factor if np.ndim(factor) == 0 else factor)
+        for name, factor in changes.items()
+    }
+    spoilt = dataclasses.replace(sol, refinement=dataclasses.replace(sol.refinement, **changed))
+    spoilt.save(tmp_path / "spoilt.nc")
+    with pytest.raises(vc.OutputError, match=message):
+        vc.load(tmp_path / "spoilt.nc")
+
+
+def test_slip_difference_of_second_order():
+    """The coarse problem may be another one: what is left is that of the field."""
+    case, row = read_references()[4]
+    truth, posed = np.array([row[name] for name in VALUES]), scene(case, 16)
+    other = dataclasses.replace(posed.motion, slip_difference="second-order", spin_offset=0.0)
+    found = vc.solve(dataclasses.replace(posed, motion=other), refine="continuum", certify=None)
+    assert np.abs(loads(found) - truth).max() < 2e-3
+    assert np.abs(loads(found) - loads(corrected(case, 16))).max() < 2e-3
+
+
+def test_any_exact_method(sol, rolling):
+    """Newton's method and a convex program correct to the same forces."""
+    for name in ("newton", "clarabel"):
+        other = vc.solve(rolling(), tangential=name, refine="continuum")
+        np.testing.assert_allclose(other.force, sol.force, rtol=1e-6)
+        assert other.solved_by["tangential"] in (name, "tang-safeguarded")
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "message"),
+    [
+        ({}, {"refine": "continum"}, "refine = 'continum' is not allowed: must be one of continuum"),
+        ({}, {"refine": 2}, "refine = 2 is not allowed"),
+        ({"motion": vc.Shift(ux=1e-3)}, {}, "it is for steady rolling, motion Steady; solve on several grids"),
+        ({"motion": vc.Transient(steps=2)}, {}, "it is for steady rolling, motion Steady"),
+        ({"motion": None, "friction": None}, {}, "it is for steady rolling, motion Steady"),
+        ({"friction": 0.0}, {}, "without friction there is nothing to correct"),
+        ({"bodies": vc.Bodies(G=(1.0, 2.0), nu=(0.2, 0.3))}, {}, "it is for quasi-identical bodies, and here K ="),
+        ({"friction": np.inf}, {}, "it is for one finite coefficient of friction"),
+        ({"friction": vc.StaticKinetic(0.3, 0.2)}, {}, "it is for one finite coefficient of friction"),
+        ({}, {"normal": "clarabel"}, "it is for Hertz's pressure in closed form"),
+        ({}, {"tangential": "fastsim"}, "it corrects exact methods, not the theory 'fastsim'"),
+        ({"grid": vc.Grid(nx=12, ny=12, edge="touched")}, {}, 'with grid.edge = "touched" it gains less, or loses'),
+        ({"grid": vc.Grid(nx=12, ny=12, edge="softened")}, {}, 'with grid.edge = "softened" it gains less, or loses'),
+        ({"grid": vc.Grid(nx=12, ny=7)}, {}, "at least 8 elements across the contact each way; here it has 12 by 7"),
+    ],
+)
+def test_refused_before_any_work(rolling, monkeypatch, changes, options, message):
+    """With the reason and what to do instead."""
+    monkeypatch.setattr("varcontact.solving.solve.on_a_grid_that_holds_it", None)
+    with pytest.raises(vc.SceneError) as refused:
+        vc.solve(rolling(**changes), **{"refine": "continuum", **options})
+    assert message in str(refused.value)
+
+
+def test_refused_with_an_accuracy(rolling):
+    """The grid of a correction is the scene's; an accuracy chooses its own."""
+    with pytest.raises(vc.SceneError, match="it corrects on the scene's own grid; leave it out, or accuracy"):
+        vc.solve(rolling(grid="auto"), refine="continuum", accuracy=0.01)
+
+
+def test_sampled_surface_is_refused(rolling):
+    sphere = vc.SampledDistance(np.add.outer(np.arange(-8, 9) ** 2, np.arange(-8, 9) ** 2) / 100.0)
+    grid = vc.Grid(nx=17, ny=17, dx=1.0, dy=1.0, x0=-8.5, y0=-8.5)
+    with pytest.raises(vc.SceneError, match="it is for Hertz's pressure in closed form"):
+        vc.solve(rolling(surface=sphere, grid=grid), refine="continuum")
+
+
+def test_command_line_and_scene_file(tmp_path):
+    text = (
+        "normal_force = 1.0\nfriction = 0.3\nbodies = {G = 1.0, nu = 0.28}\n"
+        'surface = {kind = "ellipse", a = 1.0, b = 1.0}\nmotion = {kind = "steady", vx = 0.05}\n'
+        "grid = {nx = 8, ny = 8}\n"
+    )
+    (tmp_path / "plain.toml").write_text(text)
+    (tmp_path / "corrected.toml").write_text(text + '[solve]\nrefine = "continuum"\n')
+    named = run("solve", "plain.toml", "--refine", "continuum", "--json", folder=tmp_path)
+    written = run("solve", "corrected.toml", "--json", folder=tmp_path)
+    forces = [json.loads(done.stdout)["force"] for done in (named, written)]
+    assert forces[0] == forces[1]
+    wrong = run("solve", "plain.toml", "--refine", "fine", folder=tmp_path)
+    assert wrong.returncode == 2
+    assert "refine = 'fine' is not allowed: must be one of continuum" in wrong.stderr
+
+
+def test_interpolation_is_exact_for_linear_fields():
+    """Inside; and means of the parts give the elements back."""
+    x, y = np.meshgrid(np.arange(5) + 0.5, np.arange(4) + 0.5)
+    fine_x, fine_y = np.meshgrid((np.arange(15) + 0.5) / 3, (np.arange(8) + 0.5) / 2)
+    found = interpolated(2 * x - 3 * y, np.ones((4, 5), dtype=bool), (2, 3))
+    inner = (slice(1, -1), slice(2, -2))
+    np.testing.assert_allclose(found[inner], (2 * fine_x - 3 * fine_y)[inner], atol=1e-13)
+    np.testing.assert_allclose(means(2 * fine_x - 3 * fine_y, (2, 3)), 2 * x - 3 * y, atol=1e-13)
+
+
+def test_reconstruction_follows_a_root_to_the_trailing_edge():
+    """Tractions like sqrt((1 - x)/(1 + x)), those of rolling without slip, are met near the edge to one per cent."""
+
+    def shape(count):
+        x = (np.arange(count) + 0.5) * 2 / count - 1
+        return x, Shape(1e3 * np.sqrt(1 - x**2)[None], (1 + x)[None] + 0.25 * 2 / 16)
+
+    (x, coarse), (fine_x, fine) = shape(16), shape(48)
+    rolled = np.array([np.sqrt((1 - x) / (1 + x))[None], np.zeros((1, 16))])
+    found = reconstructed(rolled, coarse, fine, (1, 3))[0, 0]
+    wanted = np.sqrt((1 - fine_x) / (1 + fine_x))
+    np.testing.assert_allclose(found[6:-3], wanted[6:-3], rtol=1.2e-2)
+    plain = interpolated(rolled[0] / coarse.bound, coarse.bound > 0, (1, 3))[0] * fine.bound[0]
+    assert np.abs(found / wanted - 1)[3:-3].max() < 0.3 * np.abs(plain / wanted - 1)[3:-3].max()
+
+
+def test_the_rearmost_element_is_held():
+    """Where it sticks it takes the correction of the element ahead, where it slips its own."""
+    bound = np.array([[0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0]])
+    traction = np.array([[[0.0, 0.5, 0.5, 0.0, 1.0, 0.5, 0.5]], np.zeros((1, 7))])
+    correction = np.array([np.arange(7.0)[None], -np.arange(7.0)[None]])
+    found = held_behind(correction, traction, bound)
+    np.testing.assert_array_equal(found[0, 0], [0, 2, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(found[1], -found[0])

@@ -1,0 +1,234 @@
+"""References: the bank, its error bars judged by closed forms, the file, and the command that makes it."""
+
+import json
+import math
+import re
+from importlib.resources import files
+from itertools import islice
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from varcontact.study.extrapolate import extrapolate_series
+from varcontact.study.make_references import main, make
+from varcontact.study.reference_scenes import CLASSES, FRICTION, reference_scenes
+from varcontact.study.references import read, signature
+from varcontact.study.refinement import peak_between, series_of, solves
+
+BANK = vc.references()
+
+
+def cattaneo_without_poisson(name, part):
+    """For nu = 0 tangential and normal flexibility are the same, and Cattaneo's shift is exact in any ellipse."""
+    full = FRICTION * BANK[name].scene.hertz.approach
+    return full * (1 - (1 - part) ** (2 / 3))
+
+
+def rolling_cylinders(name):
+    scene = BANK[name].scene
+    given = {"creepage": scene.motion.vx} if scene.motion.Fx is None else {"force": scene.motion.Fx}
+    return carter(line_contact(scene.surface.R, scene.bodies, force=1.0), FRICTION, **given)
+
+
+def two_wide_in(name):
+    """Width of the stick area of Carter's cylinders."""
+    return 2 * rolling_cylinders(name).stick_half_width
+
+
+EXACT = [
+    ("line, creepage 0.3", "Fx", lambda name: rolling_cylinders(name).force),
+    ("line, creepage 0.9", "Fx", lambda name: rolling_cylinders(name).force),
+    ("line, Fx = 0.5", "vx", lambda name: rolling_cylinders(name).creepage),
+    ("line, creepage 0.3", "stick_area", two_wide_in),
+    ("line, creepage 0.9", "stick_area", two_wide_in),
+    ("line, Fx = 0.5", "stick_area", two_wide_in),
+    ("shift, nu = 0, Fx = 0.5", "ux", lambda name: cattaneo_without_poisson(name, 0.5)),
+    ("shift, nu = 0, a/b = 0.3, Fx = 0.7", "ux", lambda name: cattaneo_without_poisson(name, 0.7)),
+    ("shift, nu = 0, a/b = 4, Fy = 0.4", "uy", lambda name: -cattaneo_without_poisson(name, 0.4)),
+    ("shift, nu = 0, Fx = 0.5", "stick_area", lambda _: math.pi * 0.5 ** (2 / 3)),
+    ("shift, nu = 0, a/b = 0.3, Fx = 0.7", "stick_area", lambda _: math.pi * 0.3 ** (2 / 3)),
+    ("shift, nu = 0, a/b = 4, Fy = 0.4", "stick_area", lambda _: math.pi * 0.6 ** (2 / 3)),
+    ("rotation, full slip", "Mz", lambda _: -3 * math.pi / 16 * FRICTION),
+]
+
+
+def hertz_of_samples(name):
+    """Hertz's solution of the paraboloids that were sampled."""
+    return vc.Scene(bodies=BANK[name].scene.bodies, surface=vc.Paraboloids(Rx=0.6, Ry=1.2), normal_force=1.0).hertz
+
+
+@pytest.mark.parametrize(("name", "value", "exact"), EXACT)
+def test_closed_forms_lie_within_the_error_bars(name, value, exact):
+    reference = BANK[name]
+    assert "extrapolated" in reference.how
+    assert abs(reference.values[value] - exact(name)) <= reference.bars[value]
+
+
+@pytest.mark.parametrize(("value", "exact"), [
+    ("approach", lambda hertz: hertz.approach),
+    ("peak_pressure", lambda hertz: hertz.peak_pressure),
+    ("contact_area", lambda hertz: math.pi * hertz.a * hertz.b),
+])  # fmt: skip
+def test_hertz_lies_within_the_error_bars_of_computed_pressures(value, exact):
+    reference = BANK["normal, sampled paraboloid"]
+    hertz = hertz_of_samples("normal, sampled paraboloid")
+    assert abs(reference.values[value] - exact(hertz)) <= reference.bars[value]
+
+
+def test_two_discretisations_agree_within_their_bars():
+    """Hertz's pressure averaged over all touched elements, and computed pressures of elements by their centres."""
+    closed, computed = BANK["paraboloids, creepage"], BANK["sampled paraboloid, creepage"]
+    assert closed.how != computed.how
+    for name in closed.units:
+        apart = abs(closed.values[name] - computed.values[name])
+        assert apart <= closed.bars[name] + computed.bars[name], name
+
+
+def test_cattaneos_shift_with_poissons_ratio_is_nearly_exact():
+    """The lateral traction that it neglects changes the shift by less than half a per cent."""
+    reference = BANK["from Cattaneo to Carter"]
+    shift = cattaneo_mindlin(reference.scene.hertz, reference.scene.bodies, FRICTION, -0.6 * FRICTION).shift
+    assert reference.values["ux[0]"] == pytest.approx(shift, rel=5e-3)
+
+
+def test_what_is_zero_by_symmetry_is_zero():
+    for name, value in (("circle, half, along", "Fy"), ("circle, half, along", "Mz"), ("circle, spin", "Fx"),
+                        ("Fx = 0.3", "Mz"), ("shift along", "Fy"), ("two arcs, spin", None)):  # fmt: skip
+        if value is not None:
+            assert abs(BANK[name].values[value]) < 1e-9
+        else:  # one that is not symmetric
+            assert abs(BANK[name].values["Fx"]) > 0.01
+
+
+def test_no_force_is_beyond_friction():
+    for name, reference in BANK.items():
+        for along, limit in reference.units.items():
+            across = along.replace("Fx", "Fy")
+            if along != across and across in reference.units:
+                assert np.hypot(reference.values[along], reference.values[across]) <= limit * (1 + 2e-4), name
+    full = BANK["circle, full slip"].values
+    assert np.hypot(full["Fx"], full["Fy"]) > 0.999 * FRICTION
+
+
+def test_there_are_at_least_sixty_scenes_of_all_classes_without_a_grid():
+    assert len(BANK) >= 60
+    assert {reference.kind for reference in BANK.values()} == set(CLASSES)
+    assert all(reference.scene.grid == "auto" for reference in BANK.values())
+    ratios = [reference.scene.surface.a / reference.scene.surface.b for reference in BANK.values()
+              if isinstance(reference.scene.surface, vc.Ellipse)]  # fmt: skip
+    assert min(ratios) == pytest.approx(0.1) and max(ratios) == pytest.approx(10)
+
+
+def test_error_bars_are_small():
+    """Small enough to judge errors of 0.3 per cent, and most of them errors of 0.1 per cent."""
+    bars = np.array([reference.bar for reference in BANK.values()])
+    assert 0 < bars.min() and bars.max() < 1e-3
+    assert np.mean(bars < 5e-4) > 0.9
+    assert np.median(bars) < 1e-4
+
+
+def test_every_value_that_counts_has_a_bar_and_a_unit():
+    for name, reference in BANK.items():
+        assert set(reference.units) <= set(reference.values) == set(reference.bars), name
+        assert all(unit > 0 for unit in reference.units.values()), name
+        assert reference.steps or "[" not in "".join(reference.values)
+
+
+def test_the_error_of_an_answer():
+    reference = BANK["circle, half, along"]
+    assert reference.error(reference.values) == 0
+    found = reference.values | {"Fx": reference.values["Fx"] + 0.03}
+    assert reference.error(found) == pytest.approx(0.1)
+    assert math.isnan(reference.error({"Fx": 0.0}))
+
+
+def test_fresh_solves_agree_with_the_file():
+    """The four coarsest grids of a scene, extrapolated anew, lead to the values of the file."""
+    name = "circle, across and spin"
+    coarse = list(islice(solves(reference_scenes()[name]), 6))
+    cells = np.array([n for n, _, _ in coarse])
+    for value in BANK[name].units:
+        fresh, bar = extrapolate_series(1 / cells, np.array([found[value] for _, _, found in coarse]))
+        assert abs(fresh - BANK[name].values[value]) < bar + BANK[name].bars[value] + 1e-9
+
+
+def test_the_command_goes_on_from_its_runs(tmp_path, capsys):
+    name, runs = "line, creepage 0.3", tmp_path / "runs.csv"
+    one = {name: reference_scenes()[name]}
+    first = make(runs, one)
+    assert capsys.readouterr().out == f"{name}\n"
+    assert make(runs, one) == first
+    assert capsys.readouterr().out == ""  # nothing was solved again
+    entry = first["references"][name]
+    assert entry["values"]["Fx"] == pytest.approx(BANK[name].values["Fx"], abs=1e-8)
+    assert f"{len(series_of(one[name].scene).cells)} solves with 100 to 1600 elements across" in entry["how"]
+
+
+def test_another_folder_than_there_is_is_refused(tmp_path, capsys):
+    store = tmp_path / "other.csv"
+    store.write_text("a,b\n1,2\n")
+    assert main([str(tmp_path / "out.json"), "--runs", str(store)]) == 2
+    assert "is not a table of the solves of references" in capsys.readouterr().err
+
+
+def content():
+    return json.loads(files("varcontact.study").joinpath("references.json").read_text())
+
+
+@pytest.mark.parametrize(("spoil", "message"), [
+    (lambda c: c.update(version=99), "is of version 99, and version 1 is read; make it again: python -m"),
+    (lambda c: c.pop("references"), "is no file of references; make it again"),
+    (lambda c: c["references"]["circle, spin"].update(scene="0" * 12), "for other scenes .*'circle, spin' for one"),
+    (lambda c: c["references"].pop("circle, spin"), "for other scenes .*'circle, spin' for one"),
+])  # fmt: skip
+def test_files_of_another_version_are_refused(tmp_path, spoil, message):
+    changed = content()
+    spoil(changed)
+    path = tmp_path / "references.json"
+    path.write_text(json.dumps(changed))
+    with pytest.raises(vc.SceneError, match=message):
+        vc.references(path)
+
+
+def test_a_copy_of_the_file_is_read(tmp_path):
+    path = tmp_path / "copy.json"
+    path.write_text(json.dumps(content()))
+    assert vc.references(path)["circle, spin"].values == BANK["circle, spin"].values
+    with pytest.raises(vc.SceneError, match="nowhere"):
+        vc.references(tmp_path / "nowhere.json")
+    with pytest.raises(vc.SceneError, match="is no file of references"):
+        read("[]", "a list")
+
+
+def test_signatures_tell_scenes_apart_and_forgive_rounding():
+    scenes = reference_scenes()
+    found = {name: signature(posed) for name, posed in scenes.items()}
+    assert len(set(found.values())) == len(scenes)
+    assert all(re.fullmatch("[0-9a-f]{12}", each) for each in found.values())
+    moved = scenes["circle, spin"].scene.motion
+    object.__setattr__(moved, "spin", moved.spin * (1 + 1e-14))
+    assert signature(scenes["circle, spin"]) == found["circle, spin"]
+    object.__setattr__(moved, "spin", moved.spin * (1 + 1e-4))
+    assert signature(scenes["circle, spin"]) != found["circle, spin"]
+
+
+def test_the_peak_between_the_elements():
+    x = np.linspace(-1, 1, 12)
+    pressure = np.maximum(2 - (x - 0.1) ** 2 - (x[:, None] + 0.2) ** 2, 0)
+    assert peak_between(pressure) == pytest.approx(2.0, abs=1e-12)
+    assert peak_between(np.array([[1.0, 2.0]])) == 2.0
+
+
+def test_long_series_are_extrapolated_within_their_bars():
+    rng = np.random.default_rng(5)
+    inside = 0
+    for _ in range(40):
+        h = 1 / np.array([32, 40, 48, 64, 80, 96, 128, 160, 192, 256])
+        first, second = rng.normal(size=2)
+        values = 1 + first * h + second * h ** rng.choice([1.5, 2.0]) + 3e-2 * rng.normal(size=h.size) * h**1.5
+        value, bar = extrapolate_series(h, values)
+        inside += abs(value - 1) < bar
+        assert bar < 0.02
+    assert inside >= 36

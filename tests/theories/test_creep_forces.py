@@ -1,0 +1,202 @@
+"""All fast theories by name: slopes, full slip, symmetries, power, many contacts in one call, refusals."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import varcontact as vc
+from varcontact.reference import creepage_coefficients
+from varcontact.theories import fastrip, fastsim, linear_forces, polach, strip, vermeulen_johnson
+from varcontact.theories.creep_forces import VECTORISED
+
+CONTACT = {"a": 1.2, "b": 0.8, "G": 1.0, "nu": 0.28, "normal_force": 1.0, "friction": 0.3}
+LIMIT = 0.3
+TABLE = creepage_coefficients(1.2, 0.8, 0.28)
+UNIT = 3 * LIMIT / (1.2 * 0.8 * TABLE.C11)
+MIXED = ["fastrip", "fastsim", "fastsim-elliptic", "linear"]
+SPINNING = [name for name in VECTORISED if name != "vermeulen-johnson"]
+BOUNDED = [name for name in VECTORISED if name != "linear"]
+size = st.floats(-3.0, 3.0)
+
+
+def parts(found: vc.CreepForces) -> np.ndarray:
+    return np.array([found.Fx, found.Fy, found.Mz])
+
+
+def spin_of(name: str, spin: float) -> float:
+    return 0.0 if name == "vermeulen-johnson" else spin
+
+
+@pytest.mark.parametrize("name", MIXED)
+@pytest.mark.parametrize("ratio", [0.05, 0.5, 1.5, 20.0])
+def test_slopes_of_mixed_creepages(name, ratio):
+    """Forces by small creepages, however mixed, are those of the coefficients; by few strips and points, too."""
+    contact = {**CONTACT, "a": ratio**0.5, "b": ratio**-0.5}
+    rng = np.random.default_rng(3)
+    vx, vy, spin = 1e-10 * rng.normal(size=(3, 20))
+    exact = vc.creep_forces("linear", **contact, vx=vx, vy=vy, spin=spin)
+    options = {} if name == "linear" else {"m": 7, "n": 5}
+    found = vc.creep_forces(name, **contact, vx=vx, vy=vy, spin=spin, **options)
+    scale = np.abs([exact.Fx, exact.Fy]).max()
+    np.testing.assert_allclose([found.Fx, found.Fy], [exact.Fx, exact.Fy], rtol=0, atol=1e-5 * scale)
+
+
+@pytest.mark.parametrize("name", [*MIXED, "polach", "fastsim-weighted", "fastsim-weighted-elliptic"])
+def test_slopes_of_single_creepages(name):
+    for given_ in ({"vx": 1e-12}, {"vy": 1e-12}, {"spin": 1e-12}):
+        exact = vc.creep_forces("linear", **CONTACT, **given_)
+        found = vc.creep_forces(name, **CONTACT, **given_)
+        np.testing.assert_allclose([found.Fx, found.Fy], [exact.Fx, exact.Fy], rtol=1e-4, atol=1e-20)
+
+
+def test_slopes_of_strip_theory_are_its_own():
+    for given_, slope in (
+        ({"vx": 1e-12}, -(np.pi**2) / 4 / 0.72 * 0.96),
+        ({"vy": 1e-12}, -(np.pi**2) / 4 * 0.96),
+        ({"spin": 1e-12}, -np.pi / 3 * np.sqrt(1.5) * 0.96**1.5),
+    ):
+        found = vc.creep_forces("strip", **CONTACT, **given_)
+        assert found.Fx + found.Fy == pytest.approx(slope * 1e-12, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+@pytest.mark.parametrize("division", [{}, {"m": 3, "n": 2}])
+def test_full_slip_is_the_limit_of_friction(name, division):
+    options = division if name not in ("polach", "vermeulen-johnson") else {}
+    angles = np.linspace(0.1, 6.2, 13)
+    found = vc.creep_forces(name, **CONTACT, vx=1e12 * np.cos(angles), vy=1e12 * np.sin(angles), **options)
+    np.testing.assert_allclose(np.hypot(found.Fx, found.Fy), LIMIT, rtol=1e-9)
+    if name != "polach":
+        np.testing.assert_allclose(found.Mz, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", VECTORISED)
+@settings(max_examples=25, deadline=None)
+@given(vx=size, vy=size, spin=size)
+def test_symmetries(name, vx, vy, spin):
+    """All creepages turned: all forces turned. Mirrored about x: Fx even, Fy and Mz odd in vy and spin."""
+    spin = spin_of(name, spin)
+    vx, vy, spin = np.array([vx, vy, spin]) * UNIT
+    here = parts(vc.creep_forces(name, **CONTACT, vx=vx, vy=vy, spin=spin))
+    turned = parts(vc.creep_forces(name, **CONTACT, vx=-vx, vy=-vy, spin=-spin))
+    mirrored = parts(vc.creep_forces(name, **CONTACT, vx=vx, vy=-vy, spin=-spin))
+    np.testing.assert_allclose(turned, -here, atol=1e-12)
+    np.testing.assert_allclose(mirrored, here * [1, -1, -1], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in VECTORISED if name != "polach"])
+@settings(max_examples=60, deadline=None)
+@given(vx=size, vy=size, spin=size)
+def test_friction_gives_no_power(name, vx, vy, spin):
+    spin = spin_of(name, spin)
+    creepage = np.array([vx, vy, spin]) * UNIT
+    forces = parts(vc.creep_forces(name, **CONTACT, vx=creepage[0], vy=creepage[1], spin=creepage[2]))
+    assert forces @ creepage <= 1e-12
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+@settings(max_examples=60, deadline=None)
+@given(vx=size, vy=size, spin=size)
+def test_within_friction(name, vx, vy, spin):
+    found = vc.creep_forces(name, **CONTACT, vx=vx * UNIT, vy=vy * UNIT, spin=spin_of(name, spin) * UNIT)
+    assert np.hypot(found.Fx, found.Fy) <= LIMIT * (1 + 1e-9)
+
+
+def test_the_functions_behind():
+    creepage = np.array([0.5, -0.3, 0.4]) * UNIT
+    contact = (1.2, 0.8, 1.0, LIMIT)
+    of = dict(zip(("vx", "vy", "spin"), creepage, strict=True))
+    expected = {
+        "linear": linear_forces(1.2, 0.8, 1.0, creepage, TABLE),
+        "fastrip": fastrip(*contact, creepage, TABLE),
+        "strip": strip(1.2, 0.8, 1.0, 0.28, LIMIT, creepage),
+        "fastsim": fastsim(*contact, creepage, TABLE, division="calibrated"),
+        "fastsim-weighted": fastsim(*contact, creepage, TABLE, division="calibrated", flexibility="weighted"),
+        "fastsim-elliptic": fastsim(*contact, creepage, TABLE, division="calibrated", bound="elliptic"),
+    }
+    for name, exact in expected.items():
+        found = vc.creep_forces(name, **CONTACT, **of)
+        np.testing.assert_allclose(parts(found), [*exact.force, exact.moment], rtol=1e-12, err_msg=name)
+    force = vc.creep_forces("polach", **CONTACT, **of)
+    np.testing.assert_allclose([force.Fx, force.Fy], polach(*contact, creepage, TABLE), rtol=1e-12)
+    assert np.isnan(force.Mz)
+    without = vc.creep_forces("vermeulen-johnson", **CONTACT, vx=creepage[0], vy=creepage[1])
+    exact = vermeulen_johnson(*contact, (*creepage[:2], 0.0), TABLE)
+    np.testing.assert_allclose([without.Fx, without.Fy], exact, rtol=1e-12)
+
+
+def test_moment_of_vermeulen_and_johnson():
+    """That of their tractions, summed over points."""
+    from varcontact.theories import vermeulen_johnson_traction
+
+    vy = 0.4 * UNIT
+    x, y = np.meshgrid(np.linspace(-1.2, 1.2, 1201), np.linspace(-0.8, 0.8, 1201))
+    py = vermeulen_johnson_traction(x, y, 1.2, 0.8, 1.0, LIMIT, (0.0, vy, 0.0), TABLE)[1]
+    moment = np.sum(x * py) * 0.002 * 1.6 / 1200
+    assert vc.creep_forces("vermeulen-johnson", **CONTACT, vy=vy).Mz == pytest.approx(moment, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", SPINNING)
+def test_many_contacts_in_one_call(name):
+    """Arrays broadcast; each entry is what a call of its own gives, to the last bit."""
+    a, vx = np.array([0.5, 1.0, 3.0]), UNIT * np.array([[0.1], [0.8]])
+    rest = {"b": 1.0, "G": np.array([1.0, 1.0, 2.0]), "nu": np.array([0.1, 0.28, 0.5]), "normal_force": 1.0}
+    found = vc.creep_forces(name, a=a, **rest, friction=0.3, vx=vx, vy=0.1 * UNIT, spin=0.2 * UNIT)
+    assert np.shape(found.Fx) == np.shape(found.Mz) == (2, 3)
+    for i, j in np.ndindex(2, 3):
+        one = vc.creep_forces(
+            name, a=float(a[j]), b=1.0, G=float(rest["G"][j]), nu=float(rest["nu"][j]), normal_force=1.0, friction=0.3,
+            vx=float(vx[i, 0]), vy=0.1 * UNIT, spin=0.2 * UNIT,
+        )  # fmt: skip
+        assert isinstance(one.Fx, float)
+        np.testing.assert_allclose([part[i, j] for part in dataclasses.astuple(found)], parts(one), rtol=1e-9)
+
+
+def test_contaminated_rails():
+    """Reduced coefficients: the slope falls, full slip does not."""
+    for name in ("linear", "fastsim", "fastrip", "polach", "vermeulen-johnson"):
+        clean, dirty = (vc.creep_forces(name, **CONTACT, vx=[1e-9, 1e6], slope=slope) for slope in (1.0, 0.4))
+        assert dirty.Fx[0] == pytest.approx(0.4 * clean.Fx[0], rel=1e-5)
+        assert dirty.Fx[1] == pytest.approx((0.4 if name == "linear" else 1.0) * clean.Fx[1], rel=1e-3)
+    wet = vc.creep_forces("polach", **CONTACT, vx=1e-9, k_A=0.3, k_S=0.1)
+    assert wet.Fx == pytest.approx(0.2 * vc.creep_forces("linear", **CONTACT, vx=1e-9).Fx, rel=1e-6)
+
+
+def test_bodies_in_place_of_constants():
+    given_ = {key: value for key, value in CONTACT.items() if key not in ("G", "nu")}
+    by_bodies = vc.creep_forces("fastsim", **given_, bodies=vc.Bodies(G=1.0, nu=0.28), vx=0.1)
+    assert by_bodies.Fx == vc.creep_forces("fastsim", **CONTACT, vx=0.1).Fx
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"theory": "fastsims"}, "theory = 'fastsims' .*fastsim"),
+        ({"a": [1.0, -1.0]}, r"a\[1\] = -1"),
+        ({"nu": 0.6}, r"nu = 0\.6 .*Poisson's ratio in \(-1, 0\.5\]"),
+        ({"nu": -1.0}, r"nu = -1"),
+        ({"vx": [[0.0, 1.0], [np.nan, 0.0]]}, r"vx\[1, 0\] = nan"),
+        ({"spin": [0.0, np.inf]}, r"spin\[1\] = inf"),
+        ({"friction": 0.0}, "friction = 0"),
+        ({"normal_force": "heavy"}, "normal_force = 'heavy'"),
+        ({"vx": [1.0, 2.0], "vy": [1.0, 2.0, 3.0]}, r"do not broadcast: vx \(2,\), vy \(3,\)"),
+        ({"bodies": vc.Bodies(G=1.0, nu=0.3)}, "give bodies, or G and nu, not both"),
+        ({"G": None}, "give bodies, or both G and nu"),
+        ({"G": None, "nu": None, "bodies": vc.Bodies(G=(1.0, 2.0), nu=0.3)}, "quasi-identical .*K is"),
+        ({"theory": "vermeulen-johnson", "spin": [0.0, 0.1]}, r"spin = 0\.1 .*must be 0"),
+        ({"slope": 1.2}, r"slope = 1\.2 .*\(0, 1\]"),
+        ({"theory": "strip", "slope": 0.5}, "no creepage coefficients"),
+        ({"m": 1}, "m = 1 .*2 or more"),
+        ({"k_A": 0.5}, "k_A is no option of fastsim: must be one of m, n"),
+        ({"theory": "linear", "m": 5}, "m is no option of linear: must be left out"),
+        ({"theory": "polach", "k_A": 0.5, "k_S": 0.6}, "k_A, k_S"),
+        ({"theory": "fastrip", "a": 0.01, "b": 1.0, "nu": -0.9, "spin": 1.0}, "C23 = -0.* must be positive"),
+    ],
+)
+def test_bad_input(change, words):
+    arguments = {"theory": "fastsim", **CONTACT, **change}
+    with pytest.raises(vc.SceneError, match=words):
+        vc.creep_forces(**arguments)

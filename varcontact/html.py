@@ -1,0 +1,29 @@
+"""Reports as tables for notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+
+def html_table(title: str, rows: Iterable[tuple[str, str]]) -> str:
+    """Names and texts as a table under a title; a row without either parts those before and after.
+
+    Parameters
+    ----------
+    title : str
+    rows : iterable of (str, str)
+        A row without a name goes on from the one before.
+
+    Examples
+    --------
+    >>> html_table("Plan", [("G", "1 < 2")]).splitlines()[2]
+    '<tr><th style="text-align:left">G</th><td style="text-align:left">1 &lt; 2</td></tr>'
+    """
+    cells = [
+        f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(text)}</td></tr>'
+        if name or text
+        else '<tr><td colspan="2"></td></tr>'
+        for name, text in rows
+    ]
+    return "\n".join(["<table>", f"<caption><b>{escape(title)}</b></caption>", *cells, "</table>"])

@@ -1,0 +1,109 @@
+"""The refinement of a solution in its file: fields on parts of the elements, and a record."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.results.refinement import Refinement
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.units import Units
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROUNDED = 1e-9
+"""Relative difference between forces as stored and as summed that counts as rounding."""
+
+
+def refinement_to(found: Refinement, units: Units, line: bool) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Variables, coordinates and record of a refinement.
+
+    Parameters
+    ----------
+    found : Refinement
+    units : Units
+        Of the scene, or words.
+    line : bool
+        Whether it is a line contact.
+    """
+    parts, elements = ("component", "y_parts", "x_parts"), ("component", "y", "x")
+    named = {
+        "traction_on_parts": (parts, found.traction, "pressure", "tangential traction on body 1, on parts of elements"),
+        "slip_on_parts": (parts, found.slip, "1", "relative slip of the continuum, means over parts of elements"),
+        "slip_correction": (elements, found.correction, "1", "added to the rigid slip of the elements"),
+    }
+    variables = {
+        name: (dims, values, {"units": units.of(quantity, line), "long_name": words})
+        for name, (dims, values, quantity, words) in named.items()
+    }
+    coordinates = {
+        "x_parts": ("x_parts", found.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
+        "y_parts": ("y_parts", found.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
+    }
+    record = {
+        "kind": found.kind,
+        "grid": vars(found.grid),
+        "forces": found.forces.tolist(),
+        "creepages": found.creepages.tolist(),
+        "estimate": found.estimate.tolist(),
+        "creepage_estimate": found.creepage_estimate.tolist(),
+        "seconds": list(found.seconds),
+    }
+    return variables, coordinates, record
+
+
+def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> Refinement:
+    """A refinement from its file.
+
+    Parameters
+    ----------
+    data : Dataset
+    record : dict
+        As `refinement_to` gives it.
+    sol : Solution
+        Without it.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be that of the solution.
+    """
+    fields = {name: data[name].values for name in ("traction_on_parts", "slip_on_parts", "slip_correction")}
+    names = ("forces", "creepages", "estimate", "creepage_estimate")
+    forces, creepages, estimate, of_creepages = (np.array(record[name], dtype=float) for name in names)
+    grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])
+    numbers = [*fields.values(), forces, creepages, estimate, of_creepages, np.array(seconds)]
+    if any(each.dtype.kind not in "iuf" or not np.isfinite(each).all() for each in numbers):
+        raise ValueError("a refinement that is not of finite numbers")
+    (ny, nx), (rows, columns) = grid.shape, sol.grid.shape
+    shapes = [(2, ny, nx), (2, ny, nx), (2, rows, columns)]
+    whole = ny % rows == 0 and nx % columns == 0 and np.allclose(grid.box, sol.grid.box, rtol=ROUNDED)
+    if not whole or [each.shape for each in fields.values()] != shapes:
+        raise ValueError("a refinement that is not on parts of the elements")
+    found_shapes = [each.shape for each in (forces, creepages, estimate, of_creepages)]
+    passes = len(seconds)
+    if passes == 0 or found_shapes != [(passes + 1, 3), (passes + 1, 2), (3,), (2,)]:
+        raise ValueError("a refinement without forces by pass and an estimate")
+    if np.any(estimate < 0) or np.any(of_creepages < 0):
+        raise ValueError("a refinement with an estimate that is negative")
+    found = Refinement(
+        kind=str(record["kind"]),
+        grid=grid,
+        traction=fields["traction_on_parts"],
+        slip=fields["slip_on_parts"],
+        correction=fields["slip_correction"],
+        forces=forces,
+        creepages=creepages,
+        estimate=estimate,
+        creepage_estimate=of_creepages,
+        seconds=seconds,
+    )
+    if not np.array_equal([*sol.force, sol.moment], found.forces[-1]):
+        raise ValueError("forces that are not those of the last pass")
+    sums = found.traction.sum(axis=(1, 2)) * grid.area
+    if np.abs(sums - found.force).max() > ROUNDED * np.abs(found.traction).sum() * grid.area:
+        raise ValueError("forces that are not those of the tractions on parts of the elements")
+    return found

@@ -1,0 +1,122 @@
+"""The passes: what a field lacks of the continuum's slip is added, and the coarse problem solved again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.problem.discretisation import Carried, Discretisation
+from varcontact.problem.slip import unit_slip
+from varcontact.problem.state import ContactState
+from varcontact.scene.motion import Motion, Steady
+from varcontact.solving.refine.field import held_behind, reconstructed
+from varcontact.solving.refine.sublattice import Sublattice, loads
+
+PARTS = 2
+"""Parts of an element along each side: with three the error is the same, and the time twice as long."""
+PASSES = 3
+"""Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
+
+Pass = Callable[[Discretisation, ContactState], ContactState]
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A coarse solution after the passes, and its field on parts of the elements. Dimensionless, but for `forces`.
+
+    Attributes
+    ----------
+    disc : Discretisation
+        The coarse problem as it was solved last, with the correction of its rigid shift in `carried`.
+    state : ContactState
+        Its solution.
+    parts : Sublattice
+    traction, shift : ndarray, shape (2, ny rows, nx columns)
+        The reconstructed field, and the continuum's local shift under it.
+    forces : ndarray, shape (passes + 1, 3)
+        Fx, Fy, Mz, physical: of the coarse elements before any correction, then of the field after each pass.
+    creepages : ndarray, shape (passes + 1, 2)
+        vx and vy then, given or found for forces that are given.
+    seconds : tuple of float
+        Of each pass, its coarse solve included.
+    """
+
+    disc: Discretisation
+    state: ContactState
+    parts: Sublattice
+    traction: np.ndarray
+    shift: np.ndarray
+    forces: np.ndarray
+    creepages: np.ndarray
+    seconds: tuple[float, ...]
+
+
+def defect_corrected(
+    disc: Discretisation, state: ContactState, solves: Sequence[Pass], parts: int = PARTS
+) -> Corrected:
+    """Correct a coarse solution of steady rolling towards the continuum.
+
+    In each pass the field on parts of the elements is reconstructed from the coarse tractions, and the continuum's slip
+    under it averaged over the elements, weighted by the traction bound. The coarse problem's rigid shift is changed by
+    the difference to its own slip, and the problem solved again. Where forces are prescribed, those of the coarse
+    problem are changed by what its elements carry more than the field.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        With Hertz's pressure at the element centres, quasi-identical bodies, one coefficient of friction.
+    state : ContactState
+        Its solution.
+    solves : sequence of callable
+        For each pass, from a discretisation and a state to the state with the tractions that go with its pressure.
+    parts : int
+        Of an element along each side.
+
+    Returns
+    -------
+    Corrected
+    """
+    fine = Sublattice(disc, (1 if disc.line else parts, parts))
+    coarse, parted = fine.shapes
+    posed, traction = disc, reconstructed(state.traction, coarse, parted, fine.cells)
+    forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
+    prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
+    seconds = []
+    for solve in solves:
+        begun = time.perf_counter()
+        own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
+        lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
+        correction = held_behind(lacking, state.traction, coarse.bound) * (coarse.bound > 0)
+        more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
+        motion = with_forces(disc.motion, prescribed + more[:2])
+        posed = replace(disc, motion=motion, carried=Carried(-correction, np.zeros(2)))
+        state = solve(posed, state)
+        traction = reconstructed(state.traction, coarse, parted, fine.cells)
+        forces.append(fine.forces(traction))
+        creepages.append(_creepages(disc, state))
+        seconds.append(time.perf_counter() - begun)
+    shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
+    return Corrected(posed, state, fine, traction, shift, np.array(forces), np.array(creepages), tuple(seconds))
+
+
+def with_forces(motion: Motion | None, forces: np.ndarray) -> Motion:
+    """The motion with other forces where it prescribes some.
+
+    Parameters
+    ----------
+    motion : Steady
+    forces : ndarray, shape (2,)
+        Fx and Fy.
+    """
+    assert isinstance(motion, Steady)
+    Fx, Fy = forces
+    return replace(motion, Fx=None if motion.Fx is None else float(Fx), Fy=None if motion.Fy is None else float(Fy))
+
+
+def _creepages(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """vx and vy, given or found."""
+    assert disc.motion is not None
+    return np.asarray(disc.motion.rigid[:2] + state.rigid / unit_slip(disc))

@@ -1,0 +1,217 @@
+"""Defect correction of a scene: what it is for, the passes, the estimate of its error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.elasticity.operators import table_bytes
+from varcontact.errors import Saturated, SceneError
+from varcontact.machine.memory import SMALLER, need
+from varcontact.planning.plan import Plan
+from varcontact.problem.contact_grid import across, known_grid
+from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.slip import unit_slip
+from varcontact.problem.state import ContactState, unloaded
+from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.refinement import Refinement
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.solving.error_norm import units
+from varcontact.solving.refine.passes import PARTS, PASSES, Corrected, Pass, defect_corrected
+from varcontact.solving.subproblems import Steps
+from varcontact.solving.timing import Clock
+
+KINDS = ("continuum",)
+"""What can be asked for."""
+LEAST = 8
+"""Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
+ROUGH = 1e-5
+"""Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
+
+
+def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool = False) -> bool:
+    """Whether defect correction is asked for; refused, before any work, where it does not hold.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+    refine : str or None
+        As of `solve`.
+    chosen : bool
+        Whether the grid is to be chosen for an accuracy or a time.
+
+    Raises
+    ------
+    SceneError
+        For a kind that there is not, or a scene or method that cannot be corrected.
+    """
+    if refine is None:
+        return False
+    kind = checks.choice("refine", refine, KINDS)
+    reason = _why_not(scene, plan)
+    if chosen:
+        reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
+    if reason:
+        raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
+    grid, hertz = known_grid(scene), scene.hertz
+    assert hertz is not None
+    dx, dy = grid.sides
+    count = (2 * hertz.a / dx,) if grid.line else (2 * hertz.a / dx, 2 * hertz.b / dy)
+    if min(count) < LEAST * (1 - 1e-9):
+        found = " by ".join(f"{each:.3g}" for each in count)
+        raise SceneError(
+            "grid",
+            scene.grid,
+            f"at least {LEAST} elements across the contact each way",
+            message=f'refine = "{kind}" needs a grid with at least {LEAST} elements across the contact each way; '
+            f"here it has {found}",
+        )
+    blocks = 4 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1)
+    need("the parts of the elements", 2.0 * blocks, SMALLER)
+    return True
+
+
+def _why_not(scene: Scene, plan: Plan) -> str:
+    """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
+    instead = "solve on several grids and extrapolate (converge), or leave refine out"
+    motion = scene.motion
+    if not isinstance(motion, Steady):
+        return f"it is for steady rolling, motion Steady; {instead}"
+    if scene.frictionless:
+        return "without friction there is nothing to correct: leave refine out"
+    if scene.bodies.K != 0 and not plan.left_out:
+        return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}; {instead}"
+    if scene.hertz is None or not plan.closed_form:
+        return f'it is for Hertz\'s pressure in closed form (normal = "hertz"); {instead}'
+    if isinstance(scene.friction, Law) or scene.no_slip or not isinstance(scene.friction, float):
+        return f"it is for one finite coefficient of friction; {instead}"
+    if plan.theory is not None:
+        return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
+    if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
+        return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses: leave grid.edge out'
+    return ""
+
+
+def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> tuple[Corrected, Refinement]:
+    """A coarse solution after the passes, and the record of these with an estimate of the error.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        Of the coarse grid.
+    state : ContactState
+        Its solution.
+    steps : Steps
+
+    Returns
+    -------
+    Corrected
+        Its `state` is solved to the tolerance of `steps`.
+    Refinement
+        In physical units.
+    """
+    with steps.clock("refinement"):
+        found = _corrected(disc, state, (*[roughly(steps).traction] * (PASSES - 1), steps.traction))
+    with steps.clock("error estimate"):
+        coarser = corrected_on(scene, _halved(scene, disc.grid), steps)
+    rolled = unit_slip(disc)
+    carried = found.disc.carried
+    assert carried is not None
+    return found, Refinement(
+        kind=KINDS[0],
+        grid=found.parts.grid,
+        traction=found.traction * disc.pressure,
+        slip=found.shift / rolled,
+        correction=-carried.displacement / rolled,
+        forces=found.forces,
+        creepages=found.creepages,
+        estimate=np.abs(found.forces[-1] - [coarser.forces[-1], found.forces[-2]]).max(axis=0),
+        creepage_estimate=np.abs(found.creepages[-1] - [coarser.creepages[-1], found.creepages[-2]]).max(axis=0),
+        seconds=found.seconds,
+    )
+
+
+def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
+    """What a refinement says of a solution's forces: those of its field, with their estimated errors.
+
+    Parameters
+    ----------
+    solution : Solution
+    found : Refinement
+    """
+    scales, names = units(solution), ("Fx", "Fy", "Mz", "vx", "vy")
+    last, open_ended = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
+    values = {name: float(value) for name, value in zip(names, last, strict=True) if name in scales or name[0] in "FM"}
+    errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}
+    how = (
+        "no bound: the difference from half as many elements across the contact, or what the last of "
+        f"{found.passes} passes changed"
+    )
+    nx, ny = across(solution.pressure)
+    return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),))
+
+
+def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
+    """The corrected solution on another grid, as fast as it is had: without certificate.
+
+    Parameters
+    ----------
+    scene : Scene
+        That `check_refine` lets pass.
+    grid : Grid
+        Explicit.
+    steps : Steps
+
+    Returns
+    -------
+    Corrected
+    """
+    rough = replace(roughly(steps), clock=Clock())
+    disc = discretise(replace(scene, grid=grid), grid, coupled=False)
+    try:
+        state = rough.traction(disc, rough.pressure(disc, unloaded(grid)))
+        return _corrected(disc, state, [rough.traction] * PASSES)
+    finally:
+        disc.operators.forget()
+
+
+def _corrected(disc: Discretisation, state: ContactState, solves: Sequence[Pass]) -> Corrected:
+    """The passes; forces so near to the limit that a corrected problem cannot carry them are refused."""
+    try:
+        return defect_corrected(disc, state, solves)
+    except Saturated as beyond:
+        raise SceneError(
+            "refine",
+            KINDS[0],
+            "left out",
+            message=f'refine = "{KINDS[0]}": the tangential force is so near to what friction carries that the '
+            f"corrected problem cannot carry it ({beyond}); leave refine out",
+        ) from None
+
+
+def roughly(steps: Steps) -> Steps:
+    """The same methods, as exact as the solves before the last need to be.
+
+    Parameters
+    ----------
+    steps : Steps
+    """
+    return replace(steps, tol=max(steps.tol, ROUGH), refined=False)
+
+
+def _halved(scene: Scene, grid: Grid) -> Grid:
+    """About half as many elements across the contact each way."""
+    hertz, (dx, dy) = scene.hertz, grid.sides
+    assert hertz is not None
+    nx, ny = round(hertz.a / dx), None if grid.line else round(hertz.b / dy)
+    return Grid(nx=nx, ny=ny).spread((-hertz.a, hertz.a, -hertz.b, hertz.b))

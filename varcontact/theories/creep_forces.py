@@ -1,0 +1,295 @@
+"""All fast theories by name, for any number of contacts and creepages in one call."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.scene.bodies import Bodies
+from varcontact.theories.fastsim import fastsim_forces
+from varcontact.theories.polach import polach_forces
+from varcontact.theories.simplified import flexibilities_of
+from varcontact.theories.strip_theory import fastrip_forces, strip_forces
+from varcontact.theories.strips import Strips, calibrated
+
+
+@dataclass(frozen=True, eq=False)
+class CreepForces:
+    """Forces and moment on body 1, by a fast theory.
+
+    Attributes
+    ----------
+    Fx, Fy : float or ndarray
+        Tangential force [force].
+    Mz : float or ndarray
+        Moment about the contact's centre [force length]; nan by a theory that has none.
+    """
+
+    Fx: Any
+    Fy: Any
+    Mz: Any
+
+
+@dataclass(frozen=True, eq=False)
+class _Contact:
+    """Arguments of a call that are as they should be: arrays or floats, which broadcast."""
+
+    a: Any
+    b: Any
+    G: Any
+    nu: Any
+    limit: Any
+    vx: Any
+    vy: Any
+    spin: Any
+    table: CreepageCoefficients
+
+
+def creep_forces(
+    theory: str,
+    *,
+    a: Any,
+    b: Any,
+    normal_force: Any,
+    friction: Any,
+    vx: Any = 0.0,
+    vy: Any = 0.0,
+    spin: Any = 0.0,
+    bodies: Bodies | None = None,
+    G: Any = None,
+    nu: Any = None,
+    slope: Any = 1.0,
+    **options: Any,
+) -> CreepForces:
+    """Forces and moment by a fast theory, for any number of elliptic contacts in steady rolling in one call.
+
+    Parameters
+    ----------
+    theory : str
+        ``linear``, ``vermeulen-johnson``, ``polach``, ``strip``, ``fastrip``, ``fastsim``, ``fastsim-elliptic``,
+        ``fastsim-weighted`` or ``fastsim-weighted-elliptic``.
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    normal_force, friction : float or array_like
+        Fz [force] and the coefficient of friction [-]; the linear theory has no use for them.
+    vx, vy, spin : float or array_like
+        Creepages [-], and spin [1/length]. All arrays broadcast.
+    bodies : Bodies
+        Quasi-identical ones; or, in their place,
+    G, nu : float or array_like
+        the combined modulus of rigidity [force/area] and Poisson's ratio, in (-1, 0.5].
+    slope : float or array_like
+        By which the creepage coefficients are multiplied, in (0, 1]: below 1 for contaminated rails. Not for ``strip``,
+        which has no coefficients.
+    **options
+        ``m`` and ``n``, the intervals along a strip and the strips (10 each), of FASTSIM, FaStrip and strip theory;
+        ``k_A`` and ``k_S`` of Polach's formula.
+
+    Returns
+    -------
+    CreepForces
+        Floats where all arguments are single numbers; else arrays of their common shape.
+
+    Raises
+    ------
+    SceneError
+        If there is no such theory or option, a number is not finite or out of its range (in an array the first of
+        these is named by its index), shapes do not broadcast, the bodies are unlike, there is spin with
+        ``vermeulen-johnson``, or there is spin with FASTSIM or FaStrip where C23 is not positive.
+
+    Notes
+    -----
+    FASTSIM, FaStrip and strip theory have `calibrated` strips: slopes and full slip are exact, with any m and n.
+    Without creepage all forces are 0.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> contact = dict(a=6e-3, b=4e-3, bodies=vc.Bodies(G=82e9, nu=0.28), normal_force=1e5, friction=0.3)
+    >>> for theory in ("linear", "vermeulen-johnson", "polach", "fastsim", "fastrip"):
+    ...     found = vc.creep_forces(theory, **contact, vx=[1e-4, 1e-3, 1e-2])
+    ...     print(f"{theory:18}", (found.Fx / 3e4).round(4))
+    linear             [-0.0309 -0.3092 -3.0924]
+    vermeulen-johnson  [-0.0306 -0.2785 -1.    ]
+    polach             [-0.0309 -0.2977 -0.9755]
+    fastsim            [-0.0309 -0.2777 -0.9998]
+    fastrip            [-0.0307 -0.2836 -1.    ]
+    """
+    formula = VECTORISED[checks.choice("theory", theory, VECTORISED)]
+    contact = _checked(theory, a, b, normal_force, friction, vx, vy, spin, bodies, G, nu, slope)
+    try:
+        return formula(contact, **options)
+    except TypeError as error:
+        raise _unknown_option(theory, options, error) from None
+
+
+def _checked(
+    theory: str, a: Any, b: Any, Fz: Any, f: Any, vx: Any, vy: Any, spin: Any, bodies: Any, G: Any, nu: Any, slope: Any
+) -> _Contact:
+    """The arguments, each checked by itself; single numbers stay floats, for the sake of single calls."""
+    G, nu = _elastic(bodies, G, nu)
+    a, b = _positive("a", a), _positive("b", b)
+    limit = 1.0 if theory == "linear" else _positive("friction", f) * _positive("normal_force", Fz)
+    creepages = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
+    _check_shapes(
+        {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope} | dict(zip(NAMES, creepages, strict=True))
+    )
+    table = no_slip_coefficients(a / b, nu)
+    if not (isinstance(slope, int | float) and slope == 1):
+        table = _reduced(theory, table, slope)
+    return _Contact(a, b, G, nu, limit, *creepages, table)
+
+
+NAMES = ("vx", "vy", "spin")
+
+
+def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
+    """The combined constants, from one source."""
+    if bodies is None:
+        if G is None or nu is None:
+            raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")
+        nu = float(nu) if type(nu) is float and -1 < nu <= 0.5 else _floats(checks.poisson(nu))
+        return _positive("G", G), nu
+    checks.elastic(bodies)
+    if G is not None or nu is not None:
+        raise SceneError("bodies, G, nu", (G, nu), message="give bodies, or G and nu, not both")
+    if bodies.K != 0:
+        reason = f"the fast theories hold for quasi-identical bodies (K = 0), and K is {bodies.K:.3g}"
+        raise SceneError("bodies", bodies, message=f"bodies: {reason}; use solve with an exact method")
+    return bodies.combined_G, bodies.combined_nu
+
+
+def _positive(field: str, value: Any) -> Any:
+    if type(value) is float and 1e-100 <= value <= 1e100:
+        return value
+    return _floats(checks.positives(field, value))
+
+
+def _finite(field: str, value: Any) -> Any:
+    if type(value) is float and -1e100 <= value <= 1e100:
+        return value
+    return _floats(checks.numbers(field, value))
+
+
+def _floats(value: np.ndarray) -> Any:
+    return value if value.ndim else float(value)
+
+
+def _check_shapes(arguments: dict[str, Any]) -> None:
+    shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        words = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
+
+
+def _reduced(theory: str, table: CreepageCoefficients, slope: Any) -> CreepageCoefficients:
+    part = _positive("slope", slope)
+    if np.any(np.asarray(part) > 1):
+        raise SceneError("slope", float(np.max(part)), "in (0, 1]")
+    if theory == "strip":
+        raise SceneError("slope", slope, message="slope: strip theory has no creepage coefficients to reduce")
+    return CreepageCoefficients(part * table.C11, part * table.C22, part * table.C23, part * table.C33)
+
+
+def _unknown_option(theory: str, options: dict[str, Any], error: TypeError) -> Exception:
+    """The error of an option that a theory does not have; any other error as it is."""
+    known = OPTIONS.get(theory, ())
+    for name in options:
+        if name not in known:
+            allowed = f"one of {', '.join(known)}" if known else "left out"
+            return SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
+    return error
+
+
+def _linear(c: _Contact) -> CreepForces:
+    """(118)-(119)."""
+    ab = c.a * c.b
+    root = math.sqrt(ab) if type(ab) is float else np.sqrt(ab)
+    unit, t = -c.G * ab, c.table
+    by_spin = root * t.C23
+    Fx, Fy = (unit * t.C11) * c.vx, (unit * t.C22) * c.vy + (unit * by_spin) * c.spin
+    Mz = (-unit * by_spin) * c.vy + (unit * ab * t.C33) * c.spin
+    return _finished(c, Fx, Fy, Mz)
+
+
+def _vermeulen_johnson(c: _Contact) -> CreepForces:
+    """(123)-(134); the moment is that of the tractions they assume."""
+    if np.any(c.spin):
+        first = float(np.ravel(c.spin)[np.flatnonzero(c.spin)[0]])
+        raise SceneError("spin", first, "0 in the theory of Vermeulen and Johnson")
+    scale = -c.a * c.b * c.G / (3 * c.limit)
+    x, y = (scale * c.table.C11) * c.vx, (scale * c.table.C22) * c.vy
+    w = np.sqrt(x * x + y * y)
+    inside = np.minimum(w, 1.0)
+    # the force is f Fz (1 - r^3), r = 1 - w: the inner ellipse carries r^3 of f Fz against it, its middle at a (1 - r)
+    factor = c.limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
+    rest = 1 - inside
+    moment = -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
+    return _finished(c, factor * x, factor * y, moment)
+
+
+def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> CreepForces:
+    if not 0 < k_S <= k_A <= 1:
+        raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
+    Fx, Fy = polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S)
+    return _finished(c, Fx, Fy, np.nan)
+
+
+def _strip(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
+    found = strip_forces(_division(m, n, "elliptic"), c.a, c.b, c.G, c.nu, c.limit, c.vx, c.vy, c.spin)
+    return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
+
+
+def _fastrip(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
+    strips = _division(m, n, "elliptic"), _division(m, n, "parabolic")
+    found = fastrip_forces(*strips, c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table)
+    return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
+
+
+def _fastsim(bound: str, flexibility: str) -> Callable[..., CreepForces]:
+    def forces(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
+        creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
+        L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility)
+        found = fastsim_forces(_division(m, n, bound), c.a, c.b, c.limit, c.vx, c.vy, c.spin, L)
+        return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
+
+    return forces
+
+
+_division: Callable[[int, int, str], Strips] = lru_cache(maxsize=32)(calibrated)
+
+
+def _finished(c: _Contact, Fx: Any, Fy: Any, Mz: Any) -> CreepForces:
+    """In the common shape of all arguments; single numbers as floats."""
+    shape = np.broadcast_shapes(*map(np.shape, (Fx, Fy, Mz, c.vx, c.vy, c.spin)))
+    if shape == ():
+        return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
+    found = (np.asarray(part) for part in (Fx, Fy, Mz))
+    return CreepForces(*(part if part.shape == shape else np.broadcast_to(part, shape).copy() for part in found))
+
+
+VECTORISED: dict[str, Callable[..., CreepForces]] = {
+    "linear": _linear,
+    "vermeulen-johnson": _vermeulen_johnson,
+    "polach": _polach,
+    "strip": _strip,
+    "fastrip": _fastrip,
+    "fastsim": _fastsim("parabolic", "separate"),
+    "fastsim-elliptic": _fastsim("elliptic", "separate"),
+    "fastsim-weighted": _fastsim("parabolic", "weighted"),
+    "fastsim-weighted-elliptic": _fastsim("elliptic", "weighted"),
+}
+"""The theories of `creep_forces` by name."""
+
+OPTIONS = {"polach": ("k_A", "k_S")} | {name: ("m", "n") for name in VECTORISED if name[:4] in ("stri", "fast")}
+"""Further arguments that a theory takes."""

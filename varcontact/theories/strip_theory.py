@@ -1,0 +1,375 @@
+"""Strip theory, and FaStrip: each strip along the rolling direction as a line contact of its own.
+
+Sources: D. J. Haines and E. Ollerton, Contact stress distributions on elliptical contact surfaces subjected to radial
+and tangential forces, Proc. Instn Mech. Engrs 177 (1963) 95-114; J. J. Kalker, A strip theory for rolling with slip and
+spin, Proc. Kon. Ned. Akad. Wet. B70 (1967) 10-62; M. Sh. Sichani, R. Enblom and M. Berg, An alternative to FASTSIM for
+tangential solution of the wheel-rail contact, Veh. Syst. Dyn. 54 (2016) 748-764.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.checks import poisson, positives
+from varcontact.theories.inputs import Resultants, triples
+from varcontact.theories.simplified import PEAK, check_spin, flexibilities
+from varcontact.theories.strips import CHUNK_POINTS, LARGEST_STEP, Strips, calibrated, caps, march, moderate_steps
+
+if TYPE_CHECKING:
+    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+
+SMALLEST = 1e-150
+"""Size of a direction below which there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class StripCreepages:
+    """Creepages as strip theory has them: by what makes a line contact with the middle strip's bound slip.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Of vx and vy, in half-lengths of the middle strip: the slip area of Carter's contact is ``2 x`` long.
+    x_by_place : ndarray
+        What is taken off x at y = b, by the spin.
+    turn : ndarray
+        Of the spin [-]. A strip sticks nowhere if its size is 1 or more.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    x_by_place: np.ndarray
+    turn: np.ndarray
+
+
+def strip(
+    a: Any, b: Any, G: Any, nu: Any, friction_force: Any, creepages: Any, *, m: int = 10, n: int = 10
+) -> Resultants:
+    """Forces and moments by strip theory.
+
+    Parameters
+    ----------
+    a, b : float or array_like
+        Semi-axes along the rolling direction and across it [length].
+    G : float or array_like
+        Combined modulus of rigidity [force/area].
+    nu : float or array_like
+        Combined Poisson's ratio, in (-1, 0.5].
+    friction_force : float or array_like
+        ``f Fz``, the most that friction can carry [force].
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length]. The arguments before it broadcast with its leading shape.
+    m, n : int
+        Intervals along x in each strip, for the slip area with spin, and strips.
+
+    Returns
+    -------
+    Resultants
+        Force (..., 2) and moment (...) on body 1.
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite or out of its range.
+
+    Notes
+    -----
+    Each strip, of half-length ``a(y)``, is a line contact with Hertz's bound: plane strain along x, where it is
+    Carter's (Haines and Ollerton), antiplane strain along y. With ``k = G a/(2 f p0)``,
+    ``X = k (vx - spin y)/(1 - nu)``, ``Y = k vy``
+    and ``P = spin G a/(2 f p0)``, in units of a, the stick area is ``2 d - a(y) < x < a(y)`` with
+
+        (1 - P^2) d^2 - 2 P Y d = X^2 + Y^2,
+
+    and the traction in it, in units of the bound's peak, is the difference of two circles (Kalker 1967)
+
+        p = -(n S - n' s),    S^2 = a(y)^2 - x^2,    s^2 = (a(y) - d)^2 - (x - d)^2,    d n = (X, Y + P d),
+        n' = n - (0, P).
+
+    With spin the slip is then opposite to the traction n S only nearly. In the slip area the traction is given the
+    direction of the rigid slip, point by point; without spin that is n. A strip slips as a whole if ``d >= a(y)`` or
+    ``|P| >= 1``.
+
+    The theory holds for a contact that is wide against its length, ``a << b``: its slopes are those of `a/b` to 0,
+    ``C11 = pi^2/(4 (1 - nu))``, ``C22 = pi^2/4``, ``C23 = pi/3 (a/b)^(1/2)``. For others see `fastrip`.
+
+    Examples
+    --------
+    >>> for vx in (0.5, 1.0, 1.5):
+    ...     print(f"{strip(1.0, 50.0, 1.0, 0.25, 50.0, (vx, 0.0, 0.0)).force[0] / 50.0:.4f}")
+    -0.9454
+    -1.0000
+    -1.0000
+    """
+    poisson(nu)
+    creepages, ellipse = triples(creepages), (positives("a", a), positives("b", b))
+    G, limit = positives("G", G), positives("friction_force", friction_force)
+    vx, vy, spin = np.moveaxis(creepages, -1, 0)
+    return strip_forces(calibrated(m, n, "elliptic"), *ellipse, G, nu, limit, vx, vy, spin)
+
+
+def fastrip(
+    a: Any,
+    b: Any,
+    G: Any,
+    friction_force: Any,
+    creepages: Any,
+    coefficients: CreepageCoefficients,
+    *,
+    m: int = 10,
+    n: int = 10,
+) -> Resultants:
+    """Forces and moments by FaStrip: strip theory with Kalker's slopes, and with FASTSIM's directions of slip.
+
+    Parameters
+    ----------
+    a, b, G, friction_force, creepages, m, n
+        As of `strip`.
+    coefficients : CreepageCoefficients
+        From `creepage_coefficients`.
+
+    Returns
+    -------
+    Resultants
+        Force (..., 2) and moment (...) on body 1.
+
+    Raises
+    ------
+    SceneError
+        As `strip`, and where there is spin with a C23 that is not positive.
+
+    Notes
+    -----
+    The equations of `strip`, with creepages that are multiplied by ``4 (1 - nu)/pi^2 C11``, ``4/pi^2 C22`` and
+    ``3/pi (b/a)^(1/2) C23``: the ratio of Kalker's slopes to those of strip theory, so that the forces by small
+    creepages are those of the linear theory for any ellipse. In the slip area the traction has the size of Hertz's
+    bound and the direction that FASTSIM has there, with three flexibilities and the parabolic bound. The slip area is
+    integrated with the exact share of the bound on each interval, and the stick area in closed form.
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> table = creepage_coefficients(1.0, 1.0, 0.25)
+    >>> result = fastrip(1.0, 1.0, 1.0, 1.0, [(1e-6, 0, 0), (0.2, 0.1, 0.3)], table)
+    >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
+    [-1.  0.] [-0.483 -0.611]
+    """
+    creepages, ellipse = triples(creepages), (positives("a", a), positives("b", b))
+    G, limit = positives("G", G), positives("friction_force", friction_force)
+    strips = calibrated(m, n, "elliptic"), calibrated(m, n, "parabolic")
+    vx, vy, spin = np.moveaxis(creepages, -1, 0)
+    return fastrip_forces(*strips, *ellipse, G, limit, vx, vy, spin, coefficients)
+
+
+def strip_forces(
+    strips: Strips, a: Any, b: Any, G: Any, nu: Any, limit: Any, vx: Any, vy: Any, spin: Any
+) -> Resultants:
+    """What `strip` returns, of arrays (or floats) that are as they should be.
+
+    Parameters
+    ----------
+    strips : Strips
+        `calibrated`, under the elliptic bound.
+    a, b, G, nu, limit, vx, vy, spin
+        As of `strip`; they broadcast.
+    """
+    by_x, by_y, by_turn = 1 / (1 - np.asarray(nu)), 1.0, 1.0
+    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, (by_x, by_y, by_turn))
+    return _forces(strips, a, b, limit, scaled, None)
+
+
+def fastrip_forces(
+    strips: Strips,
+    directions: Strips,
+    a: Any,
+    b: Any,
+    G: Any,
+    limit: Any,
+    vx: Any,
+    vy: Any,
+    spin: Any,
+    table: CreepageCoefficients,
+) -> Resultants:
+    """What `fastrip` returns, of arrays (or floats) that are as they should be.
+
+    Parameters
+    ----------
+    strips, directions : Strips
+        `calibrated`, under the elliptic bound and, for FASTSIM, under the parabolic one.
+    a, b, G, limit, vx, vy, spin
+        As of `fastrip`; they broadcast.
+    table : CreepageCoefficients
+    """
+    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, kalker_factors(a, b, table))
+    L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, table), -1, 0)
+    check_spin(spin, L3, table)
+    step = strips.step * a * a * b / (PEAK["parabolic"] * limit)
+    turn = step / L3 * spin
+    steps = np.stack(np.broadcast_arrays(step / L1 * vx, step / L2 * vy, turn * b, turn * a, scaled.x))[:4]
+    return _forces(strips, a, b, limit, scaled, (directions, moderate_steps(steps.reshape(4, -1))))
+
+
+def kalker_factors(a: Any, b: Any, table: CreepageCoefficients) -> tuple[Any, Any, Any]:
+    """By what vx, vy and spin are multiplied in FaStrip, the first with the ``1/(1 - nu)`` of strip theory.
+
+    Parameters
+    ----------
+    a, b : float or ndarray
+        Semi-axes [length].
+    table : CreepageCoefficients
+    """
+    return 4 / np.pi**2 * table.C11, 4 / np.pi**2 * table.C22, 3 / np.pi * np.sqrt(b / a) * table.C23
+
+
+def strip_creepages(
+    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, factors: tuple[Any, Any, Any]
+) -> StripCreepages:
+    """Creepages in the units of strip theory.
+
+    Parameters
+    ----------
+    a, b, G, limit, vx, vy, spin
+        As of `strip`.
+    factors : tuple
+        Of vx, vy and spin.
+    """
+    by_x, by_y, by_turn = factors
+    k = G * np.pi * a * b / (3 * limit)  # G/(2 f p0)
+    turn = by_turn * k * a * spin
+    return StripCreepages(by_x * k * vx, by_y * k * vy, by_x * k * b * spin, turn)
+
+
+def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    """d of `strip`: half the length of the slip area, or the strip's half-length if it slips as a whole.
+
+    Parameters
+    ----------
+    x, y, turn : ndarray
+        X, Y and P.
+    edge : ndarray
+        a(y)/a.
+    """
+    rest = (1 - turn) * (1 + turn)
+    some = rest > 0
+    rest = np.where(some, rest, 1.0)
+    x2, y2, helps = x * x, y * y, y * turn
+    root = np.sqrt(x2 * rest + y2)
+    size, root = x2 + y2, root + np.abs(helps)
+    # the one root that is positive, in the form in which nothing cancels
+    depth = np.where(helps > 0, root / rest, size / np.maximum(root, SMALLEST))
+    return np.where(some, np.minimum(depth, edge), edge)
+
+
+def _forces(
+    strips: Strips,
+    a: Any,
+    b: Any,
+    limit: Any,
+    scaled: StripCreepages,
+    fastsim: tuple[Strips, np.ndarray] | None,
+) -> Resultants:
+    """The sums over strips, chunk by chunk.
+
+    The strips' factor on the bound makes the sums exact in full slip. It goes with the slopes by the spin, whose
+    integrand is that of the bound; the slopes by vx and vy are exact, and are kept.
+    """
+    fields = np.stack(np.broadcast_arrays(scaled.x, scaled.y, scaled.x_by_place, scaled.turn, a, b, limit))
+    shape = fields.shape[1:]
+    fields = np.clip(fields.reshape(7, -1), -LARGEST_STEP, LARGEST_STEP)
+    fields[:3] /= strips.by_bound
+    sums = np.empty((4, fields.shape[1]))
+    size = max(CHUNK_POINTS // strips.width.size, 2)
+    for start in range(0, fields.shape[1], size):
+        chunk = slice(start, start + size)
+        marched = None if fastsim is None else (fastsim[0], fastsim[1][:, chunk])
+        sums[:, chunk] = _chunk(strips, fields[:4, chunk], marched)
+    peak = PEAK["elliptic"] * strips.by_bound * fields[6]
+    along_x, along_y, by_x, by_y = sums * peak
+    moment = fields[4] * by_y - fields[5] * by_x
+    return Resultants(np.stack([along_x, along_y], axis=-1).reshape(*shape, 2), moment.reshape(shape))
+
+
+def _chunk(strips: Strips, creepages: np.ndarray, fastsim: tuple[Strips, np.ndarray] | None) -> np.ndarray:
+    """Integrals over the unit disk of px, py, y px and x py, (4, k), in units of the bound's peak."""
+    if creepages.shape[1] == 1:  # see strips.py
+        twice = None if fastsim is None else (fastsim[0], np.repeat(fastsim[1], 2, axis=1))
+        return _chunk(strips, np.repeat(creepages, 2, axis=1), twice)[:, :1]
+    across, edge, width = strips.across[:, None], strips.edge[:, None], strips.width[:, None]
+    x, y, by_place, turn = creepages
+    x, y = x - across * by_place, np.broadcast_to(y, (edge.size, y.size))
+    d = slip_depth(x, y, turn, edge)
+    stick = edge - d
+    # the two circles, each in closed form, as if the whole strip had the direction n
+    half = np.pi / 2 * (2 * edge - d)
+    whole = d >= edge
+    direction_x, direction_y = _directions(x, y + turn * d, d, whole)
+    inner = np.pi / 2 * stick * stick
+    sum_x = np.where(whole, 0.0, half * x)
+    sum_y = np.where(whole, 0.0, half * (y + turn * d) + inner * turn)
+    moment = np.where(whole, 0.0, -inner * y)
+    if fastsim is not None or np.any(turn) or np.any(whole):
+        ends = caps(np.linspace(-1.0, 1.0, strips.along.size + 1))[::-1]
+        share = caps(1 - 2 * stick / edge)  # up to where the slip area reaches: (2 d - a)/a
+        slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, ends, share, x, y, edge * turn, fastsim)
+        area = edge * edge
+        sum_x += area * (slip_x - (share - ends[-1]) * direction_x)
+        sum_y += area * (slip_y - (share - ends[-1]) * direction_y)
+        moment += area * edge * (slip_moment - lever * direction_y)
+    weighted = -width * np.stack([sum_x, sum_y, across * sum_x, moment])
+    return np.asarray(weighted.sum(axis=1))
+
+
+def _slip_area(
+    along: np.ndarray,
+    ends: np.ndarray,
+    share: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    turn: np.ndarray,
+    fastsim: tuple[Strips, np.ndarray] | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Integrals over the slip area of the bound: times its direction, that by its place along x, and by place alone.
+
+    The direction is that of the rigid slip ``(x, y + place turn)``, or against FASTSIM's traction. `ends` and `share`
+    are areas under a half circle, from its middle to the intervals' ends and to that of the slip area.
+    """
+    sum_x, sum_y, moment, lever = np.zeros((4, *x.shape))
+    weight, size, across = np.empty((3, *x.shape))
+    square = x * x
+    marched = None if fastsim is None else march(*fastsim)
+    for i, place in enumerate(along):
+        np.subtract(share, ends[i + 1], out=weight)
+        np.maximum(weight, 0.0, out=weight)
+        np.minimum(weight, ends[i] - ends[i + 1], out=weight)
+        if marched is None:
+            np.multiply(turn, place, out=across)
+            across += y
+        else:
+            px, across = next(marched)
+            np.multiply(px, px, out=square)
+        np.multiply(across, across, out=size)
+        size += square
+        np.sqrt(size, out=size)
+        np.maximum(size, SMALLEST, out=size)
+        np.divide(weight, size, out=size)
+        weight *= place
+        lever += weight
+        np.multiply(size, across, out=weight)
+        sum_y += weight
+        weight *= place
+        moment += weight
+        if marched is not None:
+            size *= px
+        sum_x += size
+    return (sum_x * x, sum_y, moment, lever) if marched is None else (-sum_x, -sum_y, -moment, lever)
+
+
+def _directions(x: np.ndarray, y: np.ndarray, d: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """n of `strip`; 0 where the strip slips, or sticks, as a whole."""
+    some = ~whole & (d > 0)
+    d = np.where(some, d, 1.0)
+    return np.where(some, x / d, 0.0), np.where(some, y / d, 0.0)
