@@ -15,8 +15,9 @@ from varcontact.theories.table_book import direction_nodes, full_slip, magnitude
 BOOK = shipped()
 LIMIT = 2.5
 A, B, G = 1.5, 1.2, 3.0
-STATED = 0.02
-"""What the documentation says of the error of forces and moment, in parts of f Fz."""
+STATED, IN_THE_MIDDLE, FALLEN = 0.03, 0.02, 0.015
+"""What the documentation says of the error of forces and moment, in parts of f Fz: for all a/b, and in
+[0.4, 2.5]; and how much the resistance may fall along a ray, in parts of its largest value."""
 
 
 def creepages(count, seed=0, a=A, b=B):
@@ -61,7 +62,8 @@ def test_error_at_random_points_is_below_the_stated_one(seed):
         ratio = np.exp(generator.uniform(np.log(0.2), np.log(5)))
         a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
         triple = creepages(1, seed=1000 * seed + triple_seed, a=a, b=b)[0]
-        np.testing.assert_allclose(forces(triple, a, b), exact(a, b, triple, 24), rtol=0, atol=STATED)
+        stated = IN_THE_MIDDLE if 0.4 <= ratio <= 2.5 else STATED
+        np.testing.assert_allclose(forces(triple, a, b), exact(a, b, triple, 24), rtol=0, atol=stated)
 
 
 def test_entries_are_as_accurate_as_they_say():
@@ -130,13 +132,14 @@ def test_friction_gives_no_power():
 
 
 def test_more_creepage_means_more_resistance():
-    """Along a ray the force against it rises, but for the error of interpolation; without spin it never falls by it."""
+    """Along a ray of creepages the force against them rises, but for the error of interpolation."""
     magnitude = np.linspace(0.0, 20.0, 400)[:, None]
-    unit = LIMIT / (G * A * B) / BOOK.at(A / B)[0]
+    scale = BOOK.at(A / B)[0]
     for direction in np.random.default_rng(2).normal(size=(50, 3)):
-        direction /= np.linalg.norm(direction)
-        resistance = -(forces(magnitude * direction * unit) * direction * (1, 1, 1)).sum(axis=1)
-        assert np.maximum.accumulate(resistance)[-1] - resistance[-1] < STATED
+        ray = direction / np.linalg.norm(direction) / scale
+        resistance = -(forces(magnitude * ray * LIMIT / (G * A * B) * [1, 1, 1 / np.sqrt(A * B)]) * ray).sum(axis=1)
+        fallen = np.maximum.accumulate(resistance) - resistance
+        assert fallen.max() < FALLEN * resistance.max()
 
 
 def test_the_equal_of_any_units():
