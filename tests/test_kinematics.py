@@ -162,7 +162,7 @@ def test_klingel_rolling_has_no_creep_and_the_papers_period():
 
 def test_the_ball_between_planes():
     assert kin.ball_between_planes(2.0, 0.1, 0.25) == pytest.approx(1.6 * 2.0 * 0.1, rel=0.02)
-    with pytest.raises(SceneError, match=r"nu = 0.6 is not allowed: must be in \[0, 0.5\]"):
+    with pytest.raises(SceneError, match=r"nu = 0.6 is not allowed: must be"):
         kin.ball_between_planes(2.0, 0.1, 0.6)
 
 

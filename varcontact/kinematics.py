@@ -475,7 +475,7 @@ def ball_between_planes(force: float, angle: float, nu: float) -> float:
     angle : float
         gamma, half the angle between the planes [rad].
     nu : float
-        Poisson's ratio, in [0, 0.5].
+        Poisson's ratio.
 
     Returns
     -------

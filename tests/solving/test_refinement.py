@@ -216,6 +216,13 @@ def test_certificate_is_of_the_corrected_problem(sol, rolling):
     assert "of the corrected problem on the elements" in sol.report()
 
 
+def test_stages_add_up(sol):
+    """Coarse solves within the refinement count once: no stage has the time of another."""
+    stages = {name: seconds for name, seconds in sol.timing.items() if name != "total"}
+    assert {"tangential", "refinement", "error estimate"} <= set(stages)
+    assert sum(stages.values()) <= sol.timing["total"]
+
+
 def test_report_and_summary(sol):
     text = sol.report()
     assert "forces and moment are those of a field on 2 x 2 parts of each element, after 3 passes" in text

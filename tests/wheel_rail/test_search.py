@@ -145,8 +145,7 @@ def test_a_rotation_of_everything_about_the_track_turns_the_patch():
                 rail.moved(spin[1:, 1:], np.zeros(2)),
                 spin @ axle,
                 spin @ centre + push,
-                0.5,
-                0.5,
+                (0.5, 0.5),
             )
         )
         assert locus.touching < found[0].touching + 10

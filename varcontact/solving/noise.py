@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from varcontact.errors import SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.state import ContactState
 from varcontact.scene.scene import Scene
@@ -84,11 +85,15 @@ def noise(
         posed = disc if wavelength == 0 else replace(disc, distance=_without(disc, state, wavelength))
         return _look(posed, pressure_on(posed))
 
-    found = look(0.0) if disc.K != 0 else _look(disc, state)
-    without = look(SHORTEST * element)
-    if found.apart(without) < RULES:
+    try:
+        found = look(0.0) if disc.K != 0 else _look(disc, state)
+        without = look(SHORTEST * element)
+        if found.apart(without) < RULES:
+            return ""
+        helps = _helps(look, without, list(_wavelengths(disc, element)))
+    except SceneError:  # so few elements that none is left without the waves: nothing to compare
         return ""
-    return _message(found, without, SHORTEST * element, _helps(look, without, list(_wavelengths(disc, element))), scene)
+    return _message(found, without, SHORTEST * element, helps, scene)
 
 
 def _look(disc: Discretisation, state: ContactState) -> Look:

@@ -12,6 +12,7 @@ from varcontact.errors import SceneError
 from varcontact.kinematics import Frame, rotation
 from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.seams import Seams, seam_weight
 from varcontact.wheel_rail.search import Locus, Overlap
 
 GUARD = 1
@@ -41,6 +42,8 @@ class Place:
         How deep the wheel is in the rail [mm].
     theta : float
         Angle of the contact on the wheel's circle, forward from the bottom [rad].
+    seams : tuple of pairs of float
+        Where parts of the patch meet along y, and how much they feel each other, see `varcontact.wheel_rail.seams`.
     """
 
     frame: Frame
@@ -49,6 +52,7 @@ class Place:
     distance: np.ndarray
     approach: float
     theta: float
+    seams: Seams
 
 
 def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
@@ -67,16 +71,26 @@ def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
     """
     groups = [[overlaps[0]]]
     for left, right in pairwise(overlaps):
-        apart = math.hypot(*(right.surface[0] - left.surface[-1]))
-        if apart < nearer:
+        if _apart(left, right) < nearer:
             groups[-1].append(right)
         else:
             groups.append([right])
     return groups
 
 
+def _apart(left: Overlap, right: Overlap) -> float:
+    """The gap between neighbours on the rail's surface."""
+    return math.hypot(*(right.surface[0] - left.surface[-1]))
+
+
 def place(
-    overlaps: list[Overlap], wheel: Curve, rail: Curve, axle: np.ndarray, centre: np.ndarray, dx: float, dy: float
+    overlaps: list[Overlap],
+    wheel: Curve,
+    rail: Curve,
+    axle: np.ndarray,
+    centre: np.ndarray,
+    sides: tuple[float, float],
+    distances: tuple[float, float] = (math.inf, math.inf),
 ) -> Place:
     """The patch of a group of overlaps.
 
@@ -91,8 +105,10 @@ def place(
         Axes of the axle in track coordinates.
     centre : ndarray, shape (3,)
         Middle of the axle in track coordinates.
-    dx, dy : float
-        Sides of an element [mm].
+    sides : tuple of float
+        (dx, dy) of an element [mm].
+    distances : tuple of float
+        Up to which overlaps are one part, and from which they do not feel each other [mm].
 
     Returns
     -------
@@ -111,13 +127,24 @@ def place(
     x, y = (float(weights @ points[:, i]) for i in (0, 1))
     at = rail.at(np.array([y]), np.array([1.0, 0.0]))
     frame = Frame(np.array([x, *rail.points(at)[0]]), rotation(roll=angle))
-    grid = _grid(overlaps, frame, dx, dy)
+    grid = _grid(overlaps, frame, *sides)
     gap = _rail_heights(rail, frame, grid)[:, None] - _wheel_heights(
         overlaps[0].locus, wheel, frame, grid, axle, centre
     )
     known = np.isfinite(gap)
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
-    return Place(frame, angle, grid, gap - gap.min(), -float(gap.min()), theta)
+    return Place(frame, angle, grid, gap - gap.min(), -float(gap.min()), theta, _seams(overlaps, frame, *distances))
+
+
+def _seams(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:
+    """Between neighbours that are not as near as to be one part."""
+    found = []
+    for left, right in pairwise(overlaps):
+        weight = seam_weight(_apart(left, right), join, separate)
+        if weight < 1:
+            middle = (left.surface[-1] + right.surface[0]) / 2
+            found.append((float((middle - frame.origin[1:]) @ frame.axes[1:, 1]), weight))
+    return tuple(found)
 
 
 def _grid(overlaps: list[Overlap], frame: Frame, dx: float, dy: float) -> Grid:

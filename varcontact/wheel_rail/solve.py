@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +12,18 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged
 from varcontact.results.solution import Solution
+from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.seams import weakened
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 ROUNDS = 30
 """Heights that are tried."""
+GROWTH = 10.0
+"""How many times deeper the next height may be."""
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
 
@@ -62,45 +67,58 @@ def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[flo
     """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight."""
     load = case.vertical_force
     assert load is not None
-    low, low_value = case.touching, -(load ** (2 / 3))  # no force
-    high, high_value = None, 0.0
+    low, high = case.touching, np.inf
+    last, last_value = low, -(load ** (2 / 3))  # no force
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
-    z = case.touching + (load / stiffness) ** (2 / 3)
+    z = low + (load / stiffness) ** (2 / 3)
     for rounds in range(1, ROUNDS + 1):
         force = _vertical(case, z, methods)
-        value = np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3)
         if abs(force - load) <= tol * load:
             return z, rounds
-        # the secant through this height and the nearer of those before, kept within what is known
-        slope = (value - low_value) / (z - low)
-        if value < 0:
-            low, low_value = z, value
-        if value > 0:
-            high, high_value = z, value
-        if high is not None:
-            slope = (high_value - low_value) / (high - low)
-        step = low - low_value / slope
-        z = step if high is None or low < step < high else (low + high) / 2
+        value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))
+        low, high = (z, high) if value < 0 else (low, z)
+        slope = (value - last_value) / (z - last)
+        step = z - value / slope if slope > 0 else np.inf
+        last, last_value = z, value
+        if np.isinf(high):
+            z = min(step, case.touching + GROWTH * (z - case.touching))
+        else:
+            z = step if low < step < high else (low + high) / 2
+        if z == last:
+            break
     raise NotConverged(f"the height of the axle that bears {load:g} N was not found", abs(force - load) / load)
 
 
 def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     """The vertical force on the rail at a height of the axle."""
-    total = 0.0
+    total, pressed = 0.0, _presser(methods)
     for patch in case.patches(z):
         if case.with_friction:
             total += PatchSolution(patch, _solved(patch, None, methods)).force_on_track[2]
         else:
-            scene = replace(patch.scene, motion=None, friction=None)
-            normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
-            total += solve(scene, certify=None, **normal).normal_force * np.cos(patch.angle)
+            scene = weakened(patch.scene, patch.seams, pressed) if patch.seams else patch.scene
+            total += pressed(scene).normal_force * np.cos(patch.angle)
     return float(total)
 
 
 def _solved(patch: ContactPatch, certify: str | None, methods: dict[str, Any]) -> Solution:
-    found = solve(patch.scene, certify=certify, **methods)
+    """A patch; one in parts by what each feels of the others."""
+    scene = weakened(patch.scene, patch.seams, _presser(methods)) if patch.seams else patch.scene
+    found = solve(scene, certify=certify, **methods)
     assert isinstance(found, Solution)
     return found
+
+
+def _presser(methods: dict[str, Any]) -> Callable[[Scene], Solution]:
+    """Solves the normal problem of a scene alone."""
+    normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
+
+    def pressed(scene: Scene) -> Solution:
+        found = solve(replace(scene, motion=None, friction=None), certify=None, **normal)
+        assert isinstance(found, Solution)
+        return found
+
+    return pressed
 
 
 def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:

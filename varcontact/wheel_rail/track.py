@@ -7,6 +7,7 @@ tops. Lengths are in millimetres.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -71,7 +72,7 @@ class Track:
         """The rail's head leans towards negative y."""
         return np.array([[np.cos(self.cant), np.sin(self.cant)], [-np.sin(self.cant), np.cos(self.cant)]])
 
-    @property
+    @cached_property
     def origin(self) -> np.ndarray:
         """Where the origin of the right rail's profile is, (y, z) in track coordinates [mm]."""
         curve = self.rail.curve.moved(self._turn, np.zeros(2))
@@ -104,9 +105,14 @@ class Track:
         Curve
             (y, z), y growing.
         """
+        return self._rails[side]
+
+    @cached_property
+    def _rails(self) -> dict[Side, Curve]:
         curve = self.rail.curve.moved(self._turn, self.origin)
-        top = curve.sampled(FINE)[int(curve.points(curve.sampled(FINE))[:, 1].argmin())]
-        return _on_side(curve.single_valued(np.array([1.0, 0.0]), float(top)), side)
+        s = curve.sampled(FINE)
+        top = float(s[int(curve.points(s)[:, 1].argmin())])
+        return _both_sides(curve.single_valued(np.array([1.0, 0.0]), top))
 
     def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
         """A point of the track in the coordinates of the rail's profile.
@@ -179,8 +185,11 @@ class WheelSet:
         Curve
             (y from the middle of the axle to the right, radius), y growing [mm].
         """
-        moved = self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius]))
-        return _on_side(moved, side)
+        return self._wheels[side]
+
+    @cached_property
+    def _wheels(self) -> dict[Side, Curve]:
+        return _both_sides(self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius])))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -278,11 +287,9 @@ class Velocity:
         )
 
 
-def _on_side(curve: Curve, side: Side) -> Curve:
-    """A curve of the right side, or its mirror image, y growing."""
-    if SIGN[side] > 0:
-        return curve
-    return curve.moved(np.diag([-1.0, 1.0]), np.zeros(2)).reversed()
+def _both_sides(right: Curve) -> dict[Side, Curve]:
+    """A curve of the right side, and its mirror image, y growing along both."""
+    return {"right": right, "left": right.moved(np.diag([-1.0, 1.0]), np.zeros(2)).reversed()}
 
 
 def _check_profile(field: str, profile: Any, kind: str) -> None:

@@ -20,6 +20,7 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import Units
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import Place, joined, place
+from varcontact.wheel_rail.seams import Seams
 from varcontact.wheel_rail.search import Locus, contact_locus
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
 
@@ -60,6 +61,9 @@ class ContactPatch:
     scene : Scene
         The patch as a scene: undeformed distance on the potential contact, approach, friction and creepages. Lengths
         are in mm and forces in N; tractions act on the rail.
+    seams : tuple of pairs of float
+        Where parts of the patch meet along y, and how much they feel each other: none in nearly all patches, see
+        `varcontact.wheel_rail.seams`.
     """
 
     location: np.ndarray
@@ -71,6 +75,7 @@ class ContactPatch:
     creepage: Creepages
     approach: float
     scene: Scene
+    seams: Seams = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -98,9 +103,10 @@ class WheelOnRail:
         See `Scene`.
     dx, dy : float
         Sides of an element [mm].
-    join : float
-        Overlaps of wheel and rail that are nearer to each other than this make one patch, in one plane; others are
-        patches of their own, which do not feel each other [mm].
+    join, separate : float
+        Overlaps of wheel and rail that are nearer to each other than `separate` make one patch, in one plane; others
+        are patches of their own, which do not feel each other. Those nearer than `join` feel each other as parts of one
+        half-space, and those between by a weight that falls from 1 to 0 [mm].
 
     Raises
     ------
@@ -130,7 +136,8 @@ class WheelOnRail:
     friction: float | Law = 0.3
     dx: float = 0.5
     dy: float = 0.5
-    join: float = 8.0
+    join: float = 4.0
+    separate: float = 8.0
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -145,8 +152,10 @@ class WheelOnRail:
         else:
             set_(self, "z", checks.moderate("z", self.z))
         set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
-        for name in ("dx", "dy", "join"):
+        for name in ("dx", "dy", "join", "separate"):
             set_(self, name, checks.positive(name, getattr(self, name)))
+        if self.separate < self.join:
+            raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
 
     @cached_property
     def rail(self) -> Curve:
@@ -196,10 +205,11 @@ class WheelOnRail:
             If the contact reaches the end of a profile, or elements are too many.
         """
         z = checks.moderate("z", z)
-        groups = joined(self.locus.overlaps(z), self.join)
+        groups = joined(self.locus.overlaps(z), self.separate)
         body = self.velocity.body(self.wheelset, self.position, z)
+        sides, distances = (self.dx, self.dy), (self.join, self.separate)
         return tuple(
-            self._patch(place(group, self.wheel, self.rail, body.rotation, body.position, self.dx, self.dy), z, body)
+            self._patch(place(group, self.wheel, self.rail, body.rotation, body.position, sides, distances), z, body)
             for group in groups
         )
 
@@ -228,6 +238,7 @@ class WheelOnRail:
             creepage=rolled,
             approach=found.approach,
             scene=scene,
+            seams=found.seams,
         )
 
     def _creepage(self, found: Place, z: float, body: RigidBody) -> Creepages:

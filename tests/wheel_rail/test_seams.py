@@ -1,0 +1,79 @@
+"""Parts of a patch: with weight 1 they are one half-space, with weight 0 two, and between the forces are steady."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.wheel_rail.conditions import TRACK, WHEELSET
+from varcontact.errors import SceneError
+from varcontact.wheel_rail import Position, WheelOnRail
+from varcontact.wheel_rail.seams import weakened
+
+GRID = vc.Grid(nx=16, ny=40, dx=0.5, dy=0.5, x0=-4.0, y0=-10.0)
+BUMPS = np.minimum(
+    (GRID.y[:, None] + 4.0) ** 2 / 100 + GRID.x**2 / 400, (GRID.y[:, None] - 4.5) ** 2 / 60 + GRID.x**2 / 400 + 0.01
+)
+
+
+def scene(distance=BUMPS):
+    return vc.Scene(bodies=vc.Bodies(G=82e3, nu=0.28), surface=vc.SampledDistance(distance), approach=0.04, grid=GRID)
+
+
+def pressure(scene):
+    return vc.solve(scene, certify=None).pressure
+
+
+def solved(weight):
+    return pressure(weakened(scene(), ((0.0, weight),), lambda each: vc.solve(each, certify=None)))
+
+
+def test_full_weight_is_one_half_space():
+    assert solved(1.0) == pytest.approx(pressure(scene()), abs=1e-6 * pressure(scene()).max())
+
+
+def test_no_weight_is_two_half_spaces():
+    alone = [pressure(scene(np.where(part[:, None], BUMPS, 1.0))) for part in (GRID.y < 0, GRID.y > 0)]
+    found = solved(0.0)
+    assert found == pytest.approx(sum(alone), abs=1e-4 * found.max())
+    assert found.sum() > 1.1 * pressure(scene()).sum()
+
+
+def test_the_force_falls_with_the_weight():
+    forces = [solved(weight).sum() for weight in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    assert np.all(np.diff(forces) < 0)
+
+
+def test_three_parts_feel_each_other_through_the_seams_between():
+    bumps = np.min([(GRID.y[:, None] - at) ** 2 / 40 + GRID.x**2 / 400 for at in (-7.0, 0.0, 7.0)], axis=0)
+    seams = ((-3.5, 0.0), (3.5, 1.0))
+    found = pressure(weakened(scene(bumps), seams, lambda each: vc.solve(each, certify=None)))
+    first = pressure(scene(np.where(GRID.y[:, None] < -3.5, bumps, 1.0)))
+    others = pressure(scene(np.where(GRID.y[:, None] > -3.5, bumps, 1.0)))
+    assert found == pytest.approx(first + others, abs=1e-4 * found.max())
+
+
+def test_forces_do_not_jump_when_parts_become_patches():
+    """Tread and flange root touch 5 mm apart: as the distance of separation passes that, nothing jumps."""
+    case = WheelOnRail(
+        track=TRACK, wheelset=WHEELSET, position=Position(y=5.0, roll=-3e-4, yaw=0.012), z=0.0, join=1.0, separate=20.0
+    )
+    z = case.touching + 0.03
+    (patch,) = case.patches(z)
+    ((_, weight),) = patch.seams
+    apart = 20.0 - weight ** (1 / 0.8) * 19.0
+    forces = []
+    for separate in (apart * 0.999, apart * 1.001, 40.0, 4000.0):
+        found = replace(case, z=z, separate=separate).solve()
+        forces.append(sum(each.normal_force for each in found.patches))
+    assert len(replace(case, separate=apart * 0.999).patches(z)) == 2
+    assert forces[1] == pytest.approx(forces[0], rel=0.02)
+    assert forces[0] > forces[2] > forces[3]
+
+
+def test_separation_is_not_nearer_than_joining():
+    with pytest.raises(SceneError, match=r"separate = 3.0 is not allowed: must be at least join, 4 mm"):
+        WheelOnRail(track=TRACK, wheelset=WHEELSET, z=0.2, separate=3.0)
