@@ -15,7 +15,7 @@ from varcontact.theories.table_book import direction_nodes, full_slip, magnitude
 BOOK = shipped()
 LIMIT = 2.5
 A, B, G = 1.5, 1.2, 3.0
-STATED, IN_THE_MIDDLE, FALLEN = 0.03, 0.02, 0.015
+STATED, IN_THE_MIDDLE, FALLEN = 0.05, 0.02, 0.015
 """What the documentation says of the error of forces and moment, in parts of f Fz: for all a/b, and in
 [0.4, 2.5]; and how much the resistance may fall along a ray, in parts of its largest value."""
 

@@ -71,7 +71,7 @@ def table_forces(
     -----
     In the variables of `TableBook` forces are polynomials: of the direction, of a bounded map of the magnitude, and of
     log(a/b). The slope at the origin is that of the linear theory, and infinite creepage gives the forces of full slip,
-    both exactly so at the nodes. The force never exceeds ``f Fz``: it is cut there.
+    both at the nodes in a/b. The force never exceeds ``f Fz``: it is cut there.
 
     Examples
     --------
