@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_design",
     "mathml",
+    "gallery",
 ]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
@@ -26,7 +27,7 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
-exclude_patterns = ["_build", "_extensions"]
+exclude_patterns = ["_build", "_extensions", "made"]
 html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"varcontact {version}"

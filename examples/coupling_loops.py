@@ -1,4 +1,4 @@
-"""Johnson's process, Panagiotopoulos's and the joint loop against friction f and unlikeness K.
+"""Loops for unlike bodies: Johnson's process, Panagiotopoulos's and the joint loop, by friction f and unlikeness K.
 
 An elastic cylinder on a rigid one, K = (1 - 2 nu)/2, in three motions: free rolling, rolling under half of the force
 that friction can carry (of f = 2 where f is infinite), and a shift by that force. How many passes each loop needs for

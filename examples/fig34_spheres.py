@@ -1,4 +1,4 @@
-"""Kalker's Fig. 34: tractions, stick (A) and slip (S) areas of like spheres in steady rolling, and the spin pole.
+"""Kalker's Fig. 34: like spheres in steady rolling, with tractions, stick (A) and slip (S) areas, and the spin pole.
 
 (a) pure spin, (b) longitudinal creepage and spin, (c) lateral creepage and spin, (d) longitudinal creepage, (e) large
 spin; and |p| on the line y = 0 of (a) and (d). The paper gives no numbers. Here the radius of the contact is 1, G = 1,

@@ -53,7 +53,7 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     vanishes for n - k even, each degree n is by itself: a Hermitian block Toeplitz matrix with the Fourier
     coefficients of that symbol, of size 2 (n + 1). A displacement ``P_n(cos(t - c))``, Legendre's polynomial in the
     direction c, then has the traction with ``p sqrt(1 - r^2) = 2 G K_n(t, c)`` on the edge, where K_n is the
-    Christoffel-Darboux kernel of the symbol. So the leading edge demands
+    Christoffel-Darboux kernel of the symbol. So the leading edge demands::
 
         sum_n K_n(t, pi/2) k_n = - the same of the rigid part (n = 1, 2)  for t in (-pi/2, pi/2),
 
