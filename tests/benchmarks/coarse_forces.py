@@ -1,17 +1,21 @@
 """Errors of steady forces on coarse grids, by discretisation, and their time.
 
     python -m tests.benchmarks.coarse_forces [CELLS ...]
+    python -m tests.benchmarks.coarse_forces --parts
     python -m tests.benchmarks.coarse_forces --references
 
 Forty Hertzian scenes drawn at random: a/b from 0.2 to 5, Poisson's ratio from 0 to 0.5, creepages and spin from small
 to beyond saturation, a quarter without spin. An error is the largest of those of Fx and Fy, by f Fz, and of Mz, by
 f Fz sqrt(a b). References are extrapolated from 192 and 384 cells on touched elements, with order 1; on scenes where
-both discretisations were taken that far, their limits were 1e-4 apart at most. ``--references`` computes them again.
+both discretisations were taken that far, their limits were 1e-4 apart at most. ``--references`` computes them again;
+``--parts`` has the difference and the edge each for itself, on every other scene.
 """
 
 import csv
 import sys
 import time
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -88,11 +92,30 @@ def measured(nx: int, ny: int, second_order: bool) -> tuple[np.ndarray, float]:
     return np.array(found), (time.process_time() - begun) * 1e3 / len(found)
 
 
+def left(found: np.ndarray) -> np.ndarray:
+    """Errors, (scenes,)."""
+    return np.asarray(np.abs(found - np.array([reference for _, reference in read()])).max(axis=1))
+
+
 def line(name: str, found: np.ndarray, milliseconds: float) -> str:
     """A row of the table: errors in per cent, median, of nine in ten, and largest."""
-    errors = np.abs(found - np.array([reference for _, reference in read()])).max(axis=1) * 100
+    errors = 100 * left(found)
     numbers = [np.median(errors), np.quantile(errors, 0.9), errors.max()]
     return f"{name:34s} " + " / ".join(f"{value:5.2f}" for value in numbers) + f"  {milliseconds:7.1f} ms"
+
+
+def parts() -> None:
+    """Errors by slip difference and edge."""
+    for difference, edge in product(("first-order", "second-order"), ("centres", "touched", "softened")):
+        for n in (12, 24, 32):
+            posed = [scene(numbers, n, edge=edge) for numbers, _ in read()[::2]]
+            motions = [replace(one.motion, slip_difference=difference, spin_offset=None) for one in posed]
+            found = [forces(replace(one, motion=motion), 1e-4) for one, motion in zip(posed, motions, strict=True)]
+            errors = np.abs(np.array(found) - [reference for _, reference in read()[::2]]).max(axis=1) * 100
+            numbers = " / ".join(
+                f"{value:.2f}" for value in (np.median(errors), np.quantile(errors, 0.9), errors.max())
+            )
+            print(f"{difference}, {edge}, {n}: {numbers}")
 
 
 def main(cells: list[int]) -> None:
@@ -107,12 +130,18 @@ def main(cells: list[int]) -> None:
             fine, spent = measured(int(wide * n), n, second_order)
             coarse, more = measured(int(wide * n / 2), n // 2, second_order)
             print(line(f"{name}, {n}", fine, spent), flush=True)
-            order = 1.5 if second_order else 1.0
-            print(line(f"{name}, {n // 2} and {n}", extrapolated(coarse, fine, order), spent + more), flush=True)
+            both, change = extrapolated(coarse, fine, 2.0 if second_order else 1.0), np.abs(fine - coarse).max(axis=1)
+            print(line(f"{name}, {n // 2} and {n}", both, spent + more), flush=True)
+            if second_order:
+                one = np.count_nonzero(left(fine) <= 0.75 * change + 0.003 * 16 / n)
+                two = np.count_nonzero(left(both) <= 0.5 * change + 0.0025 * 16 / n)
+                print(f"    bounds from the change between both grids: held by {one} and {two} of {len(fine)}")
 
 
 if __name__ == "__main__":
     if "--references" in sys.argv:
         write()
+    elif "--parts" in sys.argv:
+        parts()
     else:
         main([int(word) for word in sys.argv[1:]] or [12, 16, 24, 32, 48])

@@ -143,6 +143,25 @@ def test_carter():
     assert all(found[True, n] < found[False, n] / 5 for n in (20, 40, 80))
 
 
+def test_computed_pressures():
+    """Unlike bodies: the difference alone, elements by their centres. Limits from 96 and 192 cells, to 5e-4."""
+    limit = np.array([-0.5604, -0.0901, -0.1865])
+    posed = vc.Scene(
+        bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3)),
+        surface=vc.Ellipse(a=1.2, b=0.9),
+        normal_force=1.0,
+        friction=0.3,
+        motion=vc.Steady(vx=0.02, vy=-0.015, spin=0.04),
+        grid=vc.Grid(nx=24, ny=24),
+    )
+    off = []
+    for each in (posed, posed.second_order()):
+        sol = vc.solve(each, certify="none", tol=1e-5)
+        off.append(np.abs(np.array([*sol.force, sol.moment]) / 0.3 - limit).max())
+    assert off[0] > 0.01
+    assert off[1] < 0.005
+
+
 # ----------------------------------------------------------------------------- one discrete problem
 
 

@@ -17,7 +17,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.scene.units import Units
+from varcontact.scene.units import MM_N
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import Place, joined, place
 from varcontact.wheel_rail.seams import Seams
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.result import WheelRailSolution
 
 STEEL = Bodies(G=82000.0, nu=0.28)
-UNITS = Units(length="mm", force="N")
 MIDDLE, ROLLING = Position(), Velocity()
 WAVES = 6
 """Changes of sign of the curvature along the middle of a patch from which a profile is called rough."""
@@ -226,7 +225,7 @@ class WheelOnRail:
             friction=self.friction,
             motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
             grid=found.grid,
-            units=UNITS,
+            units=MM_N,
         )
         return ContactPatch(
             location=origin,
