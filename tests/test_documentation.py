@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
 
 import varcontact as vc
@@ -51,7 +52,7 @@ def test_a_page_does_what_it_says(page, tmp_path, monkeypatch):
     if any("scene.toml" in block.code for block in pages.blocks(page) if block.language == "sh"):
         Path("scene.toml").write_text(SCENE)
     pages.run(page)
-    mpl.pyplot.close("all")
+    plt.close("all")
     shown = re.findall(rf"made/pages/{page.stem}/([\w.]+)", page.read_text())
     assert set(shown) <= {path.name for path in tmp_path.iterdir()}
 

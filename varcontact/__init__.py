@@ -38,9 +38,12 @@ from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
+from varcontact.study.curve import creep_curve
+from varcontact.study.front import Tradeoff
 from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
 from varcontact.study.sweep import Standing, read_sweep, sweep
+from varcontact.study.tradeoff import tradeoff
 from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
@@ -83,6 +86,7 @@ __all__ = [
     "SubsurfaceStress",
     "TimeStep",
     "TooLarge",
+    "Tradeoff",
     "Transient",
     "Units",
     "VarcontactError",
@@ -90,6 +94,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_curve",
     "creep_forces",
     "kinematics",
     "load",
@@ -108,6 +113,7 @@ __all__ = [
     "stress",
     "stress_below",
     "sweep",
+    "tradeoff",
     "unlike_bank",
     "wheel_rail",
 ]

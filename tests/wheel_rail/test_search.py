@@ -273,6 +273,7 @@ def wheel(y=0.0, **more):
             SceneError,
             "vertical_force = -1.0 is not allowed: must be a positive, finite number",
         ),
+        (lambda: wheel(friction=-1.0), SceneError, "friction = -1.0 is not allowed: must be zero or positive"),
         (lambda: wheel(side="middle"), SceneError, "side = 'middle' is not allowed: must be one of left, right"),
         (lambda: wheel(track=RAIL), SceneError, "track = Profile("),
         (lambda: wheel(dx=1e-4, dy=1e-4).patches(0.3), SceneError, "dx = 0.0001, dy = 0.0001 mm make "),

@@ -22,6 +22,7 @@ from tests.wheel_rail.conditions import (
 from varcontact import reference
 from varcontact.errors import NotConverged
 from varcontact.kinematics import rotation
+from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail import (
     ConformalContact,
     Position,
@@ -134,6 +135,16 @@ def test_any_position_bears_its_load(seed):
         assert np.all(tangential <= 0.3 * each.solution.pressure * (1 + 1e-7))
         assert not each.solution.pressure[[0, -1]].any()
         assert not each.solution.pressure[:, [0, -1]].any()
+
+
+def test_a_softer_rail_bears_its_load_with_a_larger_patch():
+    """Of unlike bodies tractions change the pressure: the load is that of the whole. The pair is (rail, wheel)."""
+    steel = wheel(2.0, dx=1.0, dy=1.0, vertical_force=20e3)
+    soft = replace(steel, bodies=Bodies(G=(20e3, 82e3), nu=(0.4, 0.28))).solve()
+    (each,) = soft.patches
+    assert each.normal_force * np.cos(each.patch.angle) == pytest.approx(20e3, rel=1e-6)
+    assert each.solution.scene.bodies.K != 0
+    assert each.peak_pressure < steel.solve().patches[0].peak_pressure / 1.3
 
 
 def test_forces_in_the_frames_belong_together():

@@ -63,7 +63,7 @@ def write_picture(figure: Figure, path: Path) -> None:
     """
     picture, kind = io.BytesIO(), _kind(path)
     try:
-        figure.savefig(picture, format=kind, dpi=150, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
+        figure.savefig(picture, format=kind, dpi=300, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
     except (OSError, RuntimeError, ValueError) as error:  # pgf without LaTeX, for one
         raise OutputError(FIELD, path, f"cannot be drawn ({first_line(error)})") from None
     write_whole(FIELD, path, picture.getvalue())

@@ -71,7 +71,7 @@ class Way:
     @property
     def family(self) -> str:
         """What it has in common with the same way on other grids."""
-        parts = [str(value) for _, value in (*self.motion, *self.options)]
+        parts = [str(value) for _, value in (*self.motion, *self.options) if value is not None]
         if "tangential" not in dict(self.options):
             parts.insert(0, self.edge)
         if self.coarser:

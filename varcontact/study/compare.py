@@ -232,7 +232,7 @@ def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solu
     """One method on one scene: its row of the table, and the solution, if any."""
     motion = scene.motion
     assert not isinstance(motion, Transient | TimeStep)
-    motions = [motion, _neighbour(motion)] if motion is not None else [None]
+    motions = [motion, neighbour(motion)] if motion is not None else [None]
     outcome, reason, solutions = attempted(scene, method, tol, motions)
     row: dict[str, Any] = {"outcome": outcome, "reason": reason, "calls": ""}
     if not solutions:
@@ -283,8 +283,13 @@ def attempted(
     return outcome, "", solutions
 
 
-def _neighbour(motion: Steady | Shift) -> Steady | Shift:
-    """Creepages and forces one per cent smaller."""
+def neighbour(motion: Steady | Shift) -> Steady | Shift:
+    """Creepages and forces one per cent smaller: a second scene, for which what can be kept is kept.
+
+    Parameters
+    ----------
+    motion : Steady or Shift
+    """
     names = ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation")
     values = {name: getattr(motion, name) for name in (*names, "Fx", "Fy")}
     smaller: dict[str, Any] = {name: None if value is None else 0.99 * value for name, value in values.items()}

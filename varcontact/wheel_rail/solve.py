@@ -95,6 +95,8 @@ def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     for patch in case.patches(z):
         if case.with_friction:
             total += PatchSolution(patch, _solved(patch, None, methods)).force_on_track[2]
+        elif case.bodies.K != 0:  # tractions change the pressure
+            total += _solved(patch, None, methods).normal_force * np.cos(patch.angle)
         else:
             scene = weakened(patch.scene, patch.seams, pressed) if patch.seams else patch.scene
             total += pressed(scene).normal_force * np.cos(patch.angle)

@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.friction import Law
+from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -150,6 +150,7 @@ class WheelOnRail:
             set_(self, "vertical_force", checks.positive("vertical_force", self.vertical_force))
         else:
             set_(self, "z", checks.moderate("z", self.z))
+        set_(self, "friction", coefficient("friction", self.friction))
         set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
         for name in ("dx", "dy", "join", "separate"):
             set_(self, name, checks.positive(name, getattr(self, name)))

@@ -1,0 +1,83 @@
+"""Speed against accuracy on all reference scenes: the tables, the picture and the data of docs/tradeoff.md.
+
+``python -m tests.benchmarks.tradeoff STORE.csv`` measures what the store does not have yet, and writes the tables
+docs/tradeoff_*.txt, the data docs/tradeoff.csv, and docs/pictures/tradeoff.png.
+"""
+
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+
+import varcontact as vc
+from varcontact.study.front import TARGETS, Tradeoff
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def markdown(head: list[str], lines: list[list[str]]) -> str:
+    """A table."""
+    rows = [head, ["---"] * len(head), *lines]
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows)
+
+
+def percent(value: float) -> str:
+    return f"{100 * value:.2g}"
+
+
+def milliseconds(value: float) -> str:
+    return "" if value != value else f"{1e3 * value:.3g}"
+
+
+def front(found: Tradeoff) -> str:
+    """Every way on the front of its class."""
+    lines = []
+    for kind in dict.fromkeys(found.classes["kind"]):
+        for row in found.front(kind).to_dict("records"):
+            errors = [percent(row[name]) for name in ("median_error", "usual_error", "largest_error")]
+            memory = "" if row["memory"] != row["memory"] else f"{row['memory'] / 2**20:.2g}"
+            times = [milliseconds(row["processor_seconds"]), milliseconds(row["repeat_seconds"])]
+            lines.append([kind, row["way"], f"{row['answers']} of {row['scenes']}", *errors, *times, memory])
+    return markdown(["scenes", "way", "answered", "median, %", "90 %", "largest", "ms", "repeat", "MiB"], lines)
+
+
+def advice(found: Tradeoff) -> str:
+    """The fastest way for each class and error."""
+    table = found.advice()
+    lines = []
+    for kind in dict.fromkeys(table["kind"]):
+        part = table[table["kind"] == kind]
+        cells = [f"{way}, {milliseconds(seconds)} ms" if isinstance(way, str) else "none of these"
+                 for way, seconds in zip(part["way"], part["processor_seconds"], strict=True)]  # fmt: skip
+        lines.append([kind, *cells])
+    return markdown(["scenes", *(f"{100 * target:g} %" for target in TARGETS)], lines)
+
+
+def theories(found: Tradeoff) -> str:
+    """Errors of the theories by class."""
+    names = [family for family in dict.fromkeys(found.classes["family"]) if "," not in family and family != "centres"]
+    table = found.classes[found.classes["family"].isin(names) & (found.classes["cells"] == 10)]
+    kinds = list(dict.fromkeys(table["kind"]))
+    lines = []
+    for name in names:
+        part = table[table["family"] == name].set_index("kind")
+        if len(part):
+            cells = [f"{percent(part.loc[kind, 'median_error'])} ({percent(part.loc[kind, 'largest_error'])}), "
+                     f"{part.loc[kind, 'answers']} of {part.loc[kind, 'scenes']}" if kind in part.index else ""
+                     for kind in kinds]  # fmt: skip
+            lines.append([name, *cells])
+    return markdown(["theory", *kinds], lines)
+
+
+def write(found: Tradeoff, folder: Path = DOCS) -> None:
+    """The files of the page."""
+    (folder / "tradeoff_advice.txt").write_text(advice(found) + "\n")
+    (folder / "tradeoff_front.txt").write_text(front(found) + "\n")
+    (folder / "tradeoff_theories.txt").write_text(theories(found) + "\n")
+    found.classes.to_csv(folder / "tradeoff.csv", index=False, float_format="%.4g")
+    found.plot().savefig(folder / "pictures" / "tradeoff.png", dpi=130)
+
+
+if __name__ == "__main__":
+    mpl.use("Agg")
+    write(vc.tradeoff(store=sys.argv[1], progress=print))

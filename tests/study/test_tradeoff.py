@@ -1,0 +1,141 @@
+"""Tradeoff: errors against closed forms, fronts by their definition, the store, the command line."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import varcontact as vc
+from tests.command import run
+from varcontact.solving.ways import Way
+from varcontact.study.front import TARGETS, Tradeoff
+from varcontact.study.tradeoff import default_ways
+
+BANK = vc.references()
+CARTER = {"line, creepage 0.3": BANK["line, creepage 0.3"]}
+WAYS = [Way(cells=n) for n in (4, 8)] + [Way(cells=8, coarser=4, edge="touched")]
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return vc.tradeoff(CARTER, WAYS)
+
+
+def test_errors_are_those_against_the_continuum(measured):
+    reference = CARTER["line, creepage 0.3"]
+    sol = vc.solve(replace(reference.scene, grid=vc.Grid(nx=16)))
+    exact = -0.3 * (1 - 0.7**2)  # Carter
+    assert measured.runs["error"][0] == pytest.approx(abs(sol.force[0] - exact) / 0.3, abs=2e-6)
+    assert measured.runs["error"].is_monotonic_decreasing
+    assert measured.runs["error"][2] < 2e-3
+    assert (measured.runs["residual"] < 1e-8).all()
+
+
+def test_costs_are_there(measured):
+    for name in ("seconds", "processor_seconds", "repeat_seconds", "setup_seconds", "memory"):
+        assert (measured.runs[name] >= 0).all(), name
+    assert (measured.runs["memory"] > 1000).all()
+
+
+def rows(*points):
+    """Made-up measurements: (way, error, seconds) of one scene."""
+    known = {"scene": "one", "kind": "shift", "family": "f", "cells": 8, "outcome": "answered", "reason": ""}
+    return [{**known, "way": str(way), "error": error, "processor_seconds": seconds} for way, error, seconds in points]
+
+
+def test_the_front_is_what_nothing_else_beats():
+    ways = [Way(cells=n) for n in (2, 4, 6, 8, 10)]
+    errors, seconds = [0.2, 0.05, 0.06, 0.004, 0.004], [1e-3, 2e-3, 3e-3, 5e-3, 9e-3]
+    found = Tradeoff.of(rows(*zip(ways, errors, seconds, strict=True)), ["one"], ways)
+    assert found.front("shift")["way"].tolist() == ["centres 2", "centres 4", "centres 8"]
+    advice = found.advice().set_index("target")["way"]
+    assert [advice[target] for target in TARGETS[:3]] == ["centres 4", "centres 8", "centres 8"]
+    assert pd.isna(advice[0.003])
+
+
+def test_a_way_that_leaves_many_scenes_unanswered_is_not_on_the_front():
+    ways = [Way(cells=2), Way(cells=4)]
+    made = rows((ways[0], 0.001, 1e-3), (ways[1], 0.01, 2e-3))
+    made += [{**made[0], "scene": "two", "outcome": "refused", "error": np.nan}, {**made[1], "scene": "two"}]
+    found = Tradeoff.of(made, ["one", "two"], ways)
+    assert found.front("shift")["way"].tolist() == ["centres 4"]
+    answered = found.classes.set_index("way")
+    assert answered.loc["centres 2", "answers"] == 1 and answered.loc["centres 2", "scenes"] == 2
+
+
+def test_what_a_way_does_not_serve_is_recorded(measured):
+    found = vc.tradeoff({"shift along": BANK["shift along"]}, ["fastsim"], cells=[8])
+    assert found.runs["outcome"].tolist() == ["refused"]
+    assert "steady rolling" in found.runs["reason"][0]
+    assert found.report() == "" and len(found.advice()) == 0
+
+
+def test_a_theory_stands_beside_the_exact_methods():
+    name = "circle, half, along"
+    found = vc.tradeoff({name: BANK[name]}, ["auto", "fastsim", "linear"], cells=[16])
+    errors = found.runs.set_index("way")["error"]
+    assert errors["centres 16"] < 0.03 < errors["linear 16"]
+    assert errors["fastsim 16"] < errors["linear 16"]
+
+
+def test_a_history_is_measured_at_its_steps():
+    name = "from rest by creepage"
+    found = vc.tradeoff({name: BANK[name]}, [Way(cells=16, coarser=8, edge="touched")])
+    assert 1e-5 < found.runs["error"][0] < 0.03
+    assert np.isnan(found.runs["repeat_seconds"][0])
+
+
+def test_the_store_goes_on(tmp_path):
+    store, told = tmp_path / "front.csv", []
+    first = vc.tradeoff(CARTER, WAYS[:2], store=store)
+    again = vc.tradeoff(CARTER, WAYS, store=store, progress=told.append)
+    assert len(pd.read_csv(store)) == 3
+    for name in ("error", "seconds"):
+        assert again.runs[name][:2].tolist() == pytest.approx(first.runs[name].tolist(), rel=1e-12)
+    other = tmp_path / "other.csv"
+    other.write_text("a,b\n1,2\n")
+    with pytest.raises(vc.SceneError, match="is not a table of an earlier tradeoff"):
+        vc.tradeoff(CARTER, WAYS, store=other)
+
+
+@pytest.mark.parametrize(("scenes", "methods", "message"), [
+    ({"one": CARTER["line, creepage 0.3"].scene}, None, r"scenes\['one'\].*must be a Reference"),
+    (CARTER, ["fastsimm"], "methods"),
+    (CARTER, "fastsim", "a list of names or ways"),
+    (CARTER, [], "no methods to measure"),
+])  # fmt: skip
+def test_bad_arguments_are_refused(scenes, methods, message):
+    with pytest.raises(vc.SceneError, match=message):
+        vc.tradeoff(scenes, methods)
+
+
+def test_the_default_ways_have_names_of_their_own():
+    ways = default_ways()
+    assert len({str(way) for way in ways}) == len(ways)
+    assert {"centres", "touched, extrapolated", "softened, second-order", "centres, continuum", "fastsim"} <= {
+        way.family for way in ways
+    }
+
+
+def test_the_picture_has_a_panel_for_each_class(measured):
+    shift = vc.tradeoff({"shift along": BANK["shift along"]}, WAYS[:1])
+    both = Tradeoff(
+        pd.concat([measured.runs, shift.runs], ignore_index=True),
+        pd.concat([measured.classes, shift.classes], ignore_index=True),
+    )
+    titles = [ax.get_title() for ax in both.plot().axes]
+    assert titles == ["line contact", "shift"]
+
+
+def test_the_command(tmp_path):
+    arguments = ("tradeoff", "--class", "shift", "--methods", "auto", "--cells", "4", "--json", "--plot", "front.png")
+    done = run(*arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert printed["classes"][0]["way"] == "centres 4" and printed["classes"][0]["scenes"] == 9
+    assert (tmp_path / "front.png").stat().st_size > 1000
+    for bad, word in ((("--class", "shfit"), "class"), (("--cells", "a"), "whole numbers separated by commas")):
+        refused = run("tradeoff", *bad, folder=tmp_path)
+        assert refused.returncode == 2 and word in refused.stderr

@@ -1,0 +1,226 @@
+"""Speed against accuracy: the error of ways to answer the reference scenes, and what each costs."""
+
+from __future__ import annotations
+
+import time
+import tracemalloc
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
+from varcontact.planning.choice import make_plan
+from varcontact.planning.roads import TOLERANCE
+from varcontact.results.history import History
+from varcontact.scene.motion import Shift, Steady
+from varcontact.solvers.registry import tangential_methods
+from varcontact.solving.series import Series
+from varcontact.solving.solve import polished_by
+from varcontact.solving.ways import Answered, Way, answer
+from varcontact.study.compare import neighbour
+from varcontact.study.front import COLUMNS, WORDS, Tradeoff
+from varcontact.study.reference_scenes import Posed
+from varcontact.study.references import Reference, references, signature
+from varcontact.study.store import Table
+from varcontact.theories.methods import THEORIES
+
+SECOND_ORDER = (("slip_difference", "second-order"), ("spin_offset", None))
+REPEATED = 3
+"""Scenes of each class on which a repeat is measured."""
+CELLS = (8, 12, 16, 24, 32, 48)
+
+
+def default_ways() -> list[Way]:
+    """The ways that are compared if none are named.
+
+    Examples
+    --------
+    >>> [str(way) for way in default_ways()][:3]
+    ['centres 8', 'centres 12', 'centres 16']
+    """
+    pairs = [(n // 2, n) for n in CELLS]
+    refined = (("refine", "continuum"),)
+    return [
+        *(Way(cells=n) for n in (*CELLS, 96)),
+        *(Way(cells=n, coarser=coarser) for coarser, n in pairs[2:]),
+        *(Way(cells=n, edge="touched", coarser=coarser) for coarser, n in pairs),
+        *(Way(cells=n, edge="softened", motion=SECOND_ORDER) for n in CELLS),
+        *(Way(cells=n, edge="softened", motion=SECOND_ORDER, coarser=m, order=1.2) for m, n in pairs[1:]),
+        *(Way(cells=n, options=refined) for n in (8, 12, 16, 24, 32)),
+        *(Way(cells=n, options=(("tangential", each),)) for each in THEORIES for n in (10, 20)),
+    ]
+
+
+def tradeoff(
+    scenes: Mapping[str, Reference] | None = None,
+    methods: Iterable[str | Way] | None = None,
+    *,
+    cells: Iterable[int] = CELLS,
+    store: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Tradeoff:
+    """Measure the error of ways against the continuum, and what they cost.
+
+    Parameters
+    ----------
+    scenes : dict of str to Reference, optional
+        Some of `references()`; all of them, if not given.
+    methods : iterable of str or Way, optional
+        Ways, or names of tangential methods and theories, which are tried with each number of elements; if not given,
+        plain and extrapolated grids, the second-order difference, defect correction, and the theories.
+    cells : iterable of int
+        Elements across the contact, for methods that are named.
+    store : str or Path, optional
+        A CSV file, written after each scene: what it has is not measured again.
+    progress : callable, optional
+        Told the scene.
+
+    Returns
+    -------
+    Tradeoff
+        All measurements, the front of each class of scenes, and what to take for a given error.
+
+    Raises
+    ------
+    SceneError
+        For scenes that are no references, or a store of another study, before any work starts.
+    OutputError
+        If the store cannot be written, or another run adds to it.
+    Interrupted
+        By Ctrl-C; its `partial` is the Tradeoff of the scenes that are finished.
+
+    Notes
+    -----
+    Seconds are those of a first solve. What a second one with creepages one per cent smaller takes, with everything
+    kept that can be, is the repeat, measured on the first three scenes of each class. Processor seconds say more than
+    seconds where a machine is shared. Memory is the peak of arrays, measured on the first scene of each class, in a
+    solve of its own.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> bank = {name: each for name, each in vc.references().items() if name == "line, creepage 0.3"}
+    >>> found = vc.tradeoff(bank, ["auto"], cells=[8, 16])
+    >>> bool((found.runs["error"] < [0.06, 0.03]).all())
+    True
+    """
+    bank = references() if scenes is None else dict(scenes)
+    for name, each in bank.items():
+        if not isinstance(each, Reference):
+            raise SceneError(f"scenes[{name!r}]", each, "a Reference, as references() has them")
+    ways = default_ways() if methods is None else _ways(methods, cells)
+    progress = checks.progress(progress)
+    with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
+        known = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
+        met: Counter[str] = Counter()
+        for name, reference in bank.items():
+            key = signature(Posed(reference.kind, reference.scene, reference.steps))
+            met[reference.kind] += 1
+            rows: list[dict[str, Any]] = []
+            try:
+                if progress is not None:
+                    progress(name)
+                for way in ways:
+                    if (name, str(way), key) not in known:
+                        row = _measured(reference, way, met[reference.kind])
+                        rows.append({"scene": name, "kind": reference.kind, **_named(way), **row, "identity": key})
+            except KeyboardInterrupt:
+                raise Interrupted(Tradeoff.of(table.rows, bank, ways), f" before {name!r}") from None
+            if rows:
+                table.add(*rows)
+        return Tradeoff.of(table.rows, bank, ways)
+
+
+def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
+    numbers = [checks.whole("cells", n, least=2) for n in cells]
+    if isinstance(methods, str):
+        raise SceneError("methods", methods, "a list of names or ways")
+    found = []
+    for each in methods:
+        if isinstance(each, Way):
+            found.append(each)
+            continue
+        name = checks.choice("methods", each, ("auto", *tangential_methods(), *THEORIES))
+        options: tuple[tuple[str, Any], ...] = () if name == "auto" else (("tangential", name),)
+        found += [Way(cells=n, options=options) for n in numbers]
+    if not found:
+        raise SceneError("methods", [], "one at least", message="no methods to measure: name at least one")
+    return found
+
+
+def _named(way: Way) -> dict[str, Any]:
+    return {"way": str(way), "family": way.family, "cells": way.cells}
+
+
+def _measured(reference: Reference, way: Way, number: int) -> dict[str, Any]:
+    """The row of a way on a scene, the so many-th of its class."""
+    scene = reference.scene
+    reason = way.why_not(scene)
+    if reason:
+        return {"outcome": "refused", "reason": reason}
+    steps = reference.steps or None
+    try:
+        wall, processor = time.perf_counter(), time.process_time()
+        found = answer(scene, way, steps=steps)
+        wall, processor = time.perf_counter() - wall, time.process_time() - processor
+        repeat = _repeat(reference, way) if number <= REPEATED else np.nan
+        memory = _traced(reference, way) if number == 1 else np.nan
+    except NotConverged as error:
+        return {"outcome": "not converged", "reason": str(error)}
+    except VarcontactError as error:
+        return {"outcome": "refused", "reason": str(error)}
+    return {
+        "outcome": "answered",
+        "reason": "",
+        "error": reference.error(found.values),
+        "bar": reference.bar,
+        "seconds": wall,
+        "processor_seconds": processor,
+        "repeat_seconds": repeat,
+        "setup_seconds": max(processor - repeat, 0.0),
+        "memory": memory,
+        **_certified(found),
+    }
+
+
+def _certified(found: Answered) -> dict[str, float]:
+    """Residual and gap of the finest solution: how exact it is for its grid."""
+    last = found.solutions[-1]
+    solution = last[-1] if isinstance(last, History) else last
+    return {"residual": solution.certificate.residual, "relative_gap": solution.certificate.relative_gap}
+
+
+def _repeat(reference: Reference, way: Way) -> float:
+    """Processor seconds of a second scene with what the first has made; NaN where that cannot be told apart."""
+    scene, options = reference.scene, dict(way.options)
+    if not isinstance(scene.motion, Steady | Shift) or set(options) - {"tangential"}:
+        return np.nan
+    seconds = 0.0
+    for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
+        posed = way.of(scene, n)
+        plan = make_plan(posed, tangential=options.get("tangential", "auto"))
+        series = Series(TOLERANCE, polished_by(plan, None))
+        series.solve(posed, plan)
+        assert isinstance(posed.motion, Steady | Shift)
+        started = time.process_time()
+        series.solve(replace(posed, motion=neighbour(posed.motion)), plan)
+        seconds += time.process_time() - started
+        series.forget()
+    return seconds
+
+
+def _traced(reference: Reference, way: Way) -> float:
+    """Peak memory of arrays during an answer [bytes]."""
+    if tracemalloc.is_tracing():
+        return np.nan
+    tracemalloc.start()
+    try:
+        answer(reference.scene, way, steps=reference.steps or None)
+        return float(tracemalloc.get_traced_memory()[1])
+    finally:
+        tracemalloc.stop()
