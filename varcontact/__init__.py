@@ -38,6 +38,7 @@ from varcontact.study.bank import standard_bank, unlike_bank
 from varcontact.study.compare import compare
 from varcontact.study.converge import converge
 from varcontact.study.convergence import Convergence
+from varcontact.study.curve import creep_curve
 from varcontact.study.front import Tradeoff
 from varcontact.study.references import Reference, references
 from varcontact.study.scan import scan
@@ -93,6 +94,7 @@ __all__ = [
     "certify",
     "compare",
     "converge",
+    "creep_curve",
     "creep_forces",
     "kinematics",
     "load",

@@ -13,6 +13,7 @@ from varcontact.plotting.quantities import Measure, measure, measure_of
 from varcontact.plotting.style import COLUMN, MARKERS, colour, figure_of, legend_below, new_figure, settle, styled
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -24,7 +25,7 @@ STYLES = ("-", "--", ":")
 
 
 def plot_curve(
-    solutions: Sequence[Solution] | Mapping[str, Sequence[Solution]],
+    solutions: Sequence[Solution] | Mapping[str, Sequence[Solution]] | xr.Dataset,
     *,
     against: str = "auto",
     normalised: bool = True,
@@ -35,8 +36,9 @@ def plot_curve(
 
     Parameters
     ----------
-    solutions : sequence of Solution, or dict of str to such
-        As `scan` gives them; several curves by name.
+    solutions : sequence of Solution, or dict of str to such, or xarray.Dataset
+        As `scan` gives them; several curves by name; or as `creep_curve` gives them, whose values are plain numbers
+        without units.
     against : str
         "vx", "vy" or "spin" (of a shift ux, uy or the rotation); "auto": the one that changes most.
     normalised : bool
@@ -71,11 +73,13 @@ def plot_curve(
     from varcontact.plotting.solution import check_axes, figure_size
     from varcontact.plotting.ticks import readable_ticks
 
-    curves = _curves(solutions)
-    every = [sol for curve in curves.values() for sol in curve]
     normalised = checks.flag("normalised", normalised)
     check_axes(ax)
     size = (COLUMN * 1.15, 2.9) if figsize is None else figure_size(figsize)
+    if hasattr(solutions, "data_vars"):
+        return _plot_dataset(solutions, against, normalised, ax, size)
+    curves = _curves(solutions)
+    every = [sol for curve in curves.values() for sol in curve]
     name = _abscissa(every, checks.choice("against", against, ("auto", *CREEPAGES)))
     shown = _components(every)
     shift = _shift(every[0])
@@ -88,7 +92,9 @@ def plot_curve(
         if ax is None:
             _, (ax,) = new_figure(1, 1, size)
         for i, (label, curve) in enumerate(curves.items()):
-            _draw(ax, curve, label, i, name, along, force, normalised, shown, len(curves) > 1)
+            x = along([getattr(sol, name) for sol in curve])
+            forces = np.array([-sol.force / (_limit(sol) if normalised else 1.0) for sol in curve])
+            _draw(ax, x, force(forces), label, i, shown, len(curves) > 1)
         if normalised:
             ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
             ax.set_ylabel(f"tangential force / {_limit_in_words(every[0])}")
@@ -146,27 +152,51 @@ def _limit_in_words(sol: Solution) -> str:
     return "normal force" if sol.scene.no_slip or sol.scene.frictionless else "friction's limit"
 
 
+def _plot_dataset(found: Any, against: str, normalised: bool, ax: Axes | None, size: tuple[float, float]) -> Figure:
+    """The curves of `creep_curve`: a line for each method, and each direction in which there are forces."""
+    from varcontact.plotting.ticks import readable_ticks
+
+    if not {"Fx", "Fy", *CREEPAGES} <= {str(name) for name in found.variables} or found.Fx.dims != ("theory", "point"):
+        raise SceneError("solutions", type(found), message="solutions: not a dataset of creep_curve")
+    limit = float(found.attrs.get("limit", np.nan))
+    if normalised and not limit > 0:
+        message = "normalised: these curves have no single limit of friction; give normalised=False"
+        raise SceneError("normalised", normalised, message=message)
+    spread = {name: float(np.ptp(found[name].values)) for name in CREEPAGES}
+    # lengths are unknown here: creepages come before the spin
+    moving = [name for name in ("vx", "vy") if spread[name] > 0] or ["spin"]
+    name = against if against != "auto" else max(moving, key=lambda key: spread[key])
+    along = measure("1", None, found[name].values)
+    forces = -np.stack([found.Fx.values, found.Fy.values], axis=-1) / (limit if normalised else 1.0)
+    largest = np.nanmax(np.abs(forces), axis=(0, 1))
+    shown = tuple(i for i in (0, 1) if largest[i] > 1e-6 * largest.max()) or (0,)
+    labels = [str(label) for label in found.theory.values]
+    with styled():
+        if ax is None:
+            _, (ax,) = new_figure(1, 1, size)
+        for i, label in enumerate(labels):
+            _draw(ax, along(found[name].values), forces[i], label, i, shown, len(labels) > 1)
+        if normalised:
+            ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
+        force = "tangential force" if len(shown) == 2 else f"$-F_{'xy'[shown[0]]}$"
+        ax.set_ylabel(f"{force} / friction's limit" if normalised else force)
+        ax.axhline(0.0, color="k", linewidth=0.5)
+        ax.set_xlabel(along.label(CREEPAGES[name][0]))
+        readable_ticks(ax)
+        legend_below(ax, columns=2)
+        settle(figure_of(ax))
+    return figure_of(ax)
+
+
 def _draw(
-    ax: Axes,
-    curve: list[Solution],
-    label: str,
-    number: int,
-    name: str,
-    along: Measure,
-    force: Measure,
-    normalised: bool,
-    components: tuple[int, ...],
-    several: bool,
+    ax: Axes, x: np.ndarray, forces: np.ndarray, label: str, number: int, components: tuple[int, ...], several: bool
 ) -> None:
     """One curve: a line for each direction in which there are forces, and for both together."""
-    x = along([getattr(sol, name) for sol in curve])
-    forces = np.array([-sol.force / (_limit(sol) if normalised else 1.0) for sol in curve])
     lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in components]
     if len(components) == 2:
         lines.append(("$|F|$", np.hypot(*forces.T)))
     for j, (part, values) in enumerate(lines):
         marker = MARKERS[(number if several else j) % len(MARKERS)]
         words = f"{label}: {part}" if label and len(lines) > 1 else label or part
-        ax.plot(
-            x, force(values), marker=marker, linestyle=STYLES[j], color=colour(number if several else j), label=words
-        )
+        style: dict[str, Any] = {"marker": marker, "linestyle": STYLES[j], "color": colour(number if several else j)}
+        ax.plot(x, values, markevery=max(1, len(x) // 12), label=words, **style)

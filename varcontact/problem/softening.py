@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 FACTOR = 1.6
-"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: from 1.3 to 2.2 they are nearly as good.
+"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as good.
 
-At a straight edge across the direction of rolling 2.1 to 2.3 is exact, see `softening`. Along the other edges tractions
+At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `softening`. Along the other edges tractions
 do not rise in that direction, and less is enough.
 """
 
