@@ -29,9 +29,10 @@ from varcontact.results.stress import SubsurfaceStress, stress, stress_below
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N, SI, Units
 from varcontact.solving.remeasured import load
 from varcontact.solving.solve import certify, solve

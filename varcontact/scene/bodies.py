@@ -9,9 +9,10 @@ from typing import Any
 from varcontact import checks
 from varcontact.checks import named
 from varcontact.errors import SceneError
+from varcontact.scene import words
 
 
-@named({"E": "Bodies.from_young(E, nu)", "mu": "G for the modulus of rigidity, and friction in the Scene"})
+@named(words.BODIES)
 @dataclass(frozen=True)
 class Bodies:
     """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).

@@ -9,11 +9,12 @@ import numpy as np
 
 from varcontact.checks import choice, moderate, named, positive, whole
 from varcontact.errors import SceneError
+from varcontact.scene import words
 
 EDGES = ("centres", "touched", "softened")
 
 
-@named({"mx": "nx", "my": "ny", "xl": "x0", "yl": "y0", "n": "nx and ny"})
+@named(words.GRID)
 @dataclass(frozen=True)
 class Grid:
     """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.

@@ -15,13 +15,14 @@ from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
-from varcontact.scene import consistency
+from varcontact.scene import consistency, words
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
+from varcontact.scene.motion import Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
@@ -33,26 +34,8 @@ else:
 
     MotionT_co = TypeVar("MotionT_co", covariant=True)
 
-WORDS = {
-    "FN": "normal_force",
-    "fn": "normal_force",
-    "Fz": "normal_force",
-    "N": "normal_force",
-    "pen": "approach",
-    "penetration": "approach",
-    "mu": "friction",
-    "fstat": "friction",
-    "f": "friction",
-    "vx": "motion=Steady(vx=...)",
-    "vy": "motion=Steady(vy=...)",
-    "spin": "motion=Steady(spin=...)",
-    "material": "bodies",
-    "geometry": "surface",
-}
-"""Names of entries in other programs and books."""
 
-
-@checks.named(WORDS)
+@checks.named(words.SCENE)
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scene(Generic[MotionT_co]):
     """A contact as the user describes it, in any consistent units.

@@ -53,6 +53,7 @@ TangentialName = Literal[
     "fastrip",
     "strip",
     "polach",
+    "table",
 ]
 """Methods of the tangential problem, and theories."""
 CouplingName = Literal["auto", "johnson", "panagiotopoulos", "joint", "newton"]

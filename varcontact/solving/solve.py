@@ -17,14 +17,16 @@ from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
