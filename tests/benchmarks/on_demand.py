@@ -29,6 +29,8 @@ CELLS = (4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 144)
 CELLS_IN_LINE = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 BUDGETS = (0.03, 0.1, 0.3, 1.0)
+COARSE = 4
+"""Grids that may be solved alone, where there is no time for a second one."""
 SAFETY = 1.1
 """By which the added part of an estimate is larger than the scenes that it is fitted to ask for."""
 SURE = 3e-4
@@ -143,7 +145,7 @@ def fit(path: Path) -> None:
         single = SAFETY * max(
             abs(np.array(row) - each["continuum"]).max() * n**order
             for each in chosen
-            for n, row in zip(each["cells"][:-3], each["found"], strict=False)
+            for n, row in zip(each["cells"][:COARSE], each["found"], strict=False)
         )
         words = f"{order:g}, {share:g}, {floor:.2g}, {fall:g}, {usual:.2g}, {single:.2g}"
         print(f"{key}: {len(chosen)} scenes, {words}; estimate/error {ratio:.1f} in the median")

@@ -110,45 +110,45 @@ LADDERS = {
     (True, True, "none"): Ladder("Hertz's contact", *EXACT, 100, line=True),
     (False, True, "steady"): Ladder(
         "rolling under Hertz's pressure",
-        *(1.75, 1.0, 0.028, 1.0, 0.12, 1.0),
+        *(1.75, 1.0, 0.029, 1.0, 0.13, 1.0),
         coarsest=4,
         along=1.5,
         edge="softened",
         second_order=True,
     ),
     (False, True, "shift"): Ladder(
-        "shifts under Hertz's pressure", *(2.0, 0.25, 1.6, 2.0, 0.53, 2.0), coarsest=4, edge="touched"
+        "shifts under Hertz's pressure", *(2.0, 0.25, 1.6, 2.0, 0.53, 1.9), coarsest=4, edge="touched"
     ),
     (False, False, "steady"): Ladder(
         "rolling under computed pressure",
-        *(2.0, 1.5, 0.3, 1.2, 0.5, 3.0),
+        *(2.0, 0.25, 1.6, 1.5, 0.47, 3.1),
         coarsest=6,
         along=1.5,
         second_order=True,
     ),
-    (False, False, "shift"): Ladder("shifts under computed pressure", *(2.0, 1.5, 0.5, 2.0, 0.3, 3.0), coarsest=6),
-    (False, False, "none"): Ladder("normal contact", *(2.0, 1.5, 0.5, 2.0, 0.3, 3.0), coarsest=6),
+    (False, False, "shift"): Ladder("shifts under computed pressure", *(2.0, 3.0, 0.39, 2.0, 0.23, 1.2), coarsest=6),
+    (False, False, "none"): Ladder("normal contact", *(2.0, 3.0, 4.4, 2.0, 0.76, 7.1), coarsest=6),
     (True, True, "steady"): Ladder(
         "line contact, rolling under Hertz's pressure",
-        *(1.75, 0.5, 0.123, 1.25, 0.077, 3.0),
+        *(1.75, 0.5, 0.12, 1.25, 0.077, 0.67),
         coarsest=8,
         second_order=True,
         line=True,
     ),
     (True, True, "shift"): Ladder(
-        "line contact, shifts under Hertz's pressure", *(2.0, 0.25, 0.43, 2.0, 0.084, 1.0), coarsest=8, line=True
+        "line contact, shifts under Hertz's pressure", *(2.0, 0.25, 0.43, 2.0, 0.084, 0.41), coarsest=8, line=True
     ),
     (True, False, "steady"): Ladder(
         "line contact, rolling under computed pressure",
-        *(1.2, 3.0, 0.4, 1.0, 0.12, 3.0),
+        *(2.0, 1.0, 0.64, 1.0, 2.2, 6.6),
         coarsest=12,
         second_order=True,
         line=True,
     ),
     (True, False, "shift"): Ladder(
-        "line contact, shifts under computed pressure", *(2.0, 2.0, 0.013, 1.0, 0.029, 2.8), coarsest=8, line=True
+        "line contact, shifts under computed pressure", *(2.0, 2.0, 0.013, 1.0, 0.021, 2.8), coarsest=8, line=True
     ),
-    (True, False, "none"): Ladder("line contact, normal", *(1.0, 1.5, 0.5, 1.0, 0.5, 3.0), coarsest=8, line=True),
+    (True, False, "none"): Ladder("line contact, normal", *(2.0, 1.0, 0.64, 1.0, 2.2, 6.6), coarsest=8, line=True),
 }
 """By whether it is line contact, whether Hertz's pressure is taken, and motion."""
 
