@@ -63,7 +63,7 @@ def climbed(scene: vc.Scene) -> dict[str, object]:
     answers = [rung(scene, ladder, n) for n in cells]
     per = units(answers[-1][0])
     found = np.array([[values(sol)[name] / unit for name, unit in per.items()] for sol, _ in answers])
-    fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.order)
+    fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.law.order)
     return {
         "key": list(key),
         "cells": cells,
