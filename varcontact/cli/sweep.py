@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,7 @@ import typer
 
 from varcontact.cli.app import app
 from varcontact.cli.methods import METHODS
-from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, show, stop
+from varcontact.cli.terminal import NOT_SOLVED, bar, check_outputs, fail, show, stop
 from varcontact.errors import Interrupted, SceneError, WorkersLost
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ def sweep(
     given |= {"formulation": formulation, "tol": tol}
     options |= {name: value for name, value in given.items() if value is not None}
     try:
-        with _executor(dask, workers) as executor, _bar() as progress:
+        with _executor(dask, workers) as executor, bar() as progress:
             options |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
             swept = sweep_over(described, over, **options)
     except Interrupted as stopped:
@@ -96,24 +95,6 @@ def _executor(address: str | None, workers: int) -> Iterator[Any]:
         raise SceneError("--dask", address, f"the address of a running scheduler ({words})") from None
     with client:
         yield client.get_executor()
-
-
-@contextlib.contextmanager
-def _bar() -> Iterator[Any]:
-    """A progress bar on standard error, where that is a terminal; solvers print there, too."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    console = Console(stderr=True)
-    with contextlib.redirect_stdout(sys.stderr):
-        if not console.is_terminal:
-            yield None
-            return
-        with Progress(BarColumn(), TextColumn("{task.description}"), console=console, transient=True) as bar:
-            task = bar.add_task("")
-            yield lambda standing: bar.update(
-                task, total=standing.of, completed=standing.done, description=str(standing)
-            )
 
 
 def _table(swept: xr.Dataset) -> pd.DataFrame:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, cast
 
@@ -69,6 +69,36 @@ def scan(
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
+    options: dict[str, Any] = {"formulation": formulation, "method": method, "tol": tol, "polish": polish}
+    options |= {"certify": certify, "progress": progress, "accuracy": accuracy, "time_budget": time_budget}
+    return list(scanned(scene, creepages, normal, tangential, coupling, **options))
+
+
+def scanned(
+    scene: Scene,
+    creepages: np.ndarray,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    method: str = "auto",
+    tol: float = TOLERANCE,
+    polish: bool | None = None,
+    certify: str | None = "auto",
+    progress: Callable[[str], None] | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
+) -> Iterator[Solution]:
+    """The solutions of a `scan`, one after the other. What is wrong with the arguments is said before the first.
+
+    Parameters
+    ----------
+    scene, creepages, normal, tangential, coupling, formulation, method, tol, polish, certify, progress
+        As for `scan`.
+    accuracy, time_budget : float, optional
+        As for `scan`.
+    """
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
@@ -86,10 +116,10 @@ def scan(
         rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
         rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
         posed = [replace(scene, motion=each) for each in motions]
-        return [cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed]
+        return (cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed)
     plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
     tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
-    return list(solve_many(scene, motions, plans[0], tol, polish, progress, level(certify)))
+    return solve_many(scene, motions, plans[0], tol, polish, progress, level(certify))
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
