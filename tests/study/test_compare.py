@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -336,3 +337,25 @@ def test_without_the_answers_the_scene_is_solved_again(rolling, tmp_path):
     table = vc.compare(rolling(), ["fastsim", "linear"], store=store, progress=seen.append)
     assert seen == ["scene: fastsim", "scene: linear"]
     assert table["method"].tolist() == ["fastsim", "linear"]
+
+
+def test_by_an_executor_it_is_the_same_table(rolling, tmp_path):
+    """But for seconds; scenes that were begun elsewhere are done again, finished ones are not."""
+    scenes = {name: rolling(motion=vc.Steady(vx=vx), grid=vc.Grid(nx=6, ny=6)) for name, vx in (("b", 0.1), ("a", 0.3))}
+    methods, store, told = ["tang", "fastsim", "linear"], tmp_path / "table.csv", []
+    here = vc.compare(scenes, methods)
+
+    def stop(word):
+        if word == "b: linear":
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted, match="after 0 of 2 scenes and 2 of 3 methods of the next"):
+        vc.compare(scenes, methods, store=store, progress=stop)
+    with ThreadPoolExecutor(2) as pool:
+        there = vc.compare(scenes, methods, store=store, executor=pool, progress=told.append)
+        again = vc.compare(scenes, methods, store=store, executor=pool, progress=told.append)
+    assert sorted(told) == ["a: all methods", "b: all methods"]
+    figures = [name for name in here if "seconds" not in name]
+    pd.testing.assert_frame_equal(there[figures], here[figures])
+    pd.testing.assert_frame_equal(again, there)
+    assert [file.name for file in tmp_path.iterdir()] == ["table.csv"]

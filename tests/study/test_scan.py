@@ -1,6 +1,7 @@
 """Scans over creepages: nothing but single solves, quicker."""
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -71,6 +72,31 @@ def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):
     monkeypatch.setattr("varcontact.solvers.matrix_free.kernel.Kernel", counted)
     vc.scan(rolling(grid=vc.Grid(nx=25, ny=25)), CREEPAGES, tangential="newton")
     assert len(made) == 2  # of both levels
+
+
+def test_a_scan_by_others_is_the_scan_here(rolling):
+    """In threads and in processes, which give the same digits; and whole solutions come back."""
+    scene, creepages = rolling(grid=GRID), [(0.01 * k, 0.02, 0.0) for k in range(11)]
+    told = []
+    with ThreadPoolExecutor(2) as pool:
+        threads = vc.scan(scene, creepages, executor=pool, progress=told.append)
+    processes = vc.scan(scene, creepages, workers=2)
+    assert sorted(told) in (["11 of 11 creepages", "8 of 11 creepages"], ["11 of 11 creepages", "3 of 11 creepages"])
+    for one, other, here in zip(threads, processes, vc.scan(scene, creepages), strict=True):
+        np.testing.assert_array_equal(one.traction, other.traction)
+        np.testing.assert_allclose(one.traction, here.traction, rtol=0, atol=1e-10)
+        assert other.creepage == here.creepage
+        assert other.report().splitlines()[0] == here.report().splitlines()[0]
+
+
+def test_a_failure_elsewhere_is_that_failure(rolling):
+    with ThreadPoolExecutor(1) as pool, pytest.raises(vc.NotConverged, match="the residual is not below tol"):
+        vc.scan(rolling(grid=GRID), CREEPAGES, tangential="scs", polish=False, tol=1e-15, executor=pool)
+
+
+def test_a_scan_to_an_accuracy_is_solved_here(rolling):
+    with pytest.raises(vc.SceneError, match="workers = 2 must be left out: a scan to an accuracy"):
+        vc.scan(rolling(grid=GRID), CREEPAGES, accuracy=0.1, workers=2)
 
 
 def test_order_does_not_matter(rolling):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -40,6 +40,7 @@ def compare(
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
+    workers: Annotated[int, typer.Option(help="Processes that solve scenes; the seconds then are of shared ones.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
@@ -65,10 +66,10 @@ def compare(
         )
     chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
     written = table_as_json if as_json else summary
-    grid = {"accuracy": accuracy, "time_budget": time_budget}
+    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget, "workers": workers}
     try:
         table = with_progress(
-            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress, **grid)
+            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress, **options)
         )
     except Interrupted as stopped:
         if len(stopped.partial):

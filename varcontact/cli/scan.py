@@ -14,8 +14,9 @@ import typer
 
 from varcontact.cli.app import app
 from varcontact.cli.methods import METHODS
-from varcontact.cli.terminal import FORCE, bar, check_outputs, show
+from varcontact.cli.terminal import FORCE, check_outputs, show
 from varcontact.cli.values import VALUES, values_of
+from varcontact.cli.workers import bar
 from varcontact.errors import SceneError, VarcontactError
 
 if TYPE_CHECKING:

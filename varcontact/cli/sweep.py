@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +10,8 @@ import typer
 
 from varcontact.cli.app import app
 from varcontact.cli.methods import METHODS
-from varcontact.cli.terminal import NOT_SOLVED, bar, check_outputs, fail, show, stop
+from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, show, stop
+from varcontact.cli.workers import bar, cluster
 from varcontact.errors import Interrupted, SceneError, WorkersLost
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ def sweep(
     given |= {"formulation": formulation, "tol": tol}
     options |= {name: value for name, value in given.items() if value is not None}
     try:
-        with _executor(dask, workers) as executor, bar() as progress:
+        with cluster(dask, workers) as executor, bar() as progress:
             options |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
             swept = sweep_over(described, over, **options)
     except Interrupted as stopped:
@@ -72,29 +71,6 @@ def sweep(
             kept = f"finished scenes are kept in {out}, and the same command resumes from there"
         fail(f"{lost}; {kept}", NOT_SOLVED)
     show(_json(swept) if as_json else _report(swept))
-
-
-@contextlib.contextmanager
-def _executor(address: str | None, workers: int) -> Iterator[Any]:
-    """That of a dask cluster, where one is named."""
-    if address is None:
-        yield None
-        return
-    if workers != 1:
-        raise SceneError("--workers", workers, "left out: the cluster of --dask has its own")
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        install = 'pip install "varcontact[dask]"'
-        message = f"--dask needs a package that is not installed: {install}"
-        raise SceneError("--dask", address, "left out", message=message) from None
-    try:
-        client = Client(address, timeout=10, set_as_default=False)
-    except (OSError, ValueError) as error:
-        words = str(error).splitlines()[0]
-        raise SceneError("--dask", address, f"the address of a running scheduler ({words})") from None
-    with client:
-        yield client.get_executor()
 
 
 def _table(swept: xr.Dataset) -> pd.DataFrame:

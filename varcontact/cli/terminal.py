@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -55,30 +54,6 @@ def with_progress(work: Any) -> Any:
             return work(None)
         with console.status("reading") as status:
             return work(status.update)
-
-
-@contextlib.contextmanager
-def bar() -> Iterator[Any]:
-    """A progress bar on standard error, where that is a terminal; solvers print there, too.
-
-    Yields
-    ------
-    callable or None
-        To be told the `Standing` of a study.
-    """
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    console = Console(stderr=True)
-    with contextlib.redirect_stdout(sys.stderr):
-        if not console.is_terminal:
-            yield None
-            return
-        with Progress(BarColumn(), TextColumn("{task.description}"), console=console, transient=True) as shown:
-            task = shown.add_task("")
-            yield lambda standing: shown.update(
-                task, total=standing.of, completed=standing.done, description=str(standing)
-            )
 
 
 def check_outputs(

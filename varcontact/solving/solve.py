@@ -74,7 +74,7 @@ def solve(
         Method of the tangential problem: "auto"; "clarabel", "scs" or "cvxpy:<NAME>", a second-order-cone program;
         "tang" (rough Newton steps between exchanges), "tang-exact" (as printed) or "tang-safeguarded", active
         sets; "newton", without a matrix, for many elements; or an approximate theory: "fastsim", "fastsim-elliptic",
-        "linear", "vermeulen-johnson".
+        "linear", "vermeulen-johnson"; or "table", exact forces interpolated.
     coupling : {"auto", "johnson", "panagiotopoulos", "joint", "newton"}
         How the two meet where the bodies differ (K != 0): one pass; both problems in turn; pressure and tractions
         together with only the traction bound fixed, in a shift one convex program a pass; or both at once by Newton's

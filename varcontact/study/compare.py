@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from varcontact.solvers.registry import load_packages
 from varcontact.solving.series import solve_many
 from varcontact.solving.solve import solve
 from varcontact.study.answers import Answer, distances, forget_answers, keep_answers, kept_answers
+from varcontact.study.engine import opened, results
 from varcontact.study.method import Method
 from varcontact.study.store import COLUMNS, WORDS, Table, identity
 
@@ -50,6 +52,8 @@ def compare(
     progress: Callable[[str], None] | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
+    executor: Executor | None = None,
+    workers: int = 1,
 ) -> Comparison:
     """Solve scenes by many methods, and measure each answer.
 
@@ -71,6 +75,9 @@ def compare(
     accuracy, time_budget : float, optional
         As for `solve`, for scenes without a grid of their own: they are compared on the grid on which an answer
         of this accuracy, or within this time, is found.
+    executor, workers
+        Where scenes are solved, as for `sweep`: each by one worker with all methods. The seconds are then those of
+        processes that may share processors, and progress tells finished scenes.
 
     Returns
     -------
@@ -91,6 +98,8 @@ def compare(
         For a method that does not exist, a scene that is a history or a store of another study, before any work starts.
     OutputError
         If the store cannot be written, or another run adds to it.
+    WorkersLost
+        If the executor ends early.
     Interrupted
         By Ctrl-C; its `partial` is the table of what is finished. The distances of a scene come with its last method.
 
@@ -117,14 +126,18 @@ def compare(
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         comparison = _Comparison(table, chosen, tol, progress)
         comparison.check_same({name: identity(scene, tol) for name, scene in named.items()})
-        for name, scene in named.items():
-            try:
-                comparison.solve(name, scene)
-            except KeyboardInterrupt:
-                done, begun = len(comparison.finished() & set(named)), len(comparison.rows(name))
-                part = f" and {begun} of {len(chosen)} methods of the next" if begun else ""
-                finished = f" after {done} of {len(named)} scenes{part}"
-                raise Interrupted(comparison.table(named), finished) from None
+        try:
+            with opened(executor, workers) as pool:
+                for name, scene in named.items() if pool is None else ():
+                    comparison.solve(name, scene)
+                if pool is not None:
+                    comparison.solve_all(named, pool)
+        except KeyboardInterrupt:
+            done = comparison.finished() & set(named)
+            begun = max((len(comparison.rows(name)) for name in set(named) - done), default=0)
+            part = f" and {begun} of {len(chosen)} methods of the next" if begun else ""
+            finished = f" after {len(done)} of {len(named)} scenes{part}"
+            raise Interrupted(comparison.table(named), finished) from None
         comparison.clear()
         return comparison.table(named)
 
@@ -175,8 +188,9 @@ class _Comparison:
         """The rows of some scenes."""
         from varcontact.study.comparison import Comparison
 
-        chosen = set(names)
-        return Comparison([row for row in self.kept.rows if row["scene"] in chosen], columns=list(COLUMNS))
+        place = {name: k for k, name in enumerate(names)}
+        rows = sorted((row for row in self.kept.rows if row["scene"] in place), key=lambda row: place[row["scene"]])
+        return Comparison(rows, columns=list(COLUMNS))
 
     def check_same(self, identities: dict[str, str]) -> None:
         """Refuse rows of other methods, or of other scenes by the same names; the last scene may lack methods."""
@@ -222,10 +236,28 @@ class _Comparison:
             others = [each for each in self.kept.rows if each["scene"] in whole]
             self.kept.write([*others, *(distances(rows, answers) if finished else rows)])
 
+    def solve_all(self, named: Mapping[str, Scene], pool: Executor) -> None:
+        """All scenes that lack a method, by an executor; of those that were begun nothing is taken over."""
+        finished = self.finished()
+        tasks = [(name, scene, self.methods, self.tol) for name, scene in named.items() if name not in finished]
+        for _, rows in results(_of_scene, tasks, pool):
+            finished = self.finished()
+            self.kept.write([*(row for row in self.kept.rows if row["scene"] in finished), *rows])
+            if self.progress is not None:
+                self.progress(f"{rows[0]['scene']}: all methods")
+
     def clear(self) -> None:
         """Remove the answers that were kept, if no scene waits for them."""
         if self.kept.path is not None and self.finished() == {row["scene"] for row in self.kept.rows}:
             forget_answers(self.kept.path)
+
+
+def _of_scene(task: tuple[str, Scene, list[Method], float]) -> list[dict[str, Any]]:
+    """The rows of a scene by all methods, in a worker."""
+    name, scene, methods, tol = task
+    comparison = _Comparison(Table(None, COLUMNS), methods, tol, None)
+    comparison.solve(name, scene)
+    return comparison.kept.rows
 
 
 def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:

@@ -20,6 +20,8 @@ from varcontact.errors import SceneError, VarcontactError, WorkersLost
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
+CHUNK = 8
+"""Scenes that a worker solves one after the other."""
 MOST_AT_ONCE = 512
 """Pieces of work that an executor has at once, so that it need not hold the scenes of all of them."""
 MOST_WORKERS = 1024

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -11,12 +12,14 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.choice import make_plan
+from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.series import solve_many
 from varcontact.solving.solve import level, polished_by, solve
+from varcontact.study.engine import CHUNK, opened, results
 
 
 def scan(
@@ -31,6 +34,8 @@ def scan(
     tol: float = TOLERANCE,
     polish: bool | None = None,
     certify: str | None = "auto",
+    executor: Executor | None = None,
+    workers: int = 1,
     progress: Callable[[str], None] | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,
@@ -45,8 +50,13 @@ def scan(
         With a motion, whose creepages are replaced; no prescribed tangential force.
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
-    normal, tangential, coupling, formulation, method, tol, polish, certify, progress
+    normal, tangential, coupling, formulation, method, tol, polish, certify
         As for `solve`.
+    executor, workers
+        Where they are solved, as for `sweep`; there they are cut into chunks of eight, and only within a chunk does one
+        begin from another.
+    progress : callable, optional
+        Told the name of each stage, or, of other processes, how many creepages are done.
     accuracy, time_budget : float, optional
         As for `solve`, of each solution. Each then has a grid of its own, and nothing is shared between them.
 
@@ -58,6 +68,8 @@ def scan(
     ------
     SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
         As `solve`; the first failure ends the scan.
+    WorkersLost
+        If the executor ends early.
 
     Examples
     --------
@@ -69,9 +81,25 @@ def scan(
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
-    options: dict[str, Any] = {"formulation": formulation, "method": method, "tol": tol, "polish": polish}
-    options |= {"certify": certify, "progress": progress, "accuracy": accuracy, "time_budget": time_budget}
-    return list(scanned(scene, creepages, normal, tangential, coupling, **options))
+    motions = _motions(scene, creepages)
+    if (accuracy is not None or time_budget is not None) and (executor is not None or workers != 1):
+        name, value = ("workers", workers) if executor is None else ("executor", executor)
+        raise SceneError(name, value, "left out: a scan to an accuracy, or within a time, is solved here")
+    with opened(executor, workers) as pool:
+        if pool is None:
+            options: dict[str, Any] = {"formulation": formulation, "method": method, "tol": tol, "polish": polish}
+            options |= {"certify": certify, "accuracy": accuracy, "time_budget": time_budget, "progress": progress}
+            return list(scanned(scene, creepages, normal, tangential, coupling, **options))
+        plan = _plan(scene, motions, normal, tangential, coupling, formulation, method)
+        tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
+        parts = [motions[k : k + CHUNK] for k in range(0, len(motions), CHUNK)]
+        solved: list[list[Solution]] = [[] for _ in parts]
+        tasks = [_Part(scene, part, plan, tol, polish, level(certify)) for part in parts]
+        for number, solutions in results(_Part.solved, tasks, pool):
+            solved[number] = solutions
+            if progress is not None:
+                progress(f"{sum(map(len, solved))} of {len(motions)} creepages")
+    return [solution for part in solved for solution in part]
 
 
 def scanned(
@@ -99,6 +127,34 @@ def scanned(
     accuracy, time_budget : float, optional
         As for `scan`.
     """
+    motions = _motions(scene, creepages)
+    if accuracy is not None or time_budget is not None:
+        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
+        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
+        posed = [replace(scene, motion=each) for each in motions]
+        return (cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed)
+    plan = _plan(scene, motions, normal, tangential, coupling, formulation, method)
+    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
+    return solve_many(scene, motions, plan, tol, polish, progress, level(certify))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some motions of a scan, and how they are solved."""
+
+    scene: Scene
+    motions: list[Steady | Shift]
+    plan: Plan
+    tol: float
+    polish: bool
+    certify: str
+
+    def solved(self) -> list[Solution]:
+        return list(solve_many(self.scene, self.motions, self.plan, self.tol, self.polish, certify=self.certify))
+
+
+def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
+    """The scene's motion with each of the creepages."""
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
@@ -110,16 +166,12 @@ def scanned(
             message="motion: a scan sets the creepages; give Steady or Shift with no prescribed force",
         )
     triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
-    motions = [_with_rigid(motion, triple) for triple in triples]
-    choices = normal, tangential, coupling, formulation, method
-    if accuracy is not None or time_budget is not None:
-        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
-        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
-        posed = [replace(scene, motion=each) for each in motions]
-        return (cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed)
-    plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
-    tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
-    return solve_many(scene, motions, plans[0], tol, polish, progress, level(certify))
+    return [_with_rigid(motion, triple) for triple in triples]
+
+
+def _plan(scene: Scene, motions: list[Steady | Shift], *choices: str) -> Plan:
+    """The plan of the first motion, which serves all; what any of them cannot have is refused."""
+    return [make_plan(replace(scene, motion=each), *choices) for each in motions][0]
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:

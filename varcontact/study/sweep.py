@@ -39,14 +39,11 @@ from varcontact.solvers.registry import load_packages
 from varcontact.solving.series import Series
 from varcontact.solving.solve import level, polished_by
 from varcontact.study.compare import carried
-from varcontact.study.engine import opened, results
+from varcontact.study.engine import CHUNK, opened, results
 from varcontact.study.parameters import Swept
 
 if TYPE_CHECKING:
     import xarray as xr
-
-CHUNK = 8
-"""Scenes that a worker solves one after the other."""
 
 
 @dataclass(frozen=True)

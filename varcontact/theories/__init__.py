@@ -1,6 +1,6 @@
 """Fast approximate theories, all for quasi-identical bodies.
 
-Linear, Vermeulen-Johnson, simplified, FASTSIM, strip theory, FaStrip, and Polach's formula.
+Linear, Vermeulen-Johnson, simplified, FASTSIM, strip theory, FaStrip, Polach's formula, and a table of exact forces.
 """
 
 from varcontact.theories.creep_forces import CreepForces, creep_forces
@@ -23,6 +23,8 @@ from varcontact.theories.simplified import (
     simplified_traction,
 )
 from varcontact.theories.strip_theory import fastrip, strip
+from varcontact.theories.table import equivalent_ellipse, table_forces
+from varcontact.theories.table_book import TableBook
 from varcontact.theories.vermeulen_johnson import (
     VermeulenJohnsonCoefficients,
     vermeulen_johnson,
@@ -35,9 +37,11 @@ __all__ = [
     "CreepForces",
     "FastsimField",
     "Resultants",
+    "TableBook",
     "VermeulenJohnsonCoefficients",
     "creep_forces",
     "creepage_for_force",
+    "equivalent_ellipse",
     "fastrip",
     "fastsim",
     "fastsim_field",
@@ -52,6 +56,7 @@ __all__ = [
     "simplified_linear_force",
     "simplified_traction",
     "strip",
+    "table_forces",
     "vermeulen_johnson",
     "vermeulen_johnson_coefficients",
     "vermeulen_johnson_creepage",

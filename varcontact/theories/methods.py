@@ -24,6 +24,7 @@ from varcontact.theories.prescribed import creepages_meeting
 from varcontact.theories.simplified import PEAK, flexibilities_of, simplified_traction
 from varcontact.theories.strip_grid import strip_on_grid
 from varcontact.theories.strip_theory import kalker_factors
+from varcontact.theories.table_method import table_tractions, why_not_in_book
 from varcontact.theories.vermeulen_johnson import (
     vermeulen_johnson,
     vermeulen_johnson_creepage,
@@ -55,7 +56,7 @@ def why_not(name: str, scene: Scene) -> str:
     if not isinstance(scene.motion, Steady):
         return "it is for steady rolling"
     if isinstance(scene.friction, Law):
-        if name in ("vermeulen-johnson", "strip", "fastrip", "polach"):
+        if name in ("vermeulen-johnson", "strip", "fastrip", "polach", "table"):
             return "it is for one finite coefficient of friction, not for a law"
         if name != "linear" and (scene.motion.Fx is not None or scene.motion.Fy is not None):
             return "under a law of friction the force may fall with creepage, so that creepages are needed, not forces"
@@ -63,6 +64,8 @@ def why_not(name: str, scene: Scene) -> str:
         return "it is for one finite coefficient of friction"
     if name != "linear" and scene.touched:
         return f'its tractions are those at the centres of elements, and grid.edge is "{scene.edge}"'
+    if name == "table" and scene.hertz is not None:
+        return why_not_in_book(scene.hertz.a / scene.hertz.b, scene.bodies.combined_nu)
     if name == "vermeulen-johnson" and scene.motion.spin != 0:
         return f"it is for rolling without spin, and spin is {scene.motion.spin:.3g}"
     return ""
@@ -123,6 +126,14 @@ def _vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Conta
         stick = ((x - hertz.a * (1 - r)) / hertz.a) ** 2 + (y / hertz.b) ** 2 < r**2
     rigid = _rigid(disc, creepage)
     return _state(disc, state, traction * scale / disc.pressure, rigid, (state.pressure > 0) & ~stick)
+
+
+def _table(disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with tractions that carry the forces of the table book: FASTSIM's, changed as little as that takes."""
+    traction, creepage = table_tractions(disc, state, _fastsim_elliptic)
+    bound = _friction(disc) * state.pressure
+    slips = (np.hypot(*traction) >= bound * (1 - 1e-9)) & (state.pressure > 0)
+    return _state(disc, state, traction, _rigid(disc, creepage), slips)
 
 
 def _coefficients(disc: Discretisation) -> CreepageCoefficients:
@@ -279,5 +290,6 @@ THEORIES: dict[str, Theory] = {
     "strip": partial(_strip_state, name="strip"),
     "polach": _polach_state,
     "linear": _linear,
+    "table": _table,
     "vermeulen-johnson": _vermeulen_johnson_state,
 }

@@ -1,0 +1,352 @@
+"""The table book: its ends in closed form, its symmetries, and its error against exact solutions."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference import creepage_coefficients
+from varcontact.solving.ways import answer
+from varcontact.study.table_make import ENTRY, HOW, make_table_book, stores
+from varcontact.theories import TableBook, equivalent_ellipse, linear_forces, table_forces
+from varcontact.theories.table_book import direction_nodes, full_slip, magnitudes, shipped, spin_scale
+
+BOOK = shipped()
+LIMIT = 2.5
+A, B, G = 1.5, 1.2, 3.0
+STATED, IN_THE_MIDDLE, FALLEN = 0.05, 0.02, 0.015
+"""What the documentation says of the error of forces and moment, in parts of f Fz: for all a/b, and in
+[0.4, 2.5]; and how much the resistance may fall along a ray, in parts of its largest value."""
+
+
+def creepages(count, seed=0, a=A, b=B):
+    """Random creepages in all directions, from almost none to almost full slip."""
+    generator = np.random.default_rng(seed)
+    direction = generator.normal(size=(count, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    magnitude = np.exp(generator.uniform(np.log(0.05), np.log(30), count))[:, None]
+    scale = BOOK.at(a / b)[0] * (1.0, 1.0, np.sqrt(a * b))
+    return magnitude * direction / scale * LIMIT / (G * a * b)
+
+
+def forces(triples, a=A, b=B, **options):
+    """Normalised: Fx, Fy, Mz."""
+    found = table_forces(a, b, G, LIMIT, triples, **options)
+    return np.concatenate([found.force, found.moment[..., None] / np.sqrt(a * b)], axis=-1) / LIMIT
+
+
+def exact(a, b, triple, cells):
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=G, nu=0.28), surface=vc.Ellipse(a=a, b=b), normal_force=LIMIT, friction=1.0,
+        motion=vc.Steady(vx=triple[0], vy=triple[1], spin=triple[2]),
+    )  # fmt: skip
+    way = dataclasses.replace(ENTRY, cells=cells, coarser=cells // 2, options=(("tol", 1e-6),))
+    found = answer(scene, way, certify=None).values
+    return np.array([found["Fx"], found["Fy"], found["Mz"] / np.sqrt(a * b)]) / LIMIT
+
+
+def test_the_book_of_the_package():
+    assert BOOK.nu == 0.28
+    assert BOOK.entries == 9900
+    assert BOOK.provenance.startswith(HOW)
+    assert len(BOOK.to_bytes()) < 2**20
+    assert float(np.median(BOOK.accuracy)) < 0.01
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_error_at_random_points_is_below_the_stated_one(seed):
+    """Between the nodes in every variable, against finer grids than those of the entries."""
+    generator = np.random.default_rng(seed)
+    for triple_seed in range(6):
+        ratio = np.exp(generator.uniform(np.log(0.2), np.log(5)))
+        a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+        triple = creepages(1, seed=1000 * seed + triple_seed, a=a, b=b)[0]
+        stated = IN_THE_MIDDLE if 0.4 <= ratio <= 2.5 else STATED
+        np.testing.assert_allclose(forces(triple, a, b), exact(a, b, triple, 24), rtol=0, atol=stated)
+
+
+def test_entries_are_as_accurate_as_they_say():
+    generator = np.random.default_rng(5)
+    for _ in range(8):
+        r, m, d = (int(generator.integers(n)) for n in BOOK.accuracy.shape)
+        t = magnitudes(BOOK.values.shape[1])[m]
+        ratio = BOOK.ratios[r]
+        scale = spin_scale(BOOK.coefficients[r], ratio)
+        triple = 1.5 * t / (1 - t) * BOOK.directions[d] / scale * LIMIT / G
+        found = exact(np.sqrt(ratio), 1 / np.sqrt(ratio), triple, 24)
+        np.testing.assert_allclose(BOOK.values[r, m, d], found, rtol=0, atol=BOOK.accuracy[r, m, d])
+
+
+@pytest.mark.parametrize("k", range(10))
+def test_the_slope_is_that_of_the_linear_theory(k):
+    ratio = float(BOOK.ratios[k])
+    a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+    small = 1e-7 * creepages(20, a=a, b=b)
+    linear = linear_forces(a, b, G, small, BOOK.coefficients_at(ratio))
+    expected = np.concatenate([linear.force, linear.moment[:, None]], axis=1) / LIMIT
+    size = np.abs(expected).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(forces(small, a, b) / size, expected / size, rtol=0, atol=1e-5)
+
+
+def test_its_coefficients_are_the_package_s():
+    for ratio in (0.25, 0.6, 1.1, 3.0):
+        own, kalkers = BOOK.coefficients_at(ratio), creepage_coefficients(ratio, 1.0, 0.28)
+        for name in ("C11", "C22", "C23", "C33"):
+            assert getattr(own, name) == pytest.approx(getattr(kalkers, name), rel=0.01)
+
+
+def test_full_slip_of_a_sphere_in_closed_form():
+    """Without spin all friction opposes the creepage; pure spin has no force and the moment -3 pi/16."""
+    scale = spin_scale(np.array([4.0, 4.0, 1.0, 1.0]), 1.0)
+    found = full_slip(np.array([[0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]), scale, 1.0)
+    np.testing.assert_allclose(found, [[-0.6, -0.8, 0.0], [0.0, 0.0, -3 * np.pi / 16]], rtol=0, atol=1e-5)
+
+
+def test_saturation():
+    """Infinite creepage is full slip, and no force ever exceeds f Fz."""
+    angle = np.linspace(0, 2 * np.pi, 50)
+    far = 1e9 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    found = forces(far)
+    np.testing.assert_allclose(found[:, :2], -far[:, :2] / 1e9, rtol=0, atol=1e-3)
+    np.testing.assert_allclose(found[:, 2], 0.0, rtol=0, atol=1e-3)
+    many = forces(creepages(20_000))
+    assert np.hypot(many[:, 0], many[:, 1]).max() <= 1 + 1e-14
+
+
+def test_symmetries():
+    triples = creepages(200)
+    found = forces(triples)
+    mirrored = forces(triples * [1, -1, -1])
+    backwards = forces(triples * [-1, 1, 1])
+    np.testing.assert_allclose(mirrored, found * [1, -1, -1], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(backwards, found * [-1, 1, 1], rtol=0, atol=1e-13)
+
+
+def test_friction_gives_no_power():
+    for ratio in np.geomspace(0.2, 5, 7):
+        a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+        triples = creepages(3000, a=a, b=b)
+        power = (forces(triples, a, b) * triples).sum(axis=1)
+        assert power.max() < 0
+
+
+def test_more_creepage_means_more_resistance():
+    """Along a ray of creepages the force against them rises, but for the error of interpolation."""
+    magnitude = np.linspace(0.0, 20.0, 400)[:, None]
+    scale = BOOK.at(A / B)[0]
+    for direction in np.random.default_rng(2).normal(size=(50, 3)):
+        ray = direction / np.linalg.norm(direction) / scale
+        resistance = -(forces(magnitude * ray * LIMIT / (G * A * B) * [1, 1, 1 / np.sqrt(A * B)]) * ray).sum(axis=1)
+        fallen = np.maximum.accumulate(resistance) - resistance
+        assert fallen.max() < FALLEN * resistance.max()
+
+
+def test_the_equal_of_any_units():
+    """Lengths in other units, forces in others."""
+    triples = creepages(50)
+    found = table_forces(A, B, G, LIMIT, triples)
+    other = table_forces(1e3 * A, 1e3 * B, 1e-6 * G, LIMIT, triples * [1, 1, 1e-3])
+    np.testing.assert_allclose(other.force, found.force, rtol=1e-12)
+    np.testing.assert_allclose(other.moment, 1e3 * found.moment, rtol=1e-12)
+
+
+def test_shapes_and_many_at_once():
+    triples = creepages(600).reshape(20, 30, 3)
+    found = table_forces(A, B, G, LIMIT, triples)
+    assert found.force.shape == (20, 30, 2) and found.moment.shape == (20, 30)
+    one = table_forces(A, B, G, LIMIT, triples[7, 11])
+    np.testing.assert_allclose(one.force, found.force[7, 11], rtol=1e-12)
+    limits = np.linspace(1.0, 3.0, 30)
+    several = table_forces(A, B, G, limits, triples)
+    np.testing.assert_allclose(several.force[3, 4], table_forces(A, B, G, limits[4], triples[3, 4]).force, rtol=1e-12)
+    assert (table_forces(A, B, G, LIMIT, (0.0, 0.0, 0.0)).force == 0).all()
+
+
+def test_it_is_smooth_enough_for_newtons_method():
+    """Differences over a small and a smaller step agree everywhere, across pure spin, no spin and nodes too."""
+    unit = LIMIT / (G * A * B) / BOOK.at(A / B)[0]
+    for point in ([0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [1.0, 0.0, 0.0], [0.7, -0.4, 0.9]):
+        for axis in np.eye(3):
+            slopes = []
+            for step in (1e-3, 1e-5):
+                ends = [forces((np.array(point) + sign * step * axis) * unit) for sign in (1, -1)]
+                slopes.append((ends[0] - ends[1]) / (2 * step))
+            np.testing.assert_allclose(slopes[0], slopes[1], rtol=0, atol=1e-4)
+
+
+def test_outside_is_refused_or_clamped_as_asked():
+    triple = creepages(1)[0]
+    with pytest.raises(vc.SceneError, match=r'a/b = 6\.0 .* in \[0\.2, 5\], the range of the book \(outside="clamp"'):
+        table_forces(6.0, 1.0, G, LIMIT, triple)
+    clamped = table_forces(6.0, 1.0, G, LIMIT, triple, outside="clamp")
+    side = np.sqrt(6.0)
+    end = table_forces(side * np.sqrt(5), side / np.sqrt(5), G, LIMIT, triple)
+    np.testing.assert_allclose(clamped.force, end.force, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda t: table_forces(A, B, G, LIMIT, t, nu=0.3),
+            "nu = 0.3 is not allowed: must be within 0.01 of the book's",
+        ),
+        (lambda t: table_forces(A, B, G, LIMIT, t, outside="extrapolate"), "outside = 'extrapolate' .* refuse, clamp"),
+        (lambda t: table_forces(A, B, G, -1.0, t), "friction_force = -1.0 is not allowed: must be positive"),
+        (lambda t: table_forces(A, B, G, LIMIT, t[:, :2]), "creepages has shape"),
+        (lambda t: table_forces(0.0, B, G, LIMIT, t), "a = 0.0 is not allowed"),
+        (lambda t: table_forces(A, B, np.inf, LIMIT, t), "G = inf is not allowed"),
+    ],
+)
+def test_refused_by_name(call, words):
+    with pytest.raises(vc.SceneError, match=words):
+        call(creepages(3))
+
+
+def test_what_is_no_number_is_named_by_its_place():
+    triples = creepages(5)
+    triples[3, 1] = np.nan
+    with pytest.raises(vc.SceneError, match=r"creepages\[3, 1\] = nan"):
+        forces(triples)
+
+
+def test_a_book_comes_back_from_its_file(tmp_path):
+    (tmp_path / "book.nc").write_bytes(BOOK.to_bytes())
+    again = TableBook.read(tmp_path / "book.nc")
+    triples = creepages(50)
+    np.testing.assert_array_equal(forces(triples, book=again), forces(triples))
+
+
+def test_files_that_are_no_book(tmp_path):
+    path, content = tmp_path / "book.nc", BOOK.to_bytes()
+    with pytest.raises(vc.OutputError, match="there is no such file"):
+        TableBook.read(path)
+    path.write_bytes(b"words")
+    with pytest.raises(vc.OutputError, match="cannot be read as a table book"):
+        TableBook.read(path)
+    path.write_bytes(content.replace(b"varcontact table 1", b"varcontact table 9"))
+    with pytest.raises(vc.OutputError, match="is a 'varcontact table 9' file, not a 'varcontact table 1' one; make"):
+        TableBook.read(path)
+    damaged = bytearray(content)
+    damaged[len(content) // 2] ^= 1
+    path.write_bytes(damaged)
+    with pytest.raises(vc.OutputError, match="is damaged: its numbers are not those that were written"):
+        TableBook.read(path)
+
+
+SMALL = {"least": 0.8, "greatest": 1.25, "ratios": 2, "steps": 2, "degree": 3}
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A book of a few entries."""
+    return make_table_book(0.28, **SMALL)
+
+
+def test_making_a_book_goes_on_where_it_stopped(small, tmp_path):
+    out, told = tmp_path / "book.nc", []
+
+    def stop(standing):
+        told.append(standing)
+        if len(told) == 50:  # in the second sweep
+            raise KeyboardInterrupt
+
+    with pytest.raises(vc.Interrupted):
+        make_table_book(0.28, **SMALL, out=out, progress=stop)
+    assert [file.exists() for file in (out, *stores(out))] == [False, True, True]
+    book = make_table_book(0.28, **SMALL, out=out)
+    assert [file.name for file in tmp_path.iterdir()] == ["book.nc"]
+    assert out.read_bytes() == book.to_bytes() == small.to_bytes()
+    assert book.values.shape == (2, 2, len(direction_nodes(3)), 3)
+
+
+def test_an_entry_is_the_exact_solution(small):
+    ratio, scale, t = small.ratios[1], spin_scale(small.coefficients[1], small.ratios[1]), magnitudes(2)[0]
+    triple = 1.5 * t / (1 - t) * small.directions[5] / scale * LIMIT / G
+    found = exact(np.sqrt(ratio), 1 / np.sqrt(ratio), triple, ENTRY.cells)
+    np.testing.assert_allclose(small.values[1, 0, 5], found, rtol=0, atol=1e-5)
+    triples = creepages(20, a=1.0, b=1.0)
+    np.testing.assert_allclose(forces(triples, 1.0, 1.0, book=small), forces(triples, 1.0, 1.0), rtol=0, atol=0.2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"nu": 0.7}, r"bodies\.nu = 0\.7 is not allowed"),
+        ({"least": 2.0}, "greatest = 1.25 is not allowed: must be more than least = 2"),
+        ({"degree": 4}, "degree = 4 is not allowed: must be odd"),
+        ({"ratios": 1}, "ratios = 1 is not allowed"),
+        ({"out": "book.csv"}, "the name must end in .nc"),
+    ],
+)
+def test_a_book_of_bad_numbers_is_refused(changes, words):
+    with pytest.raises(vc.VarcontactError, match=words):
+        make_table_book(**{"nu": 0.3, **SMALL, **changes})
+
+
+def test_another_file_is_not_replaced_by_a_book(tmp_path):
+    (tmp_path / "book.nc").write_bytes(b"words")
+    with pytest.raises(vc.OutputError, match="exists already and is no table book of varcontact's"):
+        make_table_book(0.3, **SMALL, out=tmp_path / "book.nc")
+
+
+@pytest.fixture(scope="module")
+def scene(rolling):
+    return rolling(grid=vc.Grid(nx=16, ny=16))
+
+
+def test_as_a_method_of_solve_it_carries_its_forces(scene):
+    sol = vc.solve(scene, tangential="table")
+    found = table_forces(1.2, 0.9, 1.0, 0.3, sol.creepage)
+    np.testing.assert_allclose(sol.force, found.force, rtol=0, atol=1e-10)
+    assert sol.moment == pytest.approx(float(found.moment), abs=1e-10)
+    assert (np.hypot(*sol.traction) <= sol.traction_bound * (1 + 1e-9)).all()
+    best = vc.solve(scene)
+    assert np.hypot(*(sol.force - best.force)) < 0.05 * 0.3
+    assert sol.certificate.residual > best.certificate.residual
+
+
+def test_a_prescribed_force_is_met(scene):
+    wanted = dataclasses.replace(scene, motion=vc.Steady(Fx=-0.2, vy=0.02, spin=0.1))
+    sol = vc.solve(wanted, tangential="table")
+    assert sol.force[0] == pytest.approx(-0.2, abs=1e-6)
+    assert sol.creepage[1:] == (0.02, 0.1)
+    assert sol.creepage[0] == pytest.approx(vc.solve(wanted).creepage[0], rel=0.1)
+
+
+def test_compared_with_the_exact_theory(scene):
+    table = vc.compare(scene, ["tang", "table", "linear"]).set_index("method")
+    assert table.loc["table", "outcome"] == "approximate"
+    assert table.loc["table", "force_distance"] < 0.5 * table.loc["linear", "force_distance"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"bodies": vc.Bodies(G=1.0, nu=0.3)}, "its book is for nu = 0.28, and nu is 0.3"),
+        ({"surface": vc.Ellipse(a=6.0, b=1.0)}, "its book has a/b from 0.2 to 5, and a/b is 6"),
+        ({"bodies": vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))}, "it is for quasi-identical bodies"),
+        (
+            {"friction": vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.1)},
+            "it is for one finite coefficient",
+        ),
+        ({"motion": vc.Shift(ux=0.1)}, "it is for steady rolling"),
+    ],
+)
+def test_scenes_that_are_not_in_the_book(scene, changes, words):
+    with pytest.raises(vc.SceneError, match=words):
+        vc.solve(dataclasses.replace(scene, **changes), tangential="table")
+
+
+def test_the_ellipse_that_stands_for_another_shape():
+    """A rectangle: its area, and its ratio of sides."""
+    grid = vc.Grid(nx=30, ny=40, dx=0.1, dy=0.05, x0=0.0, y0=0.0)
+    pressure = np.zeros(grid.shape)
+    pressure[10:20, 5:25] = 1.0  # 2 by 0.5
+    a, b = equivalent_ellipse(grid, pressure)
+    assert (a * b * np.pi, a / b) == pytest.approx((1.0, 4.0))
+    with pytest.raises(vc.SceneError, match="positive somewhere"):
+        equivalent_ellipse(grid, 0 * pressure)
+    with pytest.raises(vc.SceneError, match="pressure has shape"):
+        equivalent_ellipse(grid, pressure[1:])
