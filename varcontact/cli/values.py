@@ -42,6 +42,4 @@ def values_of(option: str, text: str) -> np.ndarray | float:
             return float(text)
     except (ValueError, OverflowError):
         pass
-    raise SceneError(
-        option, text, "FROM:TO:NUMBER with two values or more, values separated by commas, or one value"
-    )
+    raise SceneError(option, text, "FROM:TO:NUMBER with two values or more, values separated by commas, or one value")

@@ -171,7 +171,8 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
 
 def _plan(scene: Scene, motions: list[Steady | Shift], *choices: str) -> Plan:
     """The plan of the first motion, which serves all; what any of them cannot have is refused."""
-    return [make_plan(replace(scene, motion=each), *choices) for each in motions][0]
+    plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
+    return plans[0]
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
