@@ -18,6 +18,7 @@ from varcontact.cli.terminal import FORCE, check_outputs, show
 from varcontact.cli.values import VALUES, values_of
 from varcontact.cli.workers import bar
 from varcontact.errors import SceneError, VarcontactError
+from varcontact.scene.motion import Shift, Steady
 
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution
@@ -107,7 +108,7 @@ def _triples(scene: Scene, given: dict[str, str | None], table: Path | None) -> 
         if values:
             raise SceneError("--creepages", table, "left out where --vx, --vy or --spin are given")
         return _table_of_triples(table)
-    own = scene.motion.rigid if hasattr(scene.motion, "rigid") else (0.0, 0.0, 0.0)
+    own = scene.motion.rigid if isinstance(scene.motion, Steady | Shift) else (0.0, 0.0, 0.0)
     columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(given, own, strict=True)]
     lengths = {len(column) for column in columns if len(column) > 1}
     if not values or len(lengths) > 1:
