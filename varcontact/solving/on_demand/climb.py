@@ -156,7 +156,6 @@ class Climb:
 
         Where it cannot be the last one, it need not be `certified`.
         """
-        posed = self.ladder.posed(self.scene, n)
         if self.progress is not None:
             self.progress(f"{n} elements across the contact")
 
@@ -167,7 +166,12 @@ class Climb:
                 self.progress(f"{n} elements across the contact: {stage}")
 
         begun = time.perf_counter()
-        solution = self.solve(posed, told if until < math.inf or self.progress is not None else None, certified)
+        heard = told if until < math.inf or self.progress is not None else None
+        try:
+            solution = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+        except NotConverged:  # where a lattice does not, another usually does
+            n += math.ceil(n / 20)
+            solution = self.solve(self.ladder.posed(self.scene, n), heard, certified)
         taken = time.perf_counter() - begun
         self.rungs.append(Rung(n, solution, values(solution), units(solution), taken))
 
@@ -184,7 +188,7 @@ class Climb:
             part = 1 / ((fine.n / coarse.n) ** law.order - 1)
             steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
             errors = {name: law.error(step / fine.units[name], fine.n) for name, step in steps.items()}
-            best = {name: value + steps[name] for name, value in fine.values.items()}
+            best = carried({name: value + steps[name] for name, value in fine.values.items()}, fine.units)
             how = (
                 f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n):.1e} "
                 f"(measured on {self.ladder.name}); extrapolated with order {law.order:g} "
@@ -231,6 +235,21 @@ class Climb:
         reached = answer.error_estimate.largest
         words = f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and a finer grid does not fit"
         return NotConverged(words, reached, answer)
+
+
+def carried(values: dict[str, float], units: dict[str, float]) -> dict[str, float]:
+    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little.
+
+    Parameters
+    ----------
+    values, units : dict of str to float
+        As of `varcontact.solving.error_norm`.
+    """
+    if not {"Fx", "Fy"} <= set(values):
+        return values
+    size, limit = math.hypot(values["Fx"], values["Fy"]), units["Fx"]
+    part = limit / size if size > limit else 1.0
+    return values | {name: part * values[name] for name in ("Fx", "Fy")}
 
 
 def with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
