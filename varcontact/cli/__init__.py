@@ -4,7 +4,7 @@ from varcontact.cli.app import app
 from varcontact.cli.terminal import INTERRUPTED
 
 # isort: off
-from varcontact.cli import solve, plan, compare, converge, tradeoff, sweep, table, curve  # noqa: F401 - each adds its command
+from varcontact.cli import solve, plan, compare, converge, tradeoff, sweep, table, curve, wheelrail  # noqa: F401 - each adds its command
 
 __all__ = ["INTERRUPTED", "app", "main"]
 
