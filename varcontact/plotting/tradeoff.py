@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 LEAST = 1e-5
 """Errors in per cent of the unit below which the references' own bars are all that is seen: drawn here."""
 
+MOST = 100.0
+"""Errors in per cent above which a way is of no use: not drawn."""
+
 
 def plot_tradeoff(study: Tradeoff) -> Figure:
     """Errors of ways over processor seconds: the largest of each class of scenes, and the front.
@@ -43,6 +46,7 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
         for ax, kind in zip(axes, kinds, strict=False):
             _draw(ax, study, kind, families)
             ax.set(xscale="log", yscale="log", title=kind)
+            ax.set_ylim(top=min(ax.get_ylim()[1], MOST))
             readable_decades(ax)
             ax.grid(visible=True)
         for ax in axes[len(kinds) :]:

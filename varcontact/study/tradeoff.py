@@ -51,6 +51,7 @@ def default_ways() -> list[Way]:
         *(Way(cells=n, edge="touched", coarser=coarser) for coarser, n in pairs),
         *(Way(cells=n, edge="softened", motion=SECOND_ORDER) for n in CELLS),
         *(Way(cells=n, edge="softened", motion=SECOND_ORDER, coarser=m, order=1.2) for m, n in pairs[1:]),
+        *(Way(cells=n, motion=SECOND_ORDER) for n in CELLS),
         *(Way(cells=n, options=refined) for n in (8, 12, 16, 24, 32)),
         *(Way(cells=n, options=(("tangential", each),)) for each in THEORIES for n in (10, 20)),
     ]
