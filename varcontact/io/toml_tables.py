@@ -104,14 +104,14 @@ def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> Non
             )
 
 
-def make(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
+def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
     """A dataclass from a table of its fields.
 
     Parameters
     ----------
     name : str
         Of the table.
-    cls : type
+    kind : type
     entries : mapping
 
     Raises
@@ -119,12 +119,12 @@ def make(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
     SceneError
         If a key is not known, or one without a default is missing.
     """
-    fields = dataclasses.fields(cls)
+    fields = dataclasses.fields(kind)
     check_keys(name, entries, [f.name for f in fields])
     for f in fields:
         if f.default is dataclasses.MISSING:
             needed(name, entries, f.name)
-    return cls(**entries)
+    return kind(**entries)
 
 
 def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
