@@ -13,6 +13,8 @@ from varcontact.errors import (
     VarcontactError,
     WorkersLost,
 )
+from varcontact.io.contact_input import read_contact_input
+from varcontact.io.contact_results import ContactResult, read_contact_result
 from varcontact.io.scene_file import read_scene
 from varcontact.planning.plan import Plan, plan
 from varcontact.planning.sizes import Matrix, Sizes
@@ -53,6 +55,7 @@ __all__ = [
     "SI",
     "Bodies",
     "Certificate",
+    "ContactResult",
     "Convergence",
     "CreepForces",
     "CreepageCoefficients",
@@ -103,6 +106,8 @@ __all__ = [
     "plot_comparison",
     "plot_curve",
     "plot_stress",
+    "read_contact_input",
+    "read_contact_result",
     "read_scene",
     "read_sweep",
     "reference",
