@@ -23,6 +23,7 @@ from varcontact.plotting.stress import plot_stress
 from varcontact.plotting.studies import plot_comparison
 from varcontact.problem.certificate import Certificate
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.history import History
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
@@ -30,9 +31,10 @@ from varcontact.results.stress import SubsurfaceStress, stress, stress_below
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N, SI, Units
 from varcontact.solving.remeasured import load
 from varcontact.solving.solve import certify, solve
@@ -61,6 +63,7 @@ __all__ = [
     "CreepageCoefficients",
     "Cylinders",
     "Ellipse",
+    "ErrorEstimate",
     "ExponentialFalling",
     "Grid",
     "History",
@@ -122,3 +125,8 @@ __all__ = [
     "unlike_bank",
     "wheel_rail",
 ]
+
+
+def __dir__() -> list[str]:
+    """The public names alone."""
+    return sorted([*__all__, "__version__"])

@@ -29,6 +29,8 @@ CELLS = (4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 144)
 CELLS_IN_LINE = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 BUDGETS = (0.03, 0.1, 0.3, 1.0)
+COARSE = 4
+"""Grids that may be solved alone, where there is no time for a second one."""
 SAFETY = 1.1
 """By which the added part of an estimate is larger than the scenes that it is fitted to ask for."""
 SURE = 3e-4
@@ -41,13 +43,11 @@ def ladder_for(scene: vc.Scene) -> tuple[tuple[bool, bool, str], Ladder]:
     return key, LADDERS[key]
 
 
-def rung(scene: vc.Scene, ladder: Ladder, n: int) -> tuple[dict[str, float], float]:
-    """Values by their units on a single grid, and processor seconds."""
+def rung(scene: vc.Scene, ladder: Ladder, n: int) -> tuple[vc.Solution, float]:
+    """The solution on a single grid, and processor seconds."""
     begun = time.process_time()
     sol = vc.solve(ladder.posed(scene, n), certify="none")
-    taken = time.process_time() - begun
-    per = units(sol)
-    return {name: value / per[name] for name, value in values(sol).items()}, taken
+    return sol, time.process_time() - begun
 
 
 def extrapolated(n: np.ndarray, found: np.ndarray, order: float) -> np.ndarray:
@@ -61,13 +61,14 @@ def climbed(scene: vc.Scene) -> dict[str, object]:
     key, ladder = ladder_for(scene)
     cells = CELLS_IN_LINE if scene.line else CELLS
     answers = [rung(scene, ladder, n) for n in cells]
-    names = list(answers[0][0])
-    found = np.array([[each[name] for name in names] for each, _ in answers])
-    fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.order)
+    per = units(answers[-1][0])
+    found = np.array([[values(sol)[name] / unit for name, unit in per.items()] for sol, _ in answers])
+    fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.law.order)
     return {
         "key": list(key),
         "cells": cells,
-        "names": names,
+        "names": list(per),
+        "units": list(per.values()),
         "found": found.tolist(),
         "seconds": [seconds for _, seconds in answers],
         "continuum": fine[-1].tolist(),
@@ -144,7 +145,7 @@ def fit(path: Path) -> None:
         single = SAFETY * max(
             abs(np.array(row) - each["continuum"]).max() * n**order
             for each in chosen
-            for n, row in zip(each["cells"][:-3], each["found"], strict=False)
+            for n, row in zip(each["cells"][:COARSE], each["found"], strict=False)
         )
         words = f"{order:g}, {share:g}, {floor:.2g}, {fall:g}, {usual:.2g}, {single:.2g}"
         print(f"{key}: {len(chosen)} scenes, {words}; estimate/error {ratio:.1f} in the median")
@@ -185,9 +186,8 @@ def _print(name: str, outcomes: np.ndarray, count: int) -> None:
 
 def error_of(record: dict, sol: vc.Solution) -> float:
     """Against the continuum."""
-    per, found = units(sol), values(sol)
-    exact = dict(zip(record["names"], record["continuum"], strict=True))
-    return max(abs(found[name] / per[name] - value) for name, value in exact.items())
+    found, exact = values(sol), zip(record["names"], record["units"], record["continuum"], strict=True)
+    return max(abs(found[name] / unit - value) for name, unit, value in exact)
 
 
 def asked(record: dict, scene: vc.Scene, accuracy: float) -> tuple[float, float, float] | None:

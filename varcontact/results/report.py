@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.scene.friction import BRANCHES, Law, kind_of
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.transient import Transient
 
 if TYPE_CHECKING:
     from varcontact.results.history import History

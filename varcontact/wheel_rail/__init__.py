@@ -7,18 +7,23 @@ from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.solve import ConformalContact
 from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
+from varcontact.wheel_rail.wear import Archard, PatchWear, Wear, wear
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, RoughProfile, WheelOnRail
 
 __all__ = [
+    "Archard",
     "ConformalContact",
     "ContactPatch",
     "PatchSolution",
+    "PatchWear",
     "Position",
     "Profile",
     "RoughProfile",
     "Track",
     "Velocity",
+    "Wear",
     "WheelOnRail",
     "WheelRailSolution",
     "WheelSet",
+    "wear",
 ]

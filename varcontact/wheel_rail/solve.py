@@ -13,6 +13,7 @@ from varcontact import checks
 from varcontact.errors import NotConverged
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
+from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.seams import weakened
@@ -33,7 +34,7 @@ class ConformalContact(UserWarning):
 
 
 def solve_wheel_on_rail(
-    case: WheelOnRail, tol: float, certify: str | None, methods: dict[str, Any]
+    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """The solution of a wheel on a rail: see `WheelOnRail.solve`.
 
@@ -103,12 +104,10 @@ def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     return float(total)
 
 
-def _solved(patch: ContactPatch, certify: str | None, methods: dict[str, Any]) -> Solution:
+def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
     """A patch; one in parts by what each feels of the others."""
     scene = weakened(patch.scene, patch.seams, _presser(methods)) if patch.seams else patch.scene
-    found = solve(scene, certify=certify, **methods)
-    assert isinstance(found, Solution)
-    return found
+    return solve(scene, certify=certify, **methods)
 
 
 def _presser(methods: dict[str, Any]) -> Callable[[Scene], Solution]:

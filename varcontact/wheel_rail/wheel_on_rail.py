@@ -25,6 +25,7 @@ from varcontact.wheel_rail.search import Locus, contact_locus
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
 
 if TYPE_CHECKING:
+    from varcontact.solving.options import CertifyName
     from varcontact.wheel_rail.result import WheelRailSolution
 
 STEEL = Bodies(G=82000.0, nu=0.28)
@@ -253,7 +254,7 @@ class WheelOnRail:
             at2=particle,
         )
 
-    def solve(self, *, tol: float = 1e-6, certify: str | None = None, **methods: Any) -> WheelRailSolution:
+    def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
         """Solve all patches, with the height of the axle that bears the vertical force, where that is given.
 
         Parameters
