@@ -64,10 +64,10 @@ def test_virtual_penetration_of_two_circles_from_its_definition():
 
 @pytest.mark.parametrize("radius", [80.0, 300.0])
 def test_virtual_penetration_is_near_hertz(radius):
-    """Its ellipse has the ratio of the overlap, rounder than Hertz's: semi-axes within 20 % where a/b is 3.5."""
+    """Its ellipse has the ratio of the overlap, rounder than Hertz's: semi-axes within 25 % where a/b is 3.5."""
     one, other = (circles(radius).estimate(way).patches[0] for way in ("virtual-penetration", "hertz"))
     assert one.approach == pytest.approx(other.approach, rel=0.04)
-    assert (one.ellipse.a, one.ellipse.b) == pytest.approx((other.ellipse.a, other.ellipse.b), rel=0.20)
+    assert (one.ellipse.a, one.ellipse.b) == pytest.approx((other.ellipse.a, other.ellipse.b), rel=0.25)
     assert one.ellipse.peak_pressure == pytest.approx(other.ellipse.peak_pressure, rel=0.10)
 
 
