@@ -29,6 +29,8 @@ from varcontact.scene.units import MM_N, SI, Units
 
 if TYPE_CHECKING:
     from varcontact import kinematics, reference, wheel_rail
+    from varcontact.io.contact_input import read_contact_input
+    from varcontact.io.contact_results import ContactResult, read_contact_result
     from varcontact.io.scene_file import read_scene
     from varcontact.planning.plan import Plan, plan
     from varcontact.planning.sizes import Matrix, Sizes
@@ -63,6 +65,7 @@ __all__ = [
     "SI",
     "Bodies",
     "Certificate",
+    "ContactResult",
     "Convergence",
     "CreepForces",
     "CreepageCoefficients",
@@ -114,6 +117,8 @@ __all__ = [
     "plot_comparison",
     "plot_curve",
     "plot_stress",
+    "read_contact_input",
+    "read_contact_result",
     "read_scene",
     "read_sweep",
     "reference",
@@ -131,6 +136,8 @@ __all__ = [
 
 # where the names are that are imported when they are first used
 _PLACES = {
+    "varcontact.io.contact_input": ("read_contact_input",),
+    "varcontact.io.contact_results": ("ContactResult", "read_contact_result"),
     "varcontact.io.scene_file": ("read_scene",),
     "varcontact.planning.plan": ("Plan", "plan"),
     "varcontact.planning.sizes": ("Matrix", "Sizes"),
