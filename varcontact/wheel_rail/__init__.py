@@ -3,6 +3,7 @@
 Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in radians, velocities in mm/s.
 """
 
+from varcontact.wheel_rail.fast import FastPatch, FastWheel
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.solve import ConformalContact
@@ -14,6 +15,8 @@ __all__ = [
     "Archard",
     "ConformalContact",
     "ContactPatch",
+    "FastPatch",
+    "FastWheel",
     "PatchSolution",
     "PatchWear",
     "Position",
