@@ -207,7 +207,7 @@ def geometry_table(
         case = WheelOnRail(
             track=track,
             wheelset=wheelset,
-            position=Position(y=nodes[0][i], yaw=nodes[1][j]),
+            position=Position(y=float(nodes[0][i]), yaw=float(nodes[1][j])),
             vertical_force=vertical_force,
             friction=friction,
             bodies=bodies,
