@@ -236,7 +236,11 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
         (" 4 3   -1.0", " 4.5 3  -1.0", "line 12: MX = 4.5 is not a number of elements"),
         (" 4 3   -1.0", " 9999 9999  -1.0", "line 12: MX MY = 99980001 is more than the 10000000 elements"),
         (" 1000. ", " much ", "line 7: FN = 'much' is not a number"),
-        (" 1 1                          IBASE", " 2 1\n 999999999999 0 500. 0 0.1", "ends before 999999999999 values of B"),
+        (
+            " 1 1                          IBASE",
+            " 2 1\n 999999999999 0 500. 0 0.1",
+            "ends before 999999999999 values of B",
+        ),
         (" -0.004 0.005   B1 to B6\n 0  MODULE", "", "ends where B1, B2, B3, B4, B5, B6 should be given"),
     ],
 )
