@@ -1,5 +1,6 @@
 """Input files of CONTACT: what is read is solved, and held against closed forms and what CONTACT's guide prints."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from tests.command import run
 from varcontact.reference.bufler import bufler
 
 DATA = Path(__file__).parent.parent / "data" / "contact"
@@ -232,7 +234,13 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
         (" 1 1                          IBASE", " 1 2  IBASE", "line 13: IPLAN = 2 is not supported; supported: 1"),
         (" 4 3   -1.0", " 4 1   -1.0", "line 12: MY = 1 stands for plane strain, and needs DY of 50 MX DX at least"),
         (" 4 3   -1.0", " 4.5 3  -1.0", "line 12: MX = 4.5 is not a number of elements"),
+        (" 4 3   -1.0", " 9999 9999  -1.0", "line 12: MX MY = 99980001 is more than the 10000000 elements"),
         (" 1000. ", " much ", "line 7: FN = 'much' is not a number"),
+        (
+            " 1 1                          IBASE",
+            " 2 1\n 999999999999 0 500. 0 0.1",
+            "ends before 999999999999 values of B",
+        ),
         (" -0.004 0.005   B1 to B6\n 0  MODULE", "", "ends where B1, B2, B3, B4, B5, B6 should be given"),
     ],
 )
@@ -252,6 +260,45 @@ def test_laws_with_a_second_term_or_a_memory_are_refused(tmp_path):
             read(tmp_path, (old, line), digit)
 
 
+def test_an_elliptic_bound_is_for_like_bodies(tmp_path):
+    tail = CASE[CASE.index(" 1                            IPOTCN") : CASE.index(" 0  MODULE")]
+    hertz, bound = (tail, " -3\n 10 8  2.0 1.0 1.25\n"), (" 203100 ", " 223100 ")
+    (scene,) = read(tmp_path, hertz, bound)
+    assert vc.plan(scene).normal == "hertz"
+    with pytest.raises(vc.SceneError, match=r"line 3: B \(BOUND\) = 2 with unlike bodies is not supported"):
+        read(tmp_path, hertz, bound, (" 82000. 82000. ", " 82000. 23000. "))
+
+
+def test_a_case_that_is_skipped_gives_what_the_next_keeps(tmp_path):
+    one = CASE[: CASE.index(" 0  MODULE")].replace(" 0000001 ", " 0000003 ")
+    other = """ 3  MODULE
+ 203100   P-B-T-N-F-S
+ 100000   L-D-C-M-Z-E
+ 0100001  H-G-I-A-O-W-R
+ 500.  0.004  0.0  0.0  FN, CKSI, CETA, CPHI
+ 0  MODULE
+"""
+    (scene,) = read(tmp_path, text=one + other)
+    (first,) = read(tmp_path)
+    assert scene.motion == vc.Steady(vx=0.004, dq=0.2)
+    assert (scene.normal_force, scene.friction, scene.grid) == (500.0, 0.3, first.grid)
+    np.testing.assert_array_equal(scene.surface.h, first.surface.h)
+
+
 def test_no_such_file(tmp_path):
     with pytest.raises(vc.SceneError, match="cannot be read"):
         vc.read_contact_input(tmp_path / "none.inp")
+
+
+def test_the_command_solves_one_scene_of_a_file(tmp_path):
+    path = DATA / "cattaneo.inp"
+    done = run("solve", path, "--case", "2", "--json", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["force"][0] == pytest.approx(-3.2184, abs=1e-4)
+    for case, words in (([], "holds 2 scenes; give a number from 1 to 2"), (["--case", "3"], "from 1 to 2, not 3")):
+        refused = run("solve", path, *case, folder=tmp_path)
+        assert refused.returncode == 2
+        assert words in refused.stderr
+    (tmp_path / "scene.toml").write_text("")
+    refused = run("solve", "scene.toml", "--case", "1", folder=tmp_path)
+    assert "--case = 1 must be left out: only an input file of CONTACT (.inp) has several scenes" in refused.stderr

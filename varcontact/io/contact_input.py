@@ -252,6 +252,9 @@ def _placed(lines: Lines, case: _Case, before: _Case | None) -> _Case:
     ipotcn = case.potential[1]
     if digits["B"] == 2 and ipotcn > 0:
         group.refuse("B (BOUND)", 2, "needs a Hertzian contact, IPOTCN < 0")
+    assert case.bodies is not None
+    if digits["B"] == 2 and case.bodies.K != 0:
+        group.refuse("B (BOUND)", 2, "with unlike bodies is not supported: here their tractions change the pressure")
     if ipotcn < 0:
         return _hertzian(replace(case, row=None), before)
     grid, row = elements(case.potential) if digits["D"] or case.grid is None else (case.grid, case.row)

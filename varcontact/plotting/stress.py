@@ -211,8 +211,8 @@ def _draw_outline(ax: Axes, sol: Solution, lengths: Measure) -> None:
     """The contact above or below."""
     shape = sol.pressure > 0
     x, y = lengths(sol.grid.x), lengths(sol.grid.y)
-    for looks in ({"colors": "w", "linewidths": 1.8}, {"colors": "k", "linewidths": 0.9, "linestyles": "dashed"}):
-        ax.contour(x, y, shape.astype(float), [0.5], **looks)  # black on white: seen on all colours
+    for colour, width, style in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
+        ax.contour(x, y, shape.astype(float), [0.5], colors=colour, linewidths=width, linestyles=style)
     ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
 
 
