@@ -15,6 +15,7 @@ PUBLIC = [
     for owner in (tree, *(each for each in tree.body if isinstance(each, ast.ClassDef) and each.name[0] != "_"))
     for node in owner.body
     if isinstance(node, ast.FunctionDef) and node.name[0] != "_"
+    if "overload" not in map(ast.unparse, node.decorator_list)
 ]
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from varcontact.errors import SceneError
 from varcontact.problem.certificate import Certificate
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.energies import complementary_energy, potential_energy
 from varcontact.problem.gap import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.problem.problem import NormalProblem, TangentialProblem

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.mirror import mirror_of
 from varcontact.problem.problem import RawSolution, TangentialProblem

@@ -53,7 +53,7 @@ def fastsim_seconds(count: int) -> dict[str, Any]:
 def discretised(cells: int, motion: tuple[float, float, float]):
     """A circle with friction 0.3, so many elements across, as in main_job.py."""
     import varcontact as vc
-    from varcontact.problem.discretisation import discretise
+    from varcontact.problem.discretise import discretise
 
     vx, vy, spin = motion
     scene = vc.Scene(

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.state import unloaded
 from varcontact.solving.refine.passes import PASSES, defect_corrected
 from varcontact.solving.subproblems import Steps

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.problem import TangentialProblem
 from varcontact.problem.state import hertz_pressure, unloaded

@@ -19,9 +19,10 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Shift, Steady, Transient
+from varcontact.scene.motion import Motion, Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 
 EXACT = ("default", "polished", "conic", "active set", "tang", "newton", "scs", "osqp", "joint")
@@ -85,7 +86,7 @@ class Case:
 
 LIKE, UNLIKE = Bodies(G=1.0, nu=0.28), Bodies(G=(1.0, math.inf), nu=0.0)
 SPHERES = Paraboloids(Rx=1.0, Ry=0.7)
-ROLLING = Scene(
+ROLLING: Scene = Scene(
     bodies=LIKE,
     surface=Ellipse(a=1.0, b=0.8),
     normal_force=1.0,
@@ -94,9 +95,9 @@ ROLLING = Scene(
     grid=Grid(nx=10, ny=10),
 )
 ROLLING_UNLIKE = replace(ROLLING, bodies=UNLIKE)
-SHIFT = replace(ROLLING, motion=Shift(ux=0.08, uy=0.04, rotation=0.05))
+SHIFT: Scene = replace(ROLLING, motion=Shift(ux=0.08, uy=0.04, rotation=0.05))
 PRESSING = replace(ROLLING, surface=SPHERES, motion=None, friction=None)
-LINE = Scene(
+LINE: Scene = Scene(
     bodies=LIKE,
     surface=Cylinders(R=1.0, reference_depth=10.0),
     normal_force=1e-3,

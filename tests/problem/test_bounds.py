@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.problem import certificate
 from varcontact.problem.bounds import _rounding, force_bound, pressure_error
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import project
 from varcontact.solvers.active_set.tang import tang_safeguarded
 

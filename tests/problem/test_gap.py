@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.problem.bounds import force_bound
 from varcontact.problem.certificate import certify_problems
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.energies import complementary_energy, potential_energy
 from varcontact.problem.gap import (
     gap,

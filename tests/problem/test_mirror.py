@@ -5,7 +5,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.problem import mirror as symmetry
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.mirror import mirror_of
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))

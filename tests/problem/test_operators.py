@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
 EXPLICIT = vc.Grid(nx=12, ny=12, dx=0.25, dy=0.25, x0=-1.5, y0=-1.5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.state import hertz_pressure, unloaded
 
 

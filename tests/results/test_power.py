@@ -5,7 +5,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.elasticity.operators import influence_operator
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.reference import line_contact
 from varcontact.reference.carter import carter
 

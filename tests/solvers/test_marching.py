@@ -53,7 +53,7 @@ def test_a_march_takes_many_steps(rolling):
 
 def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
     """One that leaves its start as it is changes nothing: its own word stands, and not "Steady"."""
-    from varcontact.problem.discretisation import discretise
+    from varcontact.problem.discretise import discretise
     from varcontact.problem.state import hertz_pressure, unloaded
     from varcontact.solvers.settings import Settings
 

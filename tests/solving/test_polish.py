@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.problem import RawSolution
 from varcontact.problem.state import hertz_pressure, unloaded

@@ -8,7 +8,7 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.coarse_forces import forces, read, scene
 from varcontact.elasticity.operators import DIFFERENCES
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.softening import softening
 from varcontact.reference import carter, line_contact
 from varcontact.theories.no_slip import no_slip_forces

@@ -9,7 +9,7 @@ import pytest
 import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
 from varcontact.planning.choice import make_plan
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import residuals as residuals_of
 from varcontact.problem.state import unloaded
 from varcontact.solvers.conic.joint import solve_joint

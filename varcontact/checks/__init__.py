@@ -1,5 +1,6 @@
 """Checks of inputs: each returns the clean value or raises a SceneError that names the field."""
 
+from varcontact.checks.arguments import named
 from varcontact.checks.arrays import array, dimensions, is_array, numbers, poisson, positives, wrong_shape
 from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole
 from varcontact.checks.words import (
@@ -26,6 +27,7 @@ __all__ = [
     "flag",
     "is_array",
     "moderate",
+    "named",
     "nearest",
     "number",
     "numbers",

@@ -6,18 +6,15 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from varcontact.cli.app import app
 from varcontact.cli.methods import METHODS
 from varcontact.cli.terminal import FORCE, check_outputs, show, with_progress
-from varcontact.errors import SceneError
+from varcontact.cli.values import VALUES, values_of
 
 if TYPE_CHECKING:
     import xarray as xr
-
-RANGE = "FROM:TO:NUMBER, so many values from one end to the other; or one value."
 
 
 @app.command(
@@ -26,7 +23,7 @@ RANGE = "FROM:TO:NUMBER, so many values from one end to the other; or one value.
 )
 def curve(
     scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    vx: Annotated[str | None, typer.Option(help=f"Longitudinal creepage: {RANGE}", show_default=False)] = None,
+    vx: Annotated[str | None, typer.Option(help=f"Longitudinal creepage: {VALUES}", show_default=False)] = None,
     vy: Annotated[str | None, typer.Option(help="Lateral creepage, in the same way.", show_default=False)] = None,
     spin: Annotated[str | None, typer.Option(help="Spin, in the same way.", show_default=False)] = None,
     methods: Annotated[
@@ -49,7 +46,8 @@ def curve(
 
     check_outputs(out, plot, [scene], force, ".nc")
     described, _ = read_scene(scene)
-    ranges = {name: _range(name, text) for name, text in (("vx", vx), ("vy", vy), ("spin", spin)) if text is not None}
+    given = {"vx": vx, "vy": vy, "spin": spin}
+    ranges = {name: values_of(f"--{name}", text) for name, text in given.items() if text is not None}
     names = [name.strip() for name in methods.split(",") if name.strip()]
     found = with_progress(lambda progress: creep_curve(described, names, progress=progress, **ranges))
     if out is not None:
@@ -57,20 +55,6 @@ def curve(
     if plot is not None:
         write_picture(plot_curve(found, normalised=bool(found.limit > 0)), plot)
     show(_json(found) if as_json else _table(found))
-
-
-def _range(name: str, text: str) -> np.ndarray | float:
-    """Values of FROM:TO:NUMBER, or one."""
-    try:
-        ends = [float(part) for part in text.split(":")]
-        if len(ends) == 1:
-            return ends[0]
-        first, last, number = ends
-        if number == int(number) >= 2:
-            return np.linspace(first, last, int(number))
-    except (ValueError, OverflowError):
-        pass
-    raise SceneError(f"--{name}", text, "FROM:TO:NUMBER with two values or more, or one value")
 
 
 def _rows(found: xr.Dataset) -> list[dict[str, object]]:

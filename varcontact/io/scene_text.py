@@ -15,8 +15,8 @@ from varcontact.errors import SceneError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.reading import SCENE_BYTES
 from varcontact.io.scene_file import NO_NUMBER, scene_to
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 WRITTEN = "# Written by varcontact\n"
 """The first line of scene files that are not written by hand."""

@@ -10,9 +10,10 @@ from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, road
 from varcontact.scene.likeness import almost_like, left_out
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import (
     MATRIX_FREE,
     TANGENTIAL,

@@ -9,8 +9,8 @@ from varcontact.errors import SceneError
 from varcontact.machine.memory import SMALLER
 from varcontact.planning import memory
 from varcontact.planning.roads import ROADS
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE
 
 if TYPE_CHECKING:

@@ -13,12 +13,14 @@ from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
 from varcontact.problem.contact_grid import enlarged, known_grid, wanted_grid
 from varcontact.problem.containment import outside
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.mirror import mirror
 from varcontact.problem.out_of_reach import out_of_reach
 from varcontact.problem.state import ContactState
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 
 def expected_sizes(scene: Scene, plan: Plan) -> Sizes:

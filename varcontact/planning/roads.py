@@ -9,8 +9,9 @@ import numpy as np
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
 TOLERANCE = 1e-8

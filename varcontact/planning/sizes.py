@@ -15,8 +15,9 @@ from varcontact.problem.operators import DryRun, Operators
 from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from varcontact.machine.memory import SMALLER, need
 from varcontact.problem.containment import Box, contact_box
 from varcontact.scene.grid import Grid
 from varcontact.scene.likeness import left_out
-from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
+from varcontact.scene.transient import Transient
 
 AUTO, AUTO_LINE = Grid(nx=24, ny=24), Grid(nx=100)
 """What grid="auto" stands for, in three dimensions and in line contact."""

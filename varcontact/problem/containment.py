@@ -8,7 +8,8 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
-from varcontact.problem.discretisation import Discretisation, undeformed_distance
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import undeformed_distance
 from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance

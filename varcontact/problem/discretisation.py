@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
-from varcontact.problem.out_of_reach import check_range, check_shift, out_of_reach
+from varcontact.problem.out_of_reach import check_shift
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.problem.softening import softening
 from varcontact.reference.hertz import HertzContact
@@ -24,9 +24,10 @@ from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady, Transient
+from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, Surface
+from varcontact.scene.surfaces import Ellipse, Surface
+from varcontact.scene.transient import Transient
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -221,8 +222,7 @@ class Discretisation:
         surface = scene.surface
         assert not isinstance(surface, Ellipse)
         distance = self.distance if surface is self.surface else surface.distance(self.grid)
-        posed = _posed(scene)
-        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, carried=carried, **posed)
+        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, carried=carried, **posed(scene))
 
     def rubbing(self, coefficient: np.ndarray) -> Discretisation:
         """The same with a `coefficient` of friction (ny, nx) for each element, as a law has it."""
@@ -344,94 +344,8 @@ class Discretisation:
         return self.rigid_shift() if self.carried is None else self.rigid_shift() - self.carried.displacement
 
 
-def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
-    """A scene on an explicit grid, with the operators that are `known` where they are those of its lattice.
-
-    Unless `coupled`, pressure and tractions are independent, whatever K is.
-
-    Parameters
-    ----------
-    scene : Scene
-        Of one problem: not a history.
-    grid : Grid
-        Explicit, physical.
-    known : Operators, optional
-        Those of a scene before.
-    coupled : bool
-
-    Raises
-    ------
-    SceneError
-        If the grid cannot hold the contact: elements larger than it, or a distance beyond the approach all over;
-        or a reference depth within the potential contact.
-    """
-    hertz, (dx, dy) = scene.hertz, grid.sides
-    along_x, depth = grid.nx * dx, scene.reference_depth
-    if depth is not None and depth < along_x:
-        raise SceneError(
-            "surface.reference_depth", depth, f"at least the length of the potential contact, {along_x:.6g}"
-        )
-    if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
-        size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
-        if not scene.line:
-            size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
-        raise SceneError(
-            "grid",
-            dx if scene.line else (dx, dy),
-            "fine enough to hold one contact element",
-            message=f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}",
-        )
-    distance = undeformed_distance(scene.surface, hertz, grid)
-    length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
-    if hertz is not None:
-        pressure = hertz.peak_pressure
-    elif scene.normal_force is not None:
-        pressure = scene.normal_force / (length if scene.line else length**2)
-    else:
-        assert scene.approach is not None
-        overlap = scene.approach - float(distance.min())
-        if overlap <= 0:
-            raise out_of_reach(scene.surface, scene.approach, grid)
-        pressure = scene.bodies.combined_G * overlap / length
-    check_range(scene, length, pressure)
-    operators = _operators(scene, grid.scaled(length), length, scene.bodies.K if coupled else 0.0, known)
-    return Discretisation(
-        bodies=scene.bodies,
-        surface=scene.surface,
-        grid=grid,
-        hertz=hertz,
-        distance=distance,
-        length=length,
-        pressure=pressure,
-        operators=operators,
-        **_posed(scene),
-    )
-
-
-def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid) -> np.ndarray:
-    """Undeformed distance at the element centres; that of an ellipse has its Hertzian radii.
-
-    Parameters
-    ----------
-    surface : Surface
-    hertz : HertzContact or None
-        Needed for an ellipse.
-    grid : Grid
-        Explicit, physical.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        [length]
-    """
-    if isinstance(surface, Ellipse):
-        assert hertz is not None
-        return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)
-    return surface.distance(grid)
-
-
-def _posed(scene: Scene) -> dict[str, Any]:
-    """Load, motion and friction of a scene."""
+def posed(scene: Scene) -> dict[str, Any]:
+    """Load, motion and friction of a `scene`."""
     motion, friction = scene.motion, scene.friction
     law = friction if isinstance(friction, Law) else None
     return {
@@ -441,13 +355,3 @@ def _posed(scene: Scene) -> dict[str, Any]:
         "law": law,
         "coefficient": friction if law is None else law.static,
     }
-
-
-def _operators(scene: Scene, lattice: Grid, length: float, K: float, known: Operators | None) -> Operators:
-    """The operators of a lattice, those already known where they are the same."""
-    nu, depth = scene.bodies.combined_nu, FREE_DEPTH
-    if scene.reference_depth is not None:
-        depth = scene.reference_depth / length
-    if known is not None and known.same(lattice, nu, K, depth):
-        return known
-    return Operators(lattice, nu, K, depth)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law

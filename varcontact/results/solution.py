@@ -10,15 +10,16 @@ import numpy as np
 from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
-from varcontact.problem.discretisation import undeformed_distance
+from varcontact.problem.discretise import undeformed_distance
 from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Transient
+from varcontact.scene.motion import Motion
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:

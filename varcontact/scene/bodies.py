@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from varcontact import checks
+from varcontact.checks import named
 from varcontact.errors import SceneError
+from varcontact.scene import words
 
 
+@named(words.BODIES)
 @dataclass(frozen=True)
 class Bodies:
     """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).

@@ -16,8 +16,9 @@ from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LEAST, MOST, Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:

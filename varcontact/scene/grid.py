@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from varcontact.checks import choice, moderate, positive, whole
+from varcontact.checks import choice, moderate, named, positive, whole
 from varcontact.errors import SceneError
+from varcontact.scene import words
 
 EDGES = ("centres", "touched", "softened")
 
 
-@dataclass(frozen=True, kw_only=True)
+@named(words.GRID)
+@dataclass(frozen=True)
 class Grid:
     """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.
 
@@ -60,12 +62,15 @@ class Grid:
     array([0.25, 0.75, 1.25])
     >>> grid.y
     array([-0.5,  0.5])
+    >>> Grid(24, 24).shape
+    (24, 24)
     >>> Grid(nx=4, dx=0.5, x0=-1.0).shape
     (1, 4)
     """
 
     nx: int
     ny: int | None = None
+    _: KW_ONLY
     dx: float | None = None
     dy: float | None = None
     x0: float | None = None

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Generic, Literal, overload
 
 import numpy as np
 
@@ -15,18 +15,29 @@ from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
-from varcontact.scene import consistency
+from varcontact.scene import consistency, words
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
+from varcontact.scene.motion import Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
+from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar  # of the type checker's own: TypeVar with a default
 
+    MotionT_co = TypeVar("MotionT_co", bound=Motion | Transient | None, default=Any, covariant=True)
+else:
+    from typing import TypeVar
+
+    MotionT_co = TypeVar("MotionT_co", covariant=True)
+
+
+@checks.named(words.SCENE)
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Scene:
+class Scene(Generic[MotionT_co]):
     """A contact as the user describes it, in any consistent units.
 
     Parameters
@@ -72,9 +83,41 @@ class Scene:
     normal_force: float | None = None
     approach: float | None = None
     friction: float | np.ndarray | Law | None = None
-    motion: Motion | Transient | None = None
+    motion: MotionT_co = None  # type: ignore[assignment]
     grid: Grid | Literal["auto"] = "auto"
     units: Units | None = None
+
+    if TYPE_CHECKING:  # without a motion it is a Scene[None]
+
+        @overload
+        def __init__(
+            self: Scene[None],
+            *,
+            bodies: Bodies,
+            surface: Surface,
+            normal_force: float | None = None,
+            approach: float | None = None,
+            friction: float | np.ndarray | Law | None = None,
+            motion: None = None,
+            grid: Grid | Literal["auto"] = "auto",
+            units: Units | None = None,
+        ) -> None: ...
+
+        @overload
+        def __init__(
+            self,
+            *,
+            bodies: Bodies,
+            surface: Surface,
+            normal_force: float | None = None,
+            approach: float | None = None,
+            friction: float | np.ndarray | Law | None = None,
+            motion: MotionT_co,
+            grid: Grid | Literal["auto"] = "auto",
+            units: Units | None = None,
+        ) -> None: ...
+
+        def __init__(self, **entries: Any) -> None: ...
 
     def __post_init__(self) -> None:
         consistency.check_parts(self)
@@ -246,8 +289,9 @@ class Scene:
         surface, force, approach = self.contact(k)
         own = motion.of("friction", k)
         friction = self.friction if own is None else own
+        history: Scene = self  # of any motion, as the step has another
         return replace(
-            self,
+            history,
             surface=surface,
             normal_force=force,
             approach=approach,

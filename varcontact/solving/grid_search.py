@@ -11,7 +11,8 @@ from varcontact.checks import LARGE
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, known_grid, within
 from varcontact.problem.containment import contact_box, outside
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.operators import Operators
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.scene.grid import Grid

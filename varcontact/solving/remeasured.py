@@ -18,7 +18,8 @@ from varcontact.io.history_file import Stored
 from varcontact.io.reading import reading
 from varcontact.io.solution_file import read
 from varcontact.problem.certificate import certify_problems
-from varcontact.problem.discretisation import Carried, Discretisation, discretise
+from varcontact.problem.discretisation import Carried, Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack, overload
 
 import numpy as np
 
@@ -16,14 +17,16 @@ from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, Transient
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import check_start, coefficient
@@ -31,6 +34,7 @@ from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.noise import noise
 from varcontact.solving.on_demand.asked import asked_for
 from varcontact.solving.on_demand.climb import on_demand
+from varcontact.solving.options import CouplingName, NormalName, Options, TangentialName
 from varcontact.solving.refine.road import check_refine, refined, roughly
 from varcontact.solving.series import check_saturation
 from varcontact.solving.subproblems import Steps
@@ -39,6 +43,36 @@ from varcontact.solving.transient import solve_transient
 
 MOST_BY_PRESSURE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
+
+
+@overload
+def solve(
+    scene: Scene[Transient],
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName | str = "auto",
+    **options: Unpack[Options],
+) -> History: ...
+
+
+@overload
+def solve(
+    scene: Scene[Steady] | Scene[Shift] | Scene[None],
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName | str = "auto",
+    **options: Unpack[Options],
+) -> Solution: ...
+
+
+@overload
+def solve(
+    scene: Scene,
+    normal: NormalName | str = "auto",
+    tangential: TangentialName | str = "auto",
+    coupling: CouplingName | str = "auto",
+    **options: Unpack[Options],
+) -> Solution | History: ...
 
 
 @one_blas_thread()

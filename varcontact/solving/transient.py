@@ -21,14 +21,16 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.problem.contact_grid import common_grid, enlarged, wanted_grid
 from varcontact.problem.containment import outside
-from varcontact.problem.discretisation import Carried, Discretisation, discretise
+from varcontact.problem.discretisation import Carried, Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.history import History
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it

@@ -37,7 +37,7 @@ def standard_bank(cells: int = 12) -> dict[str, Scene]:
     cells = checks.whole("cells", cells)
     circle, long = Ellipse(a=1.0, b=1.0), float(np.sqrt(5))
     along, across = Ellipse(a=long, b=1 / long), Ellipse(a=1 / long, b=long)
-    base = Scene(
+    base: Scene = Scene(
         bodies=Bodies(G=1.0, nu=0.28),
         surface=circle,
         normal_force=FORCE,

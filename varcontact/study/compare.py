@@ -14,8 +14,9 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import load_packages
 from varcontact.solving.series import solve_many
 from varcontact.solving.solve import solve

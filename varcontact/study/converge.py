@@ -18,9 +18,10 @@ from varcontact.problem.contact_grid import within
 from varcontact.problem.containment import Box, contact_box
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.study.compare import attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence

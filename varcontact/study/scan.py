@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -81,41 +81,61 @@ def scan(
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
-    motion = scene.motion
-    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError(
-            "motion",
-            motion,
-            "Steady or Shift, with no prescribed force",
-            message="motion: a scan sets the creepages; give Steady or Shift with no prescribed force",
-        )
-    triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
-    motions = [_with_rigid(motion, triple) for triple in triples]
-    choices = normal, tangential, coupling, formulation, method
-    if accuracy is not None or time_budget is not None:
-        if executor is not None or workers != 1:
-            name, value = ("workers", workers) if executor is None else ("executor", executor)
-            raise SceneError(name, value, "left out: a scan to an accuracy, or within a time, is solved here")
-        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
-        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
-        posed = [replace(scene, motion=each) for each in motions]
-        return [cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed]
-    plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
-    tol, polish, progress = checks.positive("tol", tol), polished_by(plans[0], polish), checks.progress(progress)
-    certify = level(certify)
+    motions = _motions(scene, creepages)
+    if (accuracy is not None or time_budget is not None) and (executor is not None or workers != 1):
+        name, value = ("workers", workers) if executor is None else ("executor", executor)
+        raise SceneError(name, value, "left out: a scan to an accuracy, or within a time, is solved here")
     with opened(executor, workers) as pool:
         if pool is None:
-            return list(solve_many(scene, motions, plans[0], tol, polish, progress, certify))
+            options: dict[str, Any] = {"formulation": formulation, "method": method, "tol": tol, "polish": polish}
+            options |= {"certify": certify, "accuracy": accuracy, "time_budget": time_budget, "progress": progress}
+            return list(scanned(scene, creepages, normal, tangential, coupling, **options))
+        plan = _plan(scene, motions, normal, tangential, coupling, formulation, method)
+        tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
         parts = [motions[k : k + CHUNK] for k in range(0, len(motions), CHUNK)]
         solved: list[list[Solution]] = [[] for _ in parts]
-        tasks = [_Part(scene, part, plans[0], tol, polish, certify) for part in parts]
+        tasks = [_Part(scene, part, plan, tol, polish, level(certify)) for part in parts]
         for number, solutions in results(_Part.solved, tasks, pool):
             solved[number] = solutions
             if progress is not None:
                 progress(f"{sum(map(len, solved))} of {len(motions)} creepages")
     return [solution for part in solved for solution in part]
+
+
+def scanned(
+    scene: Scene,
+    creepages: np.ndarray,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    method: str = "auto",
+    tol: float = TOLERANCE,
+    polish: bool | None = None,
+    certify: str | None = "auto",
+    progress: Callable[[str], None] | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
+) -> Iterator[Solution]:
+    """The solutions of a `scan`, one after the other. What is wrong with the arguments is said before the first.
+
+    Parameters
+    ----------
+    scene, creepages, normal, tangential, coupling, formulation, method, tol, polish, certify, progress
+        As for `scan`.
+    accuracy, time_budget : float, optional
+        As for `scan`.
+    """
+    motions = _motions(scene, creepages)
+    if accuracy is not None or time_budget is not None:
+        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
+        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
+        posed = [replace(scene, motion=each) for each in motions]
+        return (cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed)
+    plan = _plan(scene, motions, normal, tangential, coupling, formulation, method)
+    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
+    return solve_many(scene, motions, plan, tol, polish, progress, level(certify))
 
 
 @dataclass(frozen=True)
@@ -131,6 +151,28 @@ class _Part:
 
     def solved(self) -> list[Solution]:
         return list(solve_many(self.scene, self.motions, self.plan, self.tol, self.polish, certify=self.certify))
+
+
+def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
+    """The scene's motion with each of the creepages."""
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    motion = scene.motion
+    if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
+        raise SceneError(
+            "motion",
+            motion,
+            "Steady or Shift, with no prescribed force",
+            message="motion: a scan sets the creepages; give Steady or Shift with no prescribed force",
+        )
+    triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
+    return [_with_rigid(motion, triple) for triple in triples]
+
+
+def _plan(scene: Scene, motions: list[Steady | Shift], *choices: str) -> Plan:
+    """The plan of the first motion, which serves all; what any of them cannot have is refused."""
+    plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
+    return plans[0]
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:

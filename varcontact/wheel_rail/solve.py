@@ -13,6 +13,7 @@ from varcontact import checks
 from varcontact.errors import NotConverged
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
+from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.seams import weakened
@@ -33,7 +34,7 @@ class ConformalContact(UserWarning):
 
 
 def solve_wheel_on_rail(
-    case: WheelOnRail, tol: float, certify: str | None, methods: dict[str, Any]
+    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
     """The solution of a wheel on a rail: see `WheelOnRail.solve`.
 
@@ -55,7 +56,7 @@ def solve_wheel_on_rail(
         z, rounds = case.z, 0
         patches = case.patches(z)
     else:
-        z, rounds = _height(case, tol, methods)
+        z, rounds = bearing_height(case, tol, lambda z: _vertical(case, z, methods))
         patches = case.patches(z)
     solved = tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in patches)
     for each in solved:
@@ -63,8 +64,30 @@ def solve_wheel_on_rail(
     return WheelRailSolution(case, z, solved, rounds)
 
 
-def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[float, int]:
-    """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight."""
+def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], float]) -> tuple[float, int]:
+    """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight.
+
+    Parameters
+    ----------
+    case : WheelOnRail
+        With a vertical force.
+    tol : float
+        Relative.
+    vertical : callable
+        From the height to the vertical force on the rail.
+
+    Returns
+    -------
+    z : float
+        [mm]
+    rounds : int
+        Heights that were tried.
+
+    Raises
+    ------
+    NotConverged
+        If none was found.
+    """
     load = case.vertical_force
     assert load is not None
     low, high = case.touching, np.inf
@@ -72,7 +95,7 @@ def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[flo
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
     z = low + (load / stiffness) ** (2 / 3)
     for rounds in range(1, ROUNDS + 1):
-        force = _vertical(case, z, methods)
+        force = vertical(z)
         if abs(force - load) <= tol * load:
             return z, rounds
         value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))
@@ -103,12 +126,10 @@ def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     return float(total)
 
 
-def _solved(patch: ContactPatch, certify: str | None, methods: dict[str, Any]) -> Solution:
+def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
     """A patch; one in parts by what each feels of the others."""
     scene = weakened(patch.scene, patch.seams, _presser(methods)) if patch.seams else patch.scene
-    found = solve(scene, certify=certify, **methods)
-    assert isinstance(found, Solution)
-    return found
+    return solve(scene, certify=certify, **methods)
 
 
 def _presser(methods: dict[str, Any]) -> Callable[[Scene], Solution]:

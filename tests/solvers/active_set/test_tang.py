@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import tangential_residual
 from varcontact.problem.problem import RawSolution
 from varcontact.problem.state import hertz_pressure, unloaded

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import gap, normal_residual, project, tangential_residual
 from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm

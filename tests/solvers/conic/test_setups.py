@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.solvers.conic.programs import normal_potential, normal_program
 from varcontact.solvers.conic.setups import Setups

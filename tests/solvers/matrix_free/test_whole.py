@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.matrix_free.whole import WholeProblem, _Posed
 

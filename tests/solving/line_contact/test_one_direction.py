@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.problem.bounds import force_bound
-from varcontact.problem.discretisation import discretise
+from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import gap, project, tangential_residual
 from varcontact.problem.problem import RawSolution
 from varcontact.problem.state import hertz_pressure, unloaded

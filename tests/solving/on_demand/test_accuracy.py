@@ -63,6 +63,13 @@ def test_full_slip_is_exact_at_once():
     assert len(sol.error_estimate.solves) == 2
 
 
+@pytest.mark.parametrize("vx", [0.2, 0.25, 0.3, 0.4, 0.6])
+def test_no_force_is_beyond_what_friction_carries(vx):
+    for accuracy in (0.1, 0.03, 0.01):
+        sol = vc.solve(replace(ROLLING, motion=vc.Steady(vx=vx, vy=-vx)), accuracy=accuracy)
+        assert np.hypot(*sol.force) <= 0.3 * (1 + 1e-12)
+
+
 def test_hertz_needs_no_grid():
     sol = vc.solve(replace(ROLLING, motion=None, friction=None), accuracy=1e-9)
     assert sol.error_estimate.largest == 0 and len(sol.error_estimate.solves) == 1

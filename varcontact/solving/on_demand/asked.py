@@ -9,8 +9,9 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.plan import Plan
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import check_measurable
 
 

@@ -29,9 +29,9 @@ COARSER = 0.35
 """Elements across the contact on the first of two grids, by those on the second."""
 LEAST_STEP, GREATEST_STEP = 1.5, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""
-USED = 0.8
+USED = 0.7
 """Part of the time that two further grids may be expected to take: what is expected is true within a factor of 1.3."""
-LATE = 1.7
+LATE = 1.5
 """A solve is given up when it has gone on for this many time budgets, and the answer before it is taken."""
 
 
@@ -109,7 +109,7 @@ class Climb:
             assert estimate is not None
             if estimate.largest <= accuracy:
                 return answer
-            step = (estimate.largest / accuracy) ** (1 / self.ladder.order)
+            step = (estimate.largest / accuracy) ** (1 / self.ladder.law.order)
             n, before = math.ceil(n * min(max(step, LEAST_STEP), GREATEST_STEP)), n
             if n > most:
                 if before >= most / LEAST_STEP:
@@ -156,7 +156,6 @@ class Climb:
 
         Where it cannot be the last one, it need not be `certified`.
         """
-        posed = self.ladder.posed(self.scene, n)
         if self.progress is not None:
             self.progress(f"{n} elements across the contact")
 
@@ -167,28 +166,33 @@ class Climb:
                 self.progress(f"{n} elements across the contact: {stage}")
 
         begun = time.perf_counter()
-        solution = self.solve(posed, told if until < math.inf or self.progress is not None else None, certified)
+        heard = told if until < math.inf or self.progress is not None else None
+        try:
+            solution = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+        except NotConverged:  # where a lattice does not, another usually does
+            n += math.ceil(n / 20)
+            solution = self.solve(self.ladder.posed(self.scene, n), heard, certified)
         taken = time.perf_counter() - begun
         self.rungs.append(Rung(n, solution, values(solution), units(solution), taken))
 
     def answer(self) -> Solution:
         """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
-        fine, ladder = self.rungs[-1], self.ladder
+        fine, law = self.rungs[-1], self.ladder.law
         solves = tuple(Solve(*_cells(rung.solution), rung.seconds) for rung in self.rungs)
         if len(self.rungs) == 1:
-            errors = {name: ladder.alone(fine.n) for name in fine.values}
+            errors = {name: law.alone(fine.n) for name in fine.values}
             how = f"by the usual error on {fine.n} elements across the contact: there was no time for a second grid"
             best = fine.values
         else:
             coarse = self.rungs[-2]
-            part = 1 / ((fine.n / coarse.n) ** ladder.order - 1)
+            part = 1 / ((fine.n / coarse.n) ** law.order - 1)
             steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
-            errors = {name: ladder.error(step / fine.units[name], fine.n) for name, step in steps.items()}
-            best = {name: value + steps[name] for name, value in fine.values.items()}
+            errors = {name: law.error(step / fine.units[name], fine.n) for name, step in steps.items()}
+            best = carried({name: value + steps[name] for name, value in fine.values.items()}, fine.units)
             how = (
-                f"{ladder.share:g} times the step to the extrapolated value, and {ladder.remainder(fine.n):.1e} "
-                f"(measured on {ladder.name}); extrapolated with order {ladder.order:g} from {coarse.n} and {fine.n} "
-                "elements across the contact"
+                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n):.1e} "
+                f"(measured on {self.ladder.name}); extrapolated with order {law.order:g} "
+                f"from {coarse.n} and {fine.n} elements across the contact"
             )
         estimate = ErrorEstimate(best, errors, how, solves, *self._asked)
         return with_values(fine.solution, estimate)
@@ -222,7 +226,7 @@ class Climb:
         return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
 
     def _out_of_reach(self, accuracy: float, most: int) -> TooLarge:
-        n, reached = self.ladder.first(accuracy), self.ladder.expected(most)
+        n, reached = self.ladder.first(accuracy), self.ladder.law.expected(most)
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 
@@ -231,6 +235,21 @@ class Climb:
         reached = answer.error_estimate.largest
         words = f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and a finer grid does not fit"
         return NotConverged(words, reached, answer)
+
+
+def carried(values: dict[str, float], units: dict[str, float]) -> dict[str, float]:
+    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little.
+
+    Parameters
+    ----------
+    values, units : dict of str to float
+        As of `varcontact.solving.error_norm`.
+    """
+    if not {"Fx", "Fy"} <= set(values):
+        return values
+    size, limit = math.hypot(values["Fx"], values["Fy"]), units["Fx"]
+    part = limit / size if size > limit else 1.0
+    return values | {name: part * values[name] for name in ("Fx", "Fy")}
 
 
 def with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:

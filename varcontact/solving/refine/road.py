@@ -14,7 +14,8 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.machine.memory import SMALLER, need
 from varcontact.planning.plan import Plan
 from varcontact.problem.contact_grid import across, known_grid
-from varcontact.problem.discretisation import Discretisation, discretise
+from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.discretise import discretise
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.error_estimate import ErrorEstimate, Solve

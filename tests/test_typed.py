@@ -1,0 +1,78 @@
+"""Types of results, names of methods, names of arguments."""
+
+import importlib
+from typing import get_args
+
+import pytest
+
+import varcontact as vc
+from tests import typed
+from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
+from varcontact.planning.roads import ROADS
+from varcontact.solvers.registry import normal_methods, tangential_methods
+from varcontact.solving import options
+from varcontact.theories.methods import THEORIES
+
+
+def test_results_are_of_the_types_that_are_promised():
+    assert all(isinstance(sol, vc.Solution) for sol in typed.solutions())
+    assert isinstance(typed.history(), vc.History)
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        (options.NormalName, normal_methods()),
+        (options.TangentialName, [*tangential_methods(), *THEORIES]),
+        (options.CouplingName, COUPLING_METHODS),
+        (options.FormulationName, FORMULATIONS),
+        (options.MethodName, [name for name in ROADS if name != "auto"]),
+    ],
+)
+def test_names_for_type_checkers_are_those_of_the_methods(kind, names):
+    assert set(get_args(kind)) == {"auto", *names}
+
+
+def test_only_public_names_are_listed():
+    assert dir(vc) == sorted([*vc.__all__, "__version__"])
+
+
+def test_every_public_name_is_found_and_no_other():
+    """Most are imported when they are first used."""
+    for name in [*vc.__all__, "theories"]:
+        assert getattr(importlib.import_module("varcontact"), name) is not None
+    assert vc.solve is importlib.import_module("varcontact.solving.solve").solve
+    assert vc.theories is importlib.import_module("varcontact.theories")
+    with pytest.raises(AttributeError, match="module 'varcontact' has no attribute 'slove'"):
+        vc.slove  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: vc.Steady(cksi=1e-3), "Steady has no cksi: write vx, the longitudinal creepage"),
+        (lambda: vc.Steady(spinn=1.0), "Steady has no spinn (did you mean spin?)"),
+        (lambda: vc.Shift(vx=1e-3), "Shift has no vx: write ux, or Steady for a creepage"),
+        (lambda: vc.Bodies(E=2.1e11, nu=0.3), "Bodies has no E: write Bodies.from_young(E, nu)"),
+        (lambda: vc.Grid(mx=24, my=24), "Grid has no mx: write nx"),
+        (lambda: vc.Scene(bodies=typed.BODIES, surface=typed.SURFACE, FN=1.0), "Scene has no FN: write normal_force"),
+        (lambda: vc.Grid(6, 6, zzz=1), "Grid has no zzz; it has nx, ny, dx"),
+    ],
+)
+def test_a_wrong_name_is_told_the_right_one(make, words):
+    with pytest.raises(vc.SceneError) as refused:
+        make()
+    assert words in str(refused.value)
+
+
+def test_a_flat_list_of_creepages_is_told_what_rows_are():
+    scene = vc.Scene(
+        bodies=typed.BODIES,
+        surface=typed.SURFACE,
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Steady(),
+        grid=vc.Grid(6, 6),
+    )
+    with pytest.raises(vc.SceneError, match=r"a row of vx, vy, spin for each solution"):
+        vc.scan(scene, [1e-3, 2e-3])

@@ -1,0 +1,206 @@
+"""``varcontact scan SCENE.toml ...``."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from varcontact.cli.app import app
+from varcontact.cli.methods import METHODS
+from varcontact.cli.terminal import FORCE, check_outputs, show
+from varcontact.cli.values import VALUES, values_of
+from varcontact.cli.workers import bar
+from varcontact.errors import SceneError, VarcontactError
+from varcontact.scene.motion import Shift, Steady
+
+if TYPE_CHECKING:
+    from varcontact.results.solution import Solution
+    from varcontact.scene.scene import Scene
+
+ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
+NOT_OF_A_SCAN = ("start", "refine")
+"""Entries of [solve] that a scan has no use for."""
+
+
+@app.command(
+    short_help="Solve a scene for many creepages.",
+    epilog=f"{METHODS}\n\nExample: varcontact scan scene.toml --vx 0:5e-3:11 --out curve.csv --plot curve.png",
+)
+def scan(
+    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    vx: Annotated[
+        str | None, typer.Option(help=f"Longitudinal creepage, of a shift ux: {VALUES}", show_default=False)
+    ] = None,
+    vy: Annotated[str | None, typer.Option(help="Lateral creepage, of a shift uy.", show_default=False)] = None,
+    spin: Annotated[str | None, typer.Option(help="Spin, of a shift the rotation.", show_default=False)] = None,
+    creepages: Annotated[
+        Path | None,
+        typer.Option(help="In their place, a table (.csv): three numbers a line, with or without a heading."),
+    ] = None,
+    method: Annotated[str | None, typer.Option(help="The overall method, as for solve.")] = None,
+    normal: Annotated[str | None, typer.Option(help="Normal problem, as for solve.")] = None,
+    tangential: Annotated[str | None, typer.Option(help="Tangential problem, as for solve.")] = None,
+    coupling: Annotated[str | None, typer.Option(help="Coupling for unlike bodies, as for solve.")] = None,
+    formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, as for solve.")] = None,
+    tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Largest error of each against the continuum, as for solve.", show_default=False),
+    ] = None,
+    time_budget: Annotated[
+        float | None, typer.Option(help="In its place, seconds for each of them.", show_default=False)
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the table to this file (.csv).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Write the curve of forces to this file (.png, .pdf, .svg).")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+) -> None:
+    """Solve one scene for many creepages, each with a certificate.
+
+    What is not given of vx, vy and spin is the scene's own. The first failure ends the scan; what was solved before it
+    is printed and written.
+    """
+    from varcontact.io.outputs import check_replaceable
+    from varcontact.io.scene_file import read_scene
+    from varcontact.study.scan import scanned
+    from varcontact.study.sweep import Standing
+
+    check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
+    if out is not None:
+        check_replaceable("--out", out, "table", _is_ours, force)
+    described, options = read_scene(scene)
+    for name in NOT_OF_A_SCAN:
+        if name in options:
+            raise SceneError(f"solve.{name}", options[name], f"left out: a scan has no {name}")
+    given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
+    given |= {"formulation": formulation, "tol": tol, "accuracy": accuracy, "time_budget": time_budget}
+    options |= {name: value for name, value in given.items() if value is not None}
+    triples = _triples(described, {"vx": vx, "vy": vy, "spin": spin}, creepages)
+    found: list[Solution] = []
+    try:
+        with bar() as progress:
+            begun = time.monotonic()
+            for solution in scanned(described, triples, **options):
+                found.append(solution)
+                if progress is not None:
+                    left = (time.monotonic() - begun) / len(found) * (len(triples) - len(found))
+                    progress(Standing(len(found), len(triples), 0, left))
+    except (VarcontactError, KeyboardInterrupt):
+        if found:
+            _deliver(found, out, plot, as_json)
+        raise
+    _deliver(found, out, plot, as_json)
+
+
+def _triples(scene: Scene, given: dict[str, str | None], table: Path | None) -> np.ndarray:
+    """One row of creepages for each solution, from options or from a table."""
+    values = {name: values_of(f"--{name}", text) for name, text in given.items() if text is not None}
+    if table is not None:
+        if values:
+            raise SceneError("--creepages", table, "left out where --vx, --vy or --spin are given")
+        return _table_of_triples(table)
+    own = scene.motion.rigid if isinstance(scene.motion, Steady | Shift) else (0.0, 0.0, 0.0)
+    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(given, own, strict=True)]
+    lengths = {len(column) for column in columns if len(column) > 1}
+    if not values or len(lengths) > 1:
+        shapes = ", ".join(f"--{name} {np.size(each)}" for name, each in values.items())
+        message = f"give a range or a list of values, and others of as many values or one, not {shapes or 'none'}"
+        raise SceneError("--vx, --vy, --spin", shapes, message=f"--vx, --vy, --spin: {message}")
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+def _table_of_triples(path: Path) -> np.ndarray:
+    """The rows of a CSV file; a first line that holds no numbers is its heading."""
+    try:
+        lines = [row for row in csv.reader(path.read_text(encoding="utf-8-sig").splitlines()) if "".join(row).strip()]
+    except (OSError, UnicodeError, csv.Error) as error:
+        raise SceneError("--creepages", path, message=f"--creepages: {str(path)!r} cannot be read ({error})") from None
+    triples: list[list[float]] = []
+    for number, row in enumerate(lines):
+        try:
+            numbers = [float(each) for each in row]
+        except ValueError:
+            if number == 0:
+                continue
+            numbers = []
+        if len(numbers) != 3:
+            words = ",".join(row)
+            message = f"--creepages: row {number + 1} of {str(path)!r} is {words!r}; give three numbers: vx, vy, spin"
+            raise SceneError("--creepages", path, message=message)
+        triples.append(numbers)
+    if not triples:
+        raise SceneError("--creepages", path, message=f"--creepages: {str(path)!r} holds no rows of vx, vy, spin")
+    return np.array(triples)
+
+
+def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json: bool) -> None:
+    from varcontact.io.outputs import write_whole
+    from varcontact.plotting.curve import plot_curve
+    from varcontact.plotting.picture_file import write_picture
+
+    rows = [_row(solution) for solution in found]
+    try:
+        show(json.dumps(rows, indent=2, allow_nan=False) if as_json else _table(found, rows))
+    finally:  # what was computed is not lost with its reader
+        if out is not None:
+            write_whole("--out", out, _csv(rows))
+        if plot is not None:
+            write_picture(plot_curve(found), plot)
+
+
+def _row(solution: Solution) -> dict[str, Any]:
+    """The figures of a solution, under the names of its motion; None where nothing is known."""
+    from varcontact.results.solution import known
+
+    assert solution.motion is not None
+    names = ROLLING if solution.motion.rolls else SHIFTING
+    bounds = zip(("Fx_bound", "Fy_bound", "Mz_bound"), solution.certificate.force_bound, strict=True)
+    figures = {
+        **dict(zip(names, solution.creepage, strict=True)),
+        "Fx": solution.force[0],
+        "Fy": solution.force[1],
+        "Mz": solution.moment,
+        "normal_force": solution.normal_force,
+        "approach": solution.approach,
+        "residual": solution.certificate.residual,
+        **dict(bounds),
+    }
+    return {**{name: known(value) for name, value in figures.items()}, **solution.elements}
+
+
+PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
+
+
+def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
+    """The rows for people: what changes and what comes out."""
+    from varcontact.study.tables import columns_of_text
+
+    names = [*list(rows[0])[:3], *PRINTED]
+    cells = [["" if row[name] is None else f"{row[name]:.6g}" for name in names] for row in rows]
+    units = found[0].scene.units
+    said = [] if units is None else [f"forces in {units.of('force', found[0].scene.line)}"]
+    count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
+    return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
+
+
+def _csv(rows: list[dict[str, Any]]) -> bytes:
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    return text.getvalue().encode()
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a file begins with the heading of a scan."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline().startswith(tuple(",".join([*names, "Fx", "Fy", "Mz,"]) for names in (ROLLING, SHIFTING)))

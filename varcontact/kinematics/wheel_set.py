@@ -1,0 +1,150 @@
+"""The linearised wheel set, and a ball between two planes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from varcontact import checks
+from varcontact.kinematics.creepages import Creepages
+from varcontact.reference.creepage_coefficients import creepage_coefficients
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelSetMotion:
+    """The linearised motion of a wheel set on straight rails (section 2.2.3): z up, x forward, y to the left.
+
+    Parameters
+    ----------
+    speed : float
+        V, along the track [length/time].
+    angular_velocity : float
+        omega, about the axle [rad/time]; `speed` by the mean radius in pure rolling.
+    radii : tuple of float
+        Rolling radii of the left and the right wheel [length].
+    half_gauge : float
+        b, half the distance of the contacts [length].
+    angles : tuple of float
+        gamma, contact angles of the left and the right wheel [rad].
+    yaw, yaw_rate : float
+        alpha and its rate [rad, rad/time].
+    lateral_velocity : float
+        Of the centre [length/time].
+
+    Raises
+    ------
+    SceneError
+        If a number is not finite, or a length or the speed is not positive.
+
+    Examples
+    --------
+    Klingel's rolling has no creep:
+
+    >>> V, gamma, R, b, y = 27.8, 1 / 40, 0.5, 0.715, 0.003
+    >>> motion = WheelSetMotion(
+    ...     speed=V, angular_velocity=V / R, radii=(R + gamma * y, R - gamma * y), half_gauge=b,
+    ...     yaw_rate=-V * gamma * y / (R * b), angles=(gamma, gamma))
+    >>> left, right = motion.creepages
+    >>> print(f"{abs(left.vx):.6f} {abs(right.vx):.6f} {left.spin:.4f} {right.spin:.4f}")
+    0.000000 0.000000 -0.0502 0.0498
+    """
+
+    speed: float
+    angular_velocity: float
+    radii: tuple[float, float]
+    half_gauge: float
+    angles: tuple[float, float] = (0.0, 0.0)
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+    lateral_velocity: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "half_gauge"):
+            object.__setattr__(self, name, checks.positive(f"motion.{name}", getattr(self, name)))
+        for name in ("angular_velocity", "yaw", "yaw_rate", "lateral_velocity"):
+            object.__setattr__(self, name, checks.moderate(f"motion.{name}", getattr(self, name)))
+        checks.positives("motion.radii", self.radii)
+        checks.numbers("motion.angles", self.angles)
+
+    @property
+    def creepages(self) -> tuple[Creepages, Creepages]:
+        """Of the left and the right wheel over the rails, (135) to (139).
+
+        Derived again: (136) and (137) lack a factor 1/2 before the difference of the radii, without which Klingel's
+        rolling would have the creep ``-omega gamma y / V`` where it has none.
+        """
+        mean, difference = sum(self.radii) / 2, (self.radii[0] - self.radii[1]) / 2
+        driven = 1 - self.angular_velocity * mean / self.speed
+        turned = (self.angular_velocity * difference + self.yaw_rate * self.half_gauge) / self.speed
+        lateral = self.lateral_velocity / self.speed - self.yaw
+        geometric = [angle * self.angular_velocity / self.speed for angle in self.angles]
+        kinematic = self.yaw_rate / self.speed
+        left = Creepages(driven - turned, lateral, kinematic - geometric[0], self.speed)
+        return left, Creepages(driven + turned, lateral, kinematic + geometric[1], self.speed)
+
+
+def klingel_wavelength(conicity: float, radius: float, half_gauge: float) -> float:
+    """Wavelength of Klingel's motion of a conical wheel set (section 2.2.1), ``2 pi sqrt(R b / gamma)``.
+
+    Parameters
+    ----------
+    conicity : float
+        gamma, slope of the cones (or the equivalent conicity) [-].
+    radius : float
+        R, of the wheels in mid-position [length].
+    half_gauge : float
+        b [length].
+
+    Returns
+    -------
+    float
+        [length]; the frequency is the speed divided by it.
+
+    Raises
+    ------
+    SceneError
+        If one is not positive and finite.
+
+    Examples
+    --------
+    >>> print(f"{klingel_wavelength(1 / 40, 0.5, 0.715):.1f} m")
+    23.8 m
+    """
+    numbers = (("conicity", conicity), ("radius", radius), ("half_gauge", half_gauge))
+    gamma, R, b = (checks.positive(name, value) for name, value in numbers)
+    return 2 * math.pi * math.sqrt(R * b / gamma)
+
+
+def ball_between_planes(force: float, angle: float, nu: float) -> float:
+    """Lateral force on a ball that rolls between two planes at an angle (section 2.2.2, Johnson 1959).
+
+    The sum of the components of the two normal forces and of what spin makes by the linear theory, with the
+    lateral creepage held at zero.
+
+    Parameters
+    ----------
+    force : float
+        N, normal force at each contact [force].
+    angle : float
+        gamma, half the angle between the planes [rad].
+    nu : float
+        Poisson's ratio.
+
+    Returns
+    -------
+    float
+        ``2 N gamma (1 - 3 (1 - nu) C23 / 16)`` [force].
+
+    Raises
+    ------
+    SceneError
+        If the force is not positive, the angle not finite, or nu out of range.
+
+    Examples
+    --------
+    >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.1f} N gamma")
+    1.6 N gamma
+    """
+    N, gamma = checks.positive("force", force), checks.moderate("angle", angle)
+    C23 = float(creepage_coefficients(1.0, 1.0, nu).C23)
+    return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 16)
