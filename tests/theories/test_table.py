@@ -15,7 +15,7 @@ from varcontact.theories.table_splines import FULL, local_law, quadrature
 BOOK = shipped()
 LIMIT = 2.5
 A, B, G = 1.5, 1.2, 3.0
-STATED, FALLEN = 0.03, 0.01
+STATED, FALLEN = 0.04, 0.01
 """What the documentation says: the error of forces and moment, in parts of f Fz; how much the resistance may fall along
 a ray, in parts of its largest value."""
 

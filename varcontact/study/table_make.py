@@ -140,8 +140,8 @@ def make_table_book(
     size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
     provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
     splines = splines_through(coefficients, nodes, directions, left)
-    single = (each.astype(np.float32) for each in (values, accuracy, splines))
-    book = TableBook(nu, nodes, directions, *single, provenance)
+    values, accuracy = values.astype(np.float32), accuracy.astype(np.float32)
+    book = TableBook(nu, nodes, directions, values, accuracy, splines, provenance)
     if path is not None:
         write_whole("out", path, book.to_bytes())
         for store in stores(path):
