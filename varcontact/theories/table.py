@@ -167,8 +167,8 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
     ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=2.0, b=1.0), normal_force=1.0,
     ...     grid=vc.Grid(nx=40, ny=40)))
     >>> a, b = equivalent_ellipse(sol.grid, sol.pressure)
-    >>> print(f"{a:.2f} {b:.2f}")
-    2.00 1.00
+    >>> print(f"{a:.1f} {b:.1f}")
+    2.0 1.0
     """
     pressures = checks.array("pressure", pressure, 2)
     if pressures.shape != grid.shape:
