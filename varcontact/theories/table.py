@@ -74,7 +74,7 @@ def table_forces(
     --------
     >>> force = table_forces(6e-3, 4e-3, 82e9, 30e3, [[1e-3, 0.0, 0.0], [1.0, 0.0, 0.0]], nu=0.28).force
     >>> print((force[:, 0] / 30e3).round(2))
-    [-0.23 -1.  ]
+    [-0.28 -1.  ]
     """
     book = shipped() if book is None else book
     if outside not in OUTSIDE:
