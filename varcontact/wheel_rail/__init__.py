@@ -4,6 +4,7 @@ Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in rad
 """
 
 from varcontact.wheel_rail.fast import FastPatch, FastWheel
+from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, geometry_table
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.solve import ConformalContact
@@ -17,6 +18,7 @@ __all__ = [
     "ContactPatch",
     "FastPatch",
     "FastWheel",
+    "GeometryTable",
     "PatchSolution",
     "PatchWear",
     "Position",
@@ -28,5 +30,7 @@ __all__ = [
     "WheelOnRail",
     "WheelRailSolution",
     "WheelSet",
+    "WheelSetForces",
+    "geometry_table",
     "wear",
 ]
