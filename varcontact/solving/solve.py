@@ -213,7 +213,7 @@ def solve(
         wanted = certify if certified else "none"
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
-        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects else steps)
+        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects and known.closed_form else steps)
         try:
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
             last = (disc, state) if found is None else (found.disc, found.state)
