@@ -300,8 +300,8 @@ def test_missing_scene_and_help(folder):
 
 
 def test_import_is_light():
-    """Heavy packages are imported where they are used."""
-    heavy = ("scipy", "clarabel", "xarray", "matplotlib", "typer")
+    """Heavy packages are imported where they are used, and so is what a script may not need of varcontact."""
+    heavy = ("scipy", "clarabel", "cvxpy", "pandas", "xarray", "matplotlib", "typer", "varcontact.solvers")
     code = f"import sys, varcontact; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -1,5 +1,6 @@
 """Types of results, names of methods, names of arguments."""
 
+import importlib
 from typing import get_args
 
 import pytest
@@ -34,6 +35,16 @@ def test_names_for_type_checkers_are_those_of_the_methods(kind, names):
 
 def test_only_public_names_are_listed():
     assert dir(vc) == sorted([*vc.__all__, "__version__"])
+
+
+def test_every_public_name_is_found_and_no_other():
+    """Most are imported when they are first used."""
+    for name in [*vc.__all__, "theories"]:
+        assert getattr(importlib.import_module("varcontact"), name) is not None
+    assert vc.solve is importlib.import_module("varcontact.solving.solve").solve
+    assert vc.theories is importlib.import_module("varcontact.theories")
+    with pytest.raises(AttributeError, match="module 'varcontact' has no attribute 'slove'"):
+        vc.slove  # noqa: B018
 
 
 @pytest.mark.parametrize(

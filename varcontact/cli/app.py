@@ -46,6 +46,7 @@ app = typer.Typer(
     "  varcontact converge scene.toml --cells 8,12,16,24\n\n"
     "  varcontact scan scene.toml --vx 0:5e-3:11 --plot curve.png\n\n"
     "  varcontact sweep sweep.toml --workers 2 --out sweep.nc\n\n"
+    "  varcontact wheelrail case.toml --out table.csv\n\n"
     "Exit status: 0 solved, 2 bad input, or too large for the memory, 3 not solved to tolerance (the best iterate is "
     "reported), 130 interrupted (standard error says what is kept).",
 )

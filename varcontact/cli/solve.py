@@ -11,7 +11,7 @@ import typer
 from varcontact.cli.app import app
 from varcontact.cli.methods import METHODS
 from varcontact.cli.terminal import FORCE, check_outputs, show, stop, with_progress
-from varcontact.errors import Interrupted, VarcontactError
+from varcontact.errors import Interrupted, SceneError, VarcontactError
 
 if TYPE_CHECKING:
     from varcontact.scene.scene import Scene
@@ -22,7 +22,12 @@ MOVING = (".gif", ".mp4")
 
 @app.command(epilog=f"{METHODS}\n\nExample: varcontact solve scene.toml --plot picture.png --json")
 def solve(
-    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
+    scene: Annotated[
+        Path,
+        typer.Argument(
+            help="The scene, a TOML file (docs/scenes.md); or an input file of CONTACT (.inp).", show_default=False
+        ),
+    ],
     method: Annotated[str | None, typer.Option(help="The overall method, one of those below.")] = None,
     normal: Annotated[str | None, typer.Option(help="Method of the normal problem, one of those below.")] = None,
     tangential: Annotated[
@@ -61,6 +66,10 @@ def solve(
         float | None,
         typer.Option(help="In its place, seconds: the most accurate answer within them.", show_default=False),
     ] = None,
+    case: Annotated[
+        int | None,
+        typer.Option(help="Of an input file of CONTACT with several scenes: which one, from 1.", show_default=False),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -76,14 +85,13 @@ def solve(
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.outputs import check_ending
-    from varcontact.io.scene_file import read_scene
     from varcontact.io.solution_file import ENDINGS, check_solution_file
     from varcontact.scene.transient import Transient
     from varcontact.solving.solve import solve as solve_scene
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
     check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)
-    described, options = read_scene(scene)
+    described, options = _read(scene, case)
     if plot is not None and may_move:
         _check_moving(plot, described, [scene] if out is None else [scene, out], force)
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
@@ -108,6 +116,24 @@ def solve(
             deliver(kept, out, plot, force, as_json)
         raise
     deliver(solution, out, plot, force, as_json)
+
+
+def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
+    """A scene and how it is to be solved; of an input file of CONTACT one of its scenes."""
+    from varcontact.io.contact_input import read_contact_input
+    from varcontact.io.scene_file import read_scene
+
+    if path.suffix.lower() != ".inp":
+        if case is not None:
+            raise SceneError("--case", case, "left out: only an input file of CONTACT (.inp) has several scenes")
+        return read_scene(path)
+    scenes = read_contact_input(path)
+    number = 1 if case is None and len(scenes) == 1 else case
+    if number is None or not 1 <= number <= len(scenes):
+        given = "" if number is None else f", not {number}"
+        message = f"--case: {str(path)!r} holds {len(scenes)} scenes; give a number from 1 to {len(scenes)}{given}"
+        raise SceneError("--case", case, message=message)
+    return scenes[number - 1], {}
 
 
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.reading import SCENE_BYTES, first_line, regular, text_of
+from varcontact.io.reading import first_line, text_of
+from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS
@@ -31,8 +32,6 @@ SURFACES = {
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
-MOST_VALUES = 1_000_000
-"""Values of an entry that varies."""
 SOLVE_KEYS = (
     "method",
     "normal",
@@ -88,8 +87,8 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     Paraboloids(Rx=0.1, Ry=0.1)
     >>> folder.cleanup()
     """
-    table, folder = _read_toml(path)
-    options = _solve_table(table)
+    table, folder = read_toml(path, "scene file")
+    options = solve_table(table)
     return scene_from(table, folder), options
 
 
@@ -114,11 +113,11 @@ def read_sweep_scene(path: str | Path) -> tuple[Scene, dict[str, list[Any]], dic
     SceneError
         As `read_scene`, or if nothing varies.
     """
-    table, folder = _read_toml(path)
-    options = _solve_table(table)
+    table, folder = read_toml(path, "scene file")
+    options = solve_table(table)
     if "over" not in table:
         raise SceneError("over", None, "given: add a table [over] of the entries that vary")
-    over = dict(_varied(_table("over", table.pop("over"))))
+    over = dict(_varied(table_of("over", table.pop("over"))))
     return scene_from(table, folder), over, options
 
 
@@ -129,41 +128,31 @@ def _varied(table: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, l
         if not isinstance(value, Mapping):
             yield name, value
         elif "from" in value:
-            yield name, _range(f"over.{name}", value)
+            yield name, number_range(f"over.{name}", value)
         else:
             yield from _varied(value, f"{name}.")
 
 
-def _range(field: str, table: Mapping[str, Any]) -> list[float]:
-    """Numbers from one to another."""
-    _known(field, table, ("from", "to", "count", "spacing"))
-    first, last = (checks.moderate(f"{field}.{name}", _needed(field, table, name)) for name in ("from", "to"))
-    count = checks.whole(f"{field}.count", _needed(field, table, "count"), least=2, most=MOST_VALUES)
-    if checks.choice(f"{field}.spacing", table.get("spacing", "linear"), ("linear", "log")) == "linear":
-        return np.linspace(first, last, count).tolist()
-    if first * last <= 0:
-        raise SceneError(f"{field}.from", first, 'of the same sign as "to", and neither zero, for spacing = "log"')
-    return np.geomspace(first, last, count).tolist()
+def solve_table(table: dict[str, Any]) -> dict[str, Any]:
+    """Take the table ``[solve]`` out of a file.
 
+    Parameters
+    ----------
+    table : dict
+        Of the whole file.
 
-def _read_toml(path: str | Path) -> tuple[dict[str, Any], Path]:
-    """A scene file as nested dictionaries, and its folder."""
-    import tomllib
+    Returns
+    -------
+    dict
+        Keywords of `solve`.
 
-    path = checks.file_name("path", path)
-    text = text_of("scene file", path, SCENE_BYTES, "a TOML file")
-    try:
-        return tomllib.loads(text), path.parent
-    except RecursionError:
-        raise _unreadable(path, "is not a TOML file (it is nested too deep)") from None
-    except ValueError as error:  # also a number of thousands of digits
-        raise _unreadable(path, f"is not a TOML file ({first_line(error)})") from None
-
-
-def _solve_table(table: dict[str, Any]) -> dict[str, Any]:
-    """Take the table ``[solve]`` out of a file."""
+    Raises
+    ------
+    SceneError
+        If it has others.
+    """
     options = table.pop("solve", {})
-    _known("solve", _table("solve", options), SOLVE_KEYS)
+    check_keys("solve", table_of("solve", options), SOLVE_KEYS)
     return options
 
 
@@ -184,19 +173,19 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     """
     entries = dict(table)
     names = [f.name for f in dataclasses.fields(Scene)]
-    _known("", entries, names)
+    check_keys("", entries, names)
     for name in ("bodies", "surface"):
         if name not in entries:
             raise SceneError(name, None, f"given: add a table [{name}]")
-    entries["bodies"] = _bodies(_table("bodies", entries["bodies"]))
+    entries["bodies"] = bodies_from(table_of("bodies", entries["bodies"]))
     rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
     entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
     if "motion" in entries:
         entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
     if isinstance(entries.get("grid", "auto"), Mapping):
-        entries["grid"] = _made("grid", Grid, entries["grid"])
+        entries["grid"] = make("grid", Grid, entries["grid"])
     if "units" in entries:
-        entries["units"] = _made("units", Units, _table("units", entries["units"]))
+        entries["units"] = make("units", Units, table_of("units", entries["units"]))
     if isinstance(entries.get("friction"), Mapping):
         table = entries["friction"]
         if "file" in table:
@@ -236,16 +225,22 @@ def _plain(value: Any) -> Any:
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 
-def _bodies(table: Mapping[str, Any]) -> Bodies:
+def bodies_from(table: Mapping[str, Any]) -> Bodies:
+    """Bodies from a table of G and nu, or of E and nu.
+
+    Parameters
+    ----------
+    table : mapping
+    """
     if "E" in table:
-        _known("bodies", table, ("E", "nu"))
-        return Bodies.from_young(*(_needed("bodies", table, name) for name in ("E", "nu")))
-    _known("bodies", table, ("G", "nu", "E"))
-    return Bodies(*(_needed("bodies", table, name) for name in ("G", "nu")))
+        check_keys("bodies", table, ("E", "nu"))
+        return Bodies.from_young(*(needed("bodies", table, name) for name in ("E", "nu")))
+    check_keys("bodies", table, ("G", "nu", "E"))
+    return Bodies(*(needed("bodies", table, name) for name in ("G", "nu")))
 
 
 def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
-    entries = dict(_table(name, table))
+    entries = dict(table_of(name, table))
     kind = entries.pop("kind", None)
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
@@ -257,7 +252,7 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
         for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
             if isinstance(entries.get(field), Mapping):
                 entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
-    return _made(name, made, entries)
+    return make(name, made, entries)
 
 
 def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
@@ -288,23 +283,14 @@ def _start(value: Any, folder: Path | None) -> Any:
     """A solution, or the last step of a history, from the file it was saved to."""
     from varcontact.io.solution_file import read
 
-    loaded = read(_named("motion.start", value, folder))
+    loaded = read(file_named("motion.start", value, folder))
     return loaded if isinstance(loaded, Solution) else loaded[-1]
-
-
-def _made(name: str, cls: type[Any], entries: Mapping[str, Any]) -> Any:
-    fields = dataclasses.fields(cls)
-    _known(name, entries, [f.name for f in fields])
-    for f in fields:
-        if f.default is dataclasses.MISSING:
-            _needed(name, entries, f.name)
-    return cls(**entries)
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: Literal[1, 2]) -> np.ndarray:
     """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
-    _known(field, table, ("file",))
-    path = _named(f"{field}.file", _needed(field, table, "file"), folder)
+    check_keys(field, table, ("file",))
+    path = file_named(f"{field}.file", needed(field, table, "file"), folder)
     try:
         if path.suffix == ".npy":
             return np.asarray(np.load(path, allow_pickle=False))
@@ -319,43 +305,3 @@ def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimens
             "a readable file of numbers",
             message=f"{field}.file: no numbers can be read from {str(path)!r} ({first_line(error)})",
         ) from None
-
-
-def _named(field: str, value: Any, folder: Path | None) -> Path:
-    """A file that a scene file names: a regular one, sought beside it."""
-    if folder is None:
-        raise SceneError(field, value, "numbers", message=f"{field}: only scene files may name files, stored ones not")
-    if not isinstance(value, str):
-        raise SceneError(field, value, "the name of a file")
-    path = folder / value
-    try:
-        if not regular(path):
-            raise SceneError(field, value, "the name of a regular file")
-    except (OSError, ValueError) as error:  # ValueError: a null character in the name
-        raise SceneError(field, value, f"the name of a file ({first_line(error)})") from None
-    return path
-
-
-def _unreadable(path: Path, reason: str) -> SceneError:
-    return SceneError("scene file", str(path), "a TOML file", message=f"scene file {str(path)!r} {reason}")
-
-
-def _table(name: str, value: Any) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise SceneError(name, value, f"a table, [{name}]")
-    return value
-
-
-def _needed(name: str, table: Mapping[str, Any], key: str) -> Any:
-    if key not in table:
-        raise SceneError(f"{name}.{key}", None, "given")
-    return table[key]
-
-
-def _known(name: str, table: Mapping[str, Any], known: Any) -> None:
-    for key in table:
-        if key not in known:
-            field = f"{name}.{key}" if name else key
-            raise SceneError(
-                field, table[key], "left out", message=f"{field}: there is no such key{checks.nearest(key, known)}"
-            )

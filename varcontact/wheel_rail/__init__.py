@@ -3,22 +3,34 @@
 Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in radians, velocities in mm/s.
 """
 
+from varcontact.wheel_rail.fast import FastPatch, FastWheel
+from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, geometry_table
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.solve import ConformalContact
 from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
+from varcontact.wheel_rail.wear import Archard, PatchWear, Wear, wear
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, RoughProfile, WheelOnRail
 
 __all__ = [
+    "Archard",
     "ConformalContact",
     "ContactPatch",
+    "FastPatch",
+    "FastWheel",
+    "GeometryTable",
     "PatchSolution",
+    "PatchWear",
     "Position",
     "Profile",
     "RoughProfile",
     "Track",
     "Velocity",
+    "Wear",
     "WheelOnRail",
     "WheelRailSolution",
     "WheelSet",
+    "WheelSetForces",
+    "geometry_table",
+    "wear",
 ]

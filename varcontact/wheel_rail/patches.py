@@ -119,14 +119,7 @@ def place(
     SceneError
         If the elements are too many.
     """
-    weights = np.concatenate([each.weights for each in overlaps])
-    weights = weights / weights.sum()
-    points = np.concatenate([each.points for each in overlaps])
-    angle = float(weights @ np.concatenate([each.locus.angles[each.run] for each in overlaps]))
-    theta = float(weights @ np.concatenate([each.locus.theta[each.run] for each in overlaps]))
-    x, y = (float(weights @ points[:, i]) for i in (0, 1))
-    at = rail.at(np.array([y]), np.array([1.0, 0.0]))
-    frame = Frame(np.array([x, *rail.points(at)[0]]), rotation(roll=angle))
+    frame, angle, theta = frame_of(overlaps, rail)
     grid = _grid(overlaps, frame, *sides)
     gap = _rail_heights(rail, frame, grid)[:, None] - _wheel_heights(
         overlaps[0].locus, wheel, frame, grid, axle, centre
@@ -134,6 +127,31 @@ def place(
     known = np.isfinite(gap)
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
     return Place(frame, angle, grid, gap - gap.min(), -float(gap.min()), theta, _seams(overlaps, frame, *distances))
+
+
+def frame_of(overlaps: list[Overlap], rail: Curve) -> tuple[Frame, float, float]:
+    """Where the patch of a group of overlaps is.
+
+    Parameters
+    ----------
+    overlaps : list of Overlap
+    rail : Curve
+        (y, z) in track coordinates.
+
+    Returns
+    -------
+    frame : Frame
+        See `Place`, as for the rest.
+    angle, theta : float
+    """
+    weights = np.concatenate([each.weights for each in overlaps])
+    weights = weights / weights.sum()
+    points = np.concatenate([each.points for each in overlaps])
+    angle = float(weights @ np.concatenate([each.locus.angles[each.run] for each in overlaps]))
+    theta = float(weights @ np.concatenate([each.locus.theta[each.run] for each in overlaps]))
+    x, y = (float(weights @ points[:, i]) for i in (0, 1))
+    at = rail.at(np.array([y]), np.array([1.0, 0.0]))
+    return Frame(np.array([x, *rail.points(at)[0]]), rotation(roll=angle)), angle, theta
 
 
 def _seams(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:

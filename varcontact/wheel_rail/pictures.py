@@ -6,19 +6,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.plotting.style import PAGE, colour, legend_below, new_figure, settle, styled
+from varcontact.plotting.maps import box_of
+from varcontact.plotting.style import PAGE, colour, colour_bar, legend_below, new_figure, settle, styled
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.wheel_rail.profile import Profile
     from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+    from varcontact.wheel_rail.wear import PatchWear, Wear
 
 STEP = 0.05
 """Between points of a drawn curve [mm]."""
 NORMAL = 12.0
 """Length of the arrow of the largest normal force [mm]."""
+OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
+    ("on_rail", 1.0, "Contact on the rail, y [mm]"),
+    ("on_wheel", 1.0, "Contact on the wheel, y [mm]"),
+    ("angle", 1e3, "Contact angle [mrad]"),
+    ("rolling_radius", 1.0, "Rolling radius [mm]"),
+    ("vx", 1e3, "Longitudinal creepage [10⁻³]"),
+    ("vy", 1e3, "Lateral creepage [10⁻³]"),
+    ("spin", 1e3, "Spin [1/m]"),
+    ("FN", 1e-3, "Normal force [kN]"),
+    ("Fx", 1e-3, "Longitudinal force [kN]"),
+    ("Fs", 1e-3, "Lateral force [kN]"),
+    ("peak_pressure", 1.0, "Peak pressure [MPa]"),
+    ("T_gamma", 1.0, "T-gamma [N]"),
+)
+"""Columns of the table of positions that are drawn, the factor and the words for each."""
 TITLES = {
     "pressure": "Patch {0}: {1.normal_force:.4g} N, up to {1.peak_pressure:.4g} MPa",
     "traction": "Traction on the rail",
@@ -125,3 +143,84 @@ def _draw_patch(ax: Axes, each: PatchSolution, number: int, length: float) -> No
     ax.annotate("", xy=(y, z), xytext=(y + length * over, z + length * up), arrowprops=arrow)
     beyond = length + 1.5
     ax.annotate(str(number), (y + beyond * over, z + beyond * up), color=colour(3), ha="center", va="center")
+
+
+def plot_positions(table: pd.DataFrame) -> Figure:
+    """Contact points, creepages and forces over a sequence of positions.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `varcontact.wheel_rail.series.solve_cases`; wheels that are not solved are left out.
+
+    Returns
+    -------
+    Figure
+        Not shown: call its ``savefig``, or ``plt.show()``.
+    """
+    solved = table[table["outcome"] == "solved"]
+    over, words = ("y", "Lateral displacement [mm]") if solved["y"].nunique() > 1 else ("position", "Position")
+    with styled():
+        figure, axes = new_figure(4, 3, (PAGE, 1.05 * PAGE), sharex=True)
+        for ax, (name, factor, label) in zip(axes, OVER_POSITIONS, strict=True):
+            for i, (side, rows) in enumerate(solved.groupby("side")):
+                for patch, each in rows.groupby("patch"):
+                    line = "o-" if patch == 1 else "^:"
+                    which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
+                    ax.plot(each[over], factor * each[name], line, color=colour(i), markersize=3, label=which)
+            ax.set_ylabel(label)
+        for ax in axes[-3:]:
+            ax.set_xlabel(words)
+        legend_below(axes[-2], columns=4)
+        settle(figure)
+    return figure
+
+
+def plot_wear(worn: Wear) -> Figure:
+    """Friction power by area of each patch, and the depth of wear across it where there is a law.
+
+    Parameters
+    ----------
+    worn : Wear
+
+    Returns
+    -------
+    Figure
+        Not shown: call its ``savefig``, or ``plt.show()``.
+    """
+    columns = 2 if worn.patches[0].archard is not None else 1
+    with styled():
+        figure, axes = new_figure(len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches)))
+        for i, each in enumerate(worn.patches):
+            _draw_power(axes[columns * i], each, i + 1)
+            if columns == 2:
+                _draw_depth(axes[2 * i + 1], each)
+        settle(figure)
+    return figure
+
+
+def _draw_power(ax: Axes, worn: PatchWear, number: int) -> None:
+    grid, pressed = worn.solved.solution.grid, worn.solved.solution.pressure > 0
+    shown = np.where(pressed, worn.power_by_area, np.nan)
+    image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", vmin=0.0, aspect="equal")
+    colour_bar(ax, image, "W/mm²")
+    left, right, bottom, top = box_of(pressed, grid)
+    ax.set(
+        xlim=(left, right),
+        ylim=(bottom, top),
+        xlabel="x, forward [mm]",
+        ylabel="s, to the right [mm]",
+        title=f"Patch {number}: T-gamma {worn.t_gamma:.4g} N, {worn.power:.4g} W",
+    )
+
+
+def _draw_depth(ax: Axes, worn: PatchWear) -> None:
+    """In nanometres, over the same lateral coordinate."""
+    archard = worn.archard
+    assert archard is not None
+    solution = worn.solved.solution
+    ax.plot(1e6 * worn.depth, solution.grid.y)
+    ax.set_ylim(*box_of(solution.pressure > 0, solution.grid)[2:])
+    law = f"k = {archard.k:.3g}, H = {archard.hardness:.4g} N/mm²"
+    ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
+    ax.set_xlim(left=0.0)

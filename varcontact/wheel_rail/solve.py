@@ -56,7 +56,7 @@ def solve_wheel_on_rail(
         z, rounds = case.z, 0
         patches = case.patches(z)
     else:
-        z, rounds = _height(case, tol, methods)
+        z, rounds = bearing_height(case, tol, lambda z: _vertical(case, z, methods))
         patches = case.patches(z)
     solved = tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in patches)
     for each in solved:
@@ -64,8 +64,30 @@ def solve_wheel_on_rail(
     return WheelRailSolution(case, z, solved, rounds)
 
 
-def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[float, int]:
-    """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight."""
+def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], float]) -> tuple[float, int]:
+    """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight.
+
+    Parameters
+    ----------
+    case : WheelOnRail
+        With a vertical force.
+    tol : float
+        Relative.
+    vertical : callable
+        From the height to the vertical force on the rail.
+
+    Returns
+    -------
+    z : float
+        [mm]
+    rounds : int
+        Heights that were tried.
+
+    Raises
+    ------
+    NotConverged
+        If none was found.
+    """
     load = case.vertical_force
     assert load is not None
     low, high = case.touching, np.inf
@@ -73,7 +95,7 @@ def _height(case: WheelOnRail, tol: float, methods: dict[str, Any]) -> tuple[flo
     stiffness = 4 / 3 * case.bodies.combined_G / (1 - case.bodies.combined_nu) * np.sqrt(case.wheelset.radius)
     z = low + (load / stiffness) ** (2 / 3)
     for rounds in range(1, ROUNDS + 1):
-        force = _vertical(case, z, methods)
+        force = vertical(z)
         if abs(force - load) <= tol * load:
             return z, rounds
         value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))

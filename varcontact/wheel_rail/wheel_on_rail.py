@@ -26,6 +26,7 @@ from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, W
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
+    from varcontact.wheel_rail.fast import FastWheel
     from varcontact.wheel_rail.result import WheelRailSolution
 
 STEEL = Bodies(G=82000.0, nu=0.28)
@@ -215,10 +216,9 @@ class WheelOnRail:
         )
 
     def _patch(self, found: Place, z: float, body: RigidBody) -> ContactPatch:
-        rolled = self._creepage(found, z, body)
+        rolled = self.creepage(found.frame, found.approach, z)
         origin = found.frame.origin
-        x, y, height = body.locally(origin)
-        on_wheel = np.array([SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius])
+        on_wheel = self.on_wheel(origin, body)
         _check_smooth(found)
         scene = Scene(
             bodies=self.bodies,
@@ -242,14 +242,47 @@ class WheelOnRail:
             seams=found.seams,
         )
 
-    def _creepage(self, found: Place, z: float, body: RigidBody) -> Creepages:
-        """Of the rail over the wheel, whose particle is as deep in the rail as it approaches it."""
+    def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
+        """A point of the track in the coordinates of the wheel's profile.
+
+        Parameters
+        ----------
+        point : ndarray, shape (3,)
+            In track coordinates [mm].
+        body : RigidBody
+            The wheel set, see `Velocity.body`.
+
+        Returns
+        -------
+        ndarray, shape (2,)
+            (y, z), z counted from the nominal radius [mm].
+        """
+        x, y, height = body.locally(point)
+        return np.array([SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius])
+
+    def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
+        """Of the rail over the wheel, whose particle is as deep in the rail as it approaches it.
+
+        Parameters
+        ----------
+        frame : Frame
+            Of the contact.
+        approach : float
+            How deep the wheel is in the rail [mm].
+        z : float
+            Height of the axle, downwards [mm].
+
+        Returns
+        -------
+        Creepages
+        """
+        body = self.velocity.body(self.wheelset, self.position, z)
         carried = self.velocity.body(self.wheelset, self.position, z, pitching=False)
-        particle = found.frame.globally(np.array([0.0, 0.0, found.approach]))
+        particle = frame.globally(np.array([0.0, 0.0, approach]))
         return creepages(
             RigidBody(position=np.zeros(3)),
             body,
-            found.frame,
+            frame,
             frame_velocity=carried.velocity_at(particle),
             at2=particle,
         )
@@ -280,6 +313,33 @@ class WheelOnRail:
         from varcontact.wheel_rail.solve import solve_wheel_on_rail
 
         return solve_wheel_on_rail(self, tol, certify, methods)
+
+    def estimate(
+        self, normal: str = "virtual-penetration", tangential: str = "fastsim", *, tol: float = 1e-6
+    ) -> FastWheel:
+        """The fast way: an ellipse for each patch and the forces of a fast theory, see `varcontact.wheel_rail.fast`.
+
+        Parameters
+        ----------
+        normal : {"virtual-penetration", "hertz"}
+            Kik and Piotrowski's virtual penetration, or Hertz's contact with the curvatures where the profiles touch.
+        tangential : str
+            A theory of `varcontact.creep_forces`.
+        tol : float
+            How near the vertical force comes to the one that is given, relative. Normal forces bear all of it.
+
+        Returns
+        -------
+        FastWheel
+
+        Raises
+        ------
+        NoContact, SceneError
+            See `patches`; where a profile has no curvature for Hertz; for friction that is no number.
+        """
+        from varcontact.wheel_rail.fast import estimate_wheel_on_rail
+
+        return estimate_wheel_on_rail(self, normal, tangential, tol)
 
 
 def _check_smooth(found: Place) -> None:

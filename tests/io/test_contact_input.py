@@ -1,0 +1,298 @@
+"""Input files of CONTACT: what is read is solved, and held against closed forms and what CONTACT's guide prints."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.command import run
+from varcontact.reference.bufler import bufler
+
+DATA = Path(__file__).parent.parent / "data" / "contact"
+
+CASE = """
+ 3  MODULE
+ 203100   P-B-T-N-F-S
+ 022020   L-D-C-M-Z-E
+ 0000001  H-G-I-A-O-W-R
+ 100 100 30 1 1e-6            MAXGS, MAXIN, MAXNR, MAXOUT, EPS
+ 1000.  0.001  0.002  0.0003  FN, CKSI, CETA, CPHI
+ 0.3  0.3                     FSTAT, FKIN
+ 0.0  0.2  5000.              CHI, DQ, VELOC
+ 0.28  0.28  82000. 82000.    POISS 1,2, GG 1,2
+ 1                            IPOTCN
+ 4 3   -1.0 -0.6  0.5 0.4     MX, MY, XL, YL, DX, DY
+ 1 1                          IBASE, IPLAN
+ 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6
+ 0  MODULE
+"""
+
+
+def read(tmp_path, *changes, text=CASE):
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = tmp_path / "case.inp"
+    path.write_text(text)
+    return vc.read_contact_input(path)
+
+
+def test_cattaneos_shift_has_the_numbers_that_contact_prints():
+    """The guide, section 5.1: FX = -3.218, SHIFT X = 8.155E-03, APPROACH = 1.998E-02, PMAX = 4.393 on this grid."""
+    normal, shift = vc.read_contact_input(DATA / "cattaneo.inp")
+    assert normal.motion is None
+    assert normal.surface == vc.Ellipse(a=1.0, b=1.0)
+    assert normal.grid.shape == (19, 19)
+    assert normal.grid.x0 == pytest.approx(-1.26667)
+    assert normal.hertz.peak_pressure == pytest.approx(4.3905, abs=5e-5)
+    sol = vc.solve(shift)
+    assert sol.force[0] == pytest.approx(-3.218, abs=5e-4)
+    assert sol.creepage[0] == pytest.approx(8.155e-3, abs=5e-7)
+    assert sol.approach == pytest.approx(1.998e-2, abs=5e-6)
+    assert sol.pressure.max() == pytest.approx(4.393, abs=5e-4)
+    assert shift.units == vc.MM_N
+    closed = 0.75 * 3 * 0.4 * 9.1954 / (2 * np.pi * 200) * (np.pi / 2 - 0.42 * np.pi / 4)
+    assert sol.creepage[0] == pytest.approx(closed, rel=0.003)
+
+
+def test_carters_cylinder():
+    """One long row is plane strain: 60 % of the strip sticks, and Fx = (1 - 0.36) f Fz; the traction opposes."""
+    (scene,) = vc.read_contact_input(DATA / "carter.inp")
+    assert scene.line
+    assert scene.normal_force == 35780 / 200
+    assert scene.grid.x[0] == pytest.approx(-1.05)
+    assert scene.motion == vc.Steady(vx=-0.00024, dq=0.04)
+    sol = vc.solve(scene)
+    assert sol.force[0] / (0.3 * scene.normal_force) == pytest.approx(0.64, rel=0.02)
+    assert sol.elements["stick"] / sol.elements["contact"] == pytest.approx(0.6, abs=0.02)
+
+
+def test_unlike_rollers_of_bentall_and_johnson():
+    """With almost no friction free rolling is near CKSI = 0.00052 as the guide has it, mirrored; without slip Bufler's.
+
+    The second case keeps grid, material, distance and solver of the first.
+    """
+    slipping, sticking = vc.read_contact_input(DATA / "bentall_johnson.inp")
+    assert slipping.bodies == vc.Bodies(G=(23000.0, 82000.0), nu=(0.31, 0.28))
+    assert slipping.bodies.K == pytest.approx(0.100, abs=5e-4)
+    sol = vc.solve(slipping)
+    assert abs(sol.force[0]) < 0.1 * 1e-4 * slipping.normal_force
+    assert sticking.grid == slipping.grid
+    assert sticking.surface is slipping.surface
+    assert sticking.motion.Fx == 0.0
+    free = vc.solve(sticking)
+    assert free.elements["slip"] == 0
+    cylinders = replace(sticking, surface=vc.Cylinders(R=25.0), friction=np.inf)
+    assert free.creepage[0] == pytest.approx(vc.solve(cylinders).creepage[0], rel=1e-9)
+    closed = bufler(25.0, slipping.bodies, force=16.2019)
+    assert free.creepage[0] == pytest.approx(closed.creepage, rel=0.04)  # what 50 elements across the contact miss
+
+
+def test_a_sequence_is_one_history():
+    (scene,) = vc.read_contact_input(DATA / "onset_of_rolling.inp")
+    force = -0.657 * 0.4013 * 0.4705
+    assert isinstance(scene.motion, vc.Transient)
+    assert scene.motion.dq == (0.0, 0.5, 0.5)
+    assert scene.motion.Fx == pytest.approx((force,) * 3)
+    history = vc.solve(scene)
+    text = (DATA / "onset_of_rolling.inp").read_text()
+    shift = vc.solve(vc.Scene(
+        bodies=scene.bodies, surface=scene.surface, grid=scene.grid, normal_force=0.4705, friction=0.4013,
+        motion=vc.Shift(Fx=force)))  # fmt: skip
+    np.testing.assert_allclose(history[0].traction, shift.traction, atol=1e-10)
+    assert text.count("MODULE") == 4
+    assert np.abs(history[1].traction - history[0].traction).max() > 0.01 * np.abs(shift.traction).max()
+
+
+def test_a_formula_for_the_distance(tmp_path):
+    (scene,) = read(tmp_path)
+    assert scene.grid == vc.Grid(nx=4, ny=3, dx=0.5, dy=0.4, x0=-1.0, y0=-0.6)
+    assert scene.motion == vc.Steady(vx=0.001, vy=0.002, spin=0.0003, dq=0.2)
+    assert (scene.normal_force, scene.friction) == (1000.0, 0.3)
+    x, y = -0.75, -0.4
+    expected = 0.01 * x**2 + 0.002 * x * y + 0.02 * y**2 + 0.003 * x - 0.004 * y + 0.005
+    assert scene.surface.h[0, 0] == pytest.approx(expected, rel=1e-14)
+    assert scene.surface.h[0, 3] == pytest.approx(expected + 0.003 * 1.5 + 0.002 * 1.5 * y, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        " 2                            IPOTCN\n 4 3   -1.0 -0.6  1.0 0.6     MX",
+        " 3                            IPOTCN\n 4 3   -0.75 -0.4  0.5 0.4    MX",
+        " 4                            IPOTCN\n 4 3   -0.75 -0.4  0.75 0.4   MX",
+    ],
+)
+def test_every_form_of_the_potential_contact_is_the_same(tmp_path, given):
+    (first,) = read(tmp_path)
+    form = " 1                            IPOTCN\n 4 3   -1.0 -0.6  0.5 0.4     MX"
+    (scene,) = read(tmp_path, (form, given))
+    np.testing.assert_allclose(scene.grid.x, first.grid.x, atol=1e-15)
+    np.testing.assert_allclose(scene.grid.y, first.grid.y, atol=1e-15)
+    np.testing.assert_allclose(scene.surface.h, first.surface.h, rtol=1e-12)
+
+
+def test_distances_by_element_have_x_running_first(tmp_path):
+    values = "0 1 2 3\n4 5 6 7\n8 9 10 11  H"
+    form = " 1 1                          IBASE, IPLAN\n 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6"
+    (scene,) = read(tmp_path, (form, f" 9 1\n{values}"))
+    np.testing.assert_array_equal(scene.surface.h, np.arange(12.0).reshape(3, 4))
+
+
+def test_a_profile_is_linear_between_its_points_and_beyond(tmp_path):
+    form = " 1 1                          IBASE, IPLAN\n 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6"
+    (scene,) = read(tmp_path, (form, " 2 1\n 3 0.25 500. -0.2 0.2\n 0.3 0.1 0.2"))
+    lower, upper = 0.3 - (0.1 - 0.3) * 1.0, 0.2 + (0.2 - 0.1) * 1.0  # at y = -0.4, 0, 0.4 of points -0.2, 0, 0.2
+    expected = np.array([lower, 0.1, upper])[:, None] + (scene.grid.x - 0.25) ** 2 / 1000
+    np.testing.assert_allclose(scene.surface.h, expected, rtol=1e-12)
+
+
+def test_hertzian_contacts_by_curvature_and_by_ratio(tmp_path):
+    tail = CASE[CASE.index(" 1                            IPOTCN") : CASE.index(" 0  MODULE")]
+    (by_axes,) = read(tmp_path, (tail, " -3\n 10 8  2.0 1.0 1.25\n"))
+    contact = by_axes.hertz
+    A, B = 1 / (2 * contact.Rx), 1 / (2 * contact.Ry)
+    (by_curvatures,) = read(tmp_path, (tail, f" -1\n 10 8  {A!r} {B!r} 1.25\n"))
+    (by_ratio,) = read(tmp_path, (tail, f" -2\n 10 8  {A!r} 2.0 1.25\n"))
+    for scene in (by_curvatures, by_ratio):
+        assert scene.hertz.a == pytest.approx(2.0, rel=1e-9)
+        assert scene.hertz.b == pytest.approx(1.0, rel=1e-9)
+        assert scene.grid.sides == pytest.approx((0.5, 0.3125), rel=1e-9)
+        assert scene.grid.x0 == pytest.approx(-2.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("digit", "line", "law"),
+    [
+        (2, "0.2 0.1 50. 0 1. ", vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=50.0, velocity=5000.0)),
+        (3, "0.2 0.1 50. 0 1. ", vc.RationalFalling(static=0.3, kinetic=0.2, half_velocity=50.0, velocity=5000.0)),
+        (4, "0.2 0.1 50. 0 1. ", vc.ExponentialFalling(static=0.3, kinetic=0.2, half_velocity=50.0, velocity=5000.0)),
+    ],
+)
+def test_laws_of_friction(tmp_path, digit, line, law):
+    friction = (" 0.3  0.3                     FSTAT, FKIN", f" {line}\n 0.0 1.0  MEMDST, MEM_S0")
+    if hasattr(law, "static"):
+        law = type(law)(static=0.2 + 0.1, kinetic=0.2, half_velocity=50.0, velocity=5000.0)
+    (scene,) = read(tmp_path, friction, (" 022020 ", f" {digit}22020 "))
+    assert scene.friction == law
+
+
+def test_forces_are_parts_of_what_friction_carries(tmp_path):
+    (one,) = read(tmp_path, (" 203100 ", " 203110 "), ("0.001  0.002", "-0.5  0.002"))
+    assert one.motion == vc.Steady(Fx=-150.0, vy=0.002, spin=0.0003, dq=0.2)
+    (two,) = read(tmp_path, (" 203100 ", " 203120 "), ("0.001  0.002", "-0.5  0.25"))
+    assert two.motion == vc.Steady(Fx=-150.0, Fy=75.0, spin=0.0003, dq=0.2)
+
+
+def test_the_centre_of_spin(tmp_path):
+    """Spin about (x0, y0) is spin about the origin and a creepage: vx - spin (y - y0), vy + spin (x - x0)."""
+    (scene,) = read(tmp_path, ("0.0003  FN", "0.0003 2.0 3.0  FN"))
+    assert scene.motion.vx == pytest.approx(0.001 + 0.0003 * 3.0)
+    assert scene.motion.vy == pytest.approx(0.002 - 0.0003 * 2.0)
+
+
+def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
+    """Transient rolling may go towards negative x; degrees are angles, and blocks of stress points are passed over."""
+    stresses = " 0.01 0.002 0.02 0.003 -0.004 0.005\n 1 0\n 2\n 1 1 4\n 1 1 3\n 2 0.1 0.1\n 0\n 0  MODULE\n"
+    changes = (" 0.01 0.002 0.02 0.003 -0.004 0.005   B1 to B6\n 0  MODULE\n", stresses)
+    (scene,) = read(tmp_path, (" 203100 ", " 202103 "), (" 0.0  0.2  5000.", " 180d 0.2  5000."), changes)
+    assert (scene.motion.steps, scene.motion.direction, scene.motion.dq) == (1, (-1,), (0.2,))
+    assert scene.motion.vx == (0.001,)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (" 3  MODULE\n 2", " 1  MODULE\n 2", "line 2: MODULE = 1 is not supported; supported: 3 (basic contact)"),
+        (" 203100 ", " 213100 ", "line 3: B (BOUND) = 1 is not supported; supported: 0 (half-space), 2 (elliptic"),
+        (" 203100 ", " 204100 ", "line 3: T (TANG) = 4 is not supported; supported: 0 (no tangential problem), 1"),
+        (" 203100 ", " 223100 ", "line 3: B (BOUND) = 2 needs a Hertzian contact, IPOTCN < 0"),
+        (" 203100 ", " 203010 ", "line 7: F (FORCE) = 1 with N = 0 is not supported"),
+        (" 203100 ", " 002100 ", "line 3: P (PVTIME) = 0 continues a case before"),
+        (" 022020 ", " 622020 ", "line 4: L (FRCLAW) = 6 is not supported; supported: 0 (Coulomb), 1 (as before)"),
+        (" 022020 ", " 032020 ", "line 4: D (DISCNS) = 3 is not supported"),
+        (" 022020 ", " 023020 ", "line 4: C (INFLCF) = 3 is not supported; supported: 0 (material as before)"),
+        (" 022020 ", " 022120 ", "line 4: M (MATER) = 1 is not supported; supported: 0 (elastic)"),
+        (" 022020 ", " 022029 ", "line 4: E (EXRHS) = 9 is not supported"),
+        (" 022020 ", " 1022020 ", "line 4: V (VARFRC) = 1 is not supported"),
+        (" 022020  ", " 022020 2 ", "line 4: M2 (MATER2) = 2 is not supported"),
+        (" 022020 ", " 020020 ", "C = 0 keeps what the case before has, and there is none"),
+        (" 022020 ", " 002020 ", "D (DISCNS) = 0 keeps the elements of the case before, and there is none"),
+        (" 022020 ", " 022000 ", "Z (RZNORM) = 0 keeps an undeformed distance, and no case before gives one"),
+        (" 0000001 ", " 3000001 ", "line 5: H (HEAT) = 3 is not supported"),
+        (" 0000001 ", " 0000000 ", "line 5: R (RETURN) = 0 is not supported; supported: 1 (calculate), 3 (skip)"),
+        (" 0000001 ", " 0000003 ", "holds no case that is to be calculated"),
+        (" 0000001 ", " zero ", "line 5: XHGIAOWR = 'zero' is not a control word of at most 8 digits"),
+        (" 0.3  0.3 ", " 0.4  0.3 ", "line 8: FKIN = 0.3 is not FSTAT = 0.4"),
+        (" 0.0  0.2  5000. ", " 90d  0.2  5000. ", "line 9: CHI, DQ, VELOC ="),
+        (" 0.0  0.2  5000. ", " 180d  0.2  5000. ", "CHI = 180d with T = 3 is not supported: steady rolling here is"),
+        (" 1                            IPOTCN", " -5  IPOTCN", "line 11: IPOTCN = -5 is not supported; supported: -1"),
+        (" 1 1                          IBASE", " 3 1  IBASE", "line 13: IBASE = 3 is not supported; supported: 1"),
+        (" 1 1                          IBASE", " 1 2  IBASE", "line 13: IPLAN = 2 is not supported; supported: 1"),
+        (" 4 3   -1.0", " 4 1   -1.0", "line 12: MY = 1 stands for plane strain, and needs DY of 50 MX DX at least"),
+        (" 4 3   -1.0", " 4.5 3  -1.0", "line 12: MX = 4.5 is not a number of elements"),
+        (" 1000. ", " much ", "line 7: FN = 'much' is not a number"),
+        (" -0.004 0.005   B1 to B6\n 0  MODULE", "", "ends where B1, B2, B3, B4, B5, B6 should be given"),
+    ],
+)
+def test_what_is_not_read_is_said_by_line_and_digit(tmp_path, old, new, words):
+    with pytest.raises(vc.SceneError) as error:
+        read(tmp_path, (old, new))
+    assert words in str(error.value)
+
+
+def test_laws_with_a_second_term_or_a_memory_are_refused(tmp_path):
+    old, digit = " 0.3  0.3                     FSTAT, FKIN", (" 022020 ", " 422020 ")
+    for line, words in (
+        ("0.2 0.1 50. 0.1 9.\n 0 1", r"line 8: FEXP2 = 0.1 is not supported"),
+        ("0.2 0.1 50. 0 9.\n 0.001 1", r"line 9: MEMDST = 0.001 is not supported"),
+    ):
+        with pytest.raises(vc.SceneError, match=words):
+            read(tmp_path, (old, line), digit)
+
+
+def test_an_elliptic_bound_is_for_like_bodies(tmp_path):
+    tail = CASE[CASE.index(" 1                            IPOTCN") : CASE.index(" 0  MODULE")]
+    hertz, bound = (tail, " -3\n 10 8  2.0 1.0 1.25\n"), (" 203100 ", " 223100 ")
+    (scene,) = read(tmp_path, hertz, bound)
+    assert vc.plan(scene).normal == "hertz"
+    with pytest.raises(vc.SceneError, match=r"line 3: B \(BOUND\) = 2 with unlike bodies is not supported"):
+        read(tmp_path, hertz, bound, (" 82000. 82000. ", " 82000. 23000. "))
+
+
+def test_a_case_that_is_skipped_gives_what_the_next_keeps(tmp_path):
+    one = CASE[: CASE.index(" 0  MODULE")].replace(" 0000001 ", " 0000003 ")
+    other = """ 3  MODULE
+ 203100   P-B-T-N-F-S
+ 100000   L-D-C-M-Z-E
+ 0100001  H-G-I-A-O-W-R
+ 500.  0.004  0.0  0.0  FN, CKSI, CETA, CPHI
+ 0  MODULE
+"""
+    (scene,) = read(tmp_path, text=one + other)
+    (first,) = read(tmp_path)
+    assert scene.motion == vc.Steady(vx=0.004, dq=0.2)
+    assert (scene.normal_force, scene.friction, scene.grid) == (500.0, 0.3, first.grid)
+    np.testing.assert_array_equal(scene.surface.h, first.surface.h)
+
+
+def test_no_such_file(tmp_path):
+    with pytest.raises(vc.SceneError, match="cannot be read"):
+        vc.read_contact_input(tmp_path / "none.inp")
+
+
+def test_the_command_solves_one_scene_of_a_file(tmp_path):
+    path = DATA / "cattaneo.inp"
+    done = run("solve", path, "--case", "2", "--json", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["force"][0] == pytest.approx(-3.2184, abs=1e-4)
+    for case, words in (([], "holds 2 scenes; give a number from 1 to 2"), (["--case", "3"], "from 1 to 2, not 3")):
+        refused = run("solve", path, *case, folder=tmp_path)
+        assert refused.returncode == 2
+        assert words in refused.stderr
+    (tmp_path / "scene.toml").write_text("")
+    refused = run("solve", "scene.toml", "--case", "1", folder=tmp_path)
+    assert "--case = 1 must be left out: only an input file of CONTACT (.inp) has several scenes" in refused.stderr

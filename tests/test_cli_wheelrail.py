@@ -1,0 +1,71 @@
+"""The command ``varcontact wheelrail``."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from tests.command import run
+
+CASE = """
+vertical_force = 20e3
+dx = 1.0
+dy = 1.0
+track = { rail = "60e1", cant = 0.025 }
+wheelset = { wheel = "s1002" }
+wear = { k = 3e-4, hardness = 3000.0 }
+position = { y = 1.0, yaw = 1e-3 }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "one.toml").write_text(CASE)
+    (tmp_path / "two.toml").write_text('side = "both"\n' + CASE.replace("1.0, yaw", "[1.0, 2.0], yaw"))
+    (tmp_path / "beside.toml").write_text(CASE.replace("1.0, yaw", "[1.0, 900.0], yaw"))
+    return tmp_path
+
+
+def test_one_wheel_with_its_pictures(folder):
+    done = run("wheelrail", "one.toml", "--plot", "wheel.png", "--plot-wear", "wear.png", folder=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    heading, row = done.stdout.splitlines()
+    assert heading.split()[:5] == ["position", "side", "y", "on_rail", "on_wheel"]
+    assert row.split()[:3] == ["1", "right", "1"]
+    assert all((folder / name).stat().st_size > 20_000 for name in ("wheel.png", "wear.png"))
+
+
+def test_a_sequence_into_a_table_and_on_from_there(folder):
+    first = run("wheelrail", "two.toml", "--out", "table.csv", "--plot", "over.png", "--json", folder=folder)
+    assert (first.returncode, first.stderr) == (0, "")
+    rows = json.loads(first.stdout)
+    assert [(row["position"], row["side"]) for row in rows] == [(1, "left"), (1, "right"), (2, "left"), (2, "right")]
+    assert all(row["wear_depth"] > 0 for row in rows)
+    assert (folder / "over.png").stat().st_size > 20_000
+    content = (folder / "table.csv").read_bytes()
+    assert pd.read_csv(folder / "table.csv")["FN"].tolist() == [row["FN"] for row in rows]
+    again = run("wheelrail", "two.toml", "--out", "table.csv", "--json", folder=folder)
+    assert json.loads(again.stdout) == rows
+    assert (folder / "table.csv").read_bytes() == content
+
+
+def test_a_wheel_that_is_not_solved(folder):
+    done = run("wheelrail", "beside.toml", folder=folder)
+    assert done.returncode == 3
+    assert done.stdout.splitlines()[-1].startswith("position 2, right, refused: the wheel is beside the rail")
+    assert done.stderr == "varcontact: 1 of 2 wheels are not solved, see the table\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("two.toml", "--plot-wear", "wear.png"), "--plot-wear = 'wear.png' must be left out: there are 4 wheels"),
+        (("one.toml", "--out", "table.nc"), "--out"),
+        (("three.toml",), "case file 'three.toml' cannot be read"),
+    ],
+)
+def test_what_is_refused(folder, arguments, said):
+    done = run("wheelrail", *arguments, folder=folder)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert said in done.stderr

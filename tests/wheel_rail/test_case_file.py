@@ -1,0 +1,182 @@
+"""Case files: what they say is the case in Python, and what they cannot say is named."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import DATA, WHEEL
+from varcontact.errors import Interrupted, SceneError
+from varcontact.scene.friction import ExponentialFalling
+from varcontact.wheel_rail import Position, Profile, Track, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail.case_file import read_case
+from varcontact.wheel_rail.pictures import plot_positions
+from varcontact.wheel_rail.series import COLUMNS, solve_cases
+
+CASE = """
+vertical_force = 20e3
+dx = 1.0
+dy = 1.0
+track = { rail = "60e1", cant = 0.025 }
+wheelset = { wheel = "s1002" }
+position = { y = [1.0, 2.0, 9e2], yaw = 1e-3 }
+"""
+
+
+def read(folder, text):
+    (folder / "case.toml").write_text(text)
+    return read_case(folder / "case.toml")
+
+
+def test_it_is_the_case_in_python(tmp_path):
+    text = """
+    side = "left"
+    vertical_force = 50e3
+    with_friction = true
+    dx = 0.4
+    friction = { kind = "exponential", static = 0.4, kinetic = 0.2, half_velocity = 10.0, velocity = 2e4 }
+    [bodies]
+    E = 210e3
+    nu = 0.3
+    [track]
+    rail = "60E1"
+    cant = 0.025
+    gauge = 1440.0
+    [wheelset]
+    wheel = { file = "wheel.csv", smoothing = 5.0 }
+    radius = 500.0
+    [position]
+    y = 2.0
+    roll = 1e-3
+    [velocity]
+    speed = 20e3
+    pitch_rate = -40.0
+    [solve]
+    tol = 1e-5
+    tangential = "newton"
+    """
+    shutil.copy(DATA / "profiles" / "wheel_S1002.csv", tmp_path / "wheel.csv")
+    found = read(tmp_path, text)
+    (case,) = found.cases
+    assert found.options == {"tol": 1e-5, "tangential": "newton"}
+    assert found.archard is None
+    assert (case.side, case.vertical_force, case.with_friction, case.dx, case.dy) == ("left", 50e3, True, 0.4, 0.5)
+    assert case.friction == ExponentialFalling(static=0.4, kinetic=0.2, half_velocity=10.0, velocity=2e4)
+    assert case.bodies.combined_G == pytest.approx(210e3 / 2.6)
+    assert case.position == Position(y=2.0, roll=1e-3)
+    assert case.velocity == Velocity(speed=20e3, pitch_rate=-40.0)
+    assert (case.track.gauge, case.wheelset.radius) == (1440.0, 500.0)
+    assert np.array_equal(case.wheelset.wheel.y, WHEEL.y)
+    assert case.wheelset.wheel.smoothing == 5.0
+    assert np.array_equal(case.track.rail.z, Profile.rail_60e1().z)
+
+
+def test_a_sequence_of_both_wheels(tmp_path):
+    found = read(
+        tmp_path,
+        'side = "both"\n'
+        + CASE.replace("yaw = 1e-3", "yaw = { from = 0.0, to = 0.01, count = 3 }").replace("20e3", "[1e4, 2e4, 3e4]"),
+    )
+    assert found.numbers == (1, 1, 2, 2, 3, 3)
+    assert [case.side for case in found.cases] == ["left", "right"] * 3
+    assert [case.position.y for case in found.cases[::2]] == [1.0, 2.0, 900.0]
+    assert [case.position.yaw for case in found.cases[::2]] == [0.0, 0.005, 0.01]
+    assert [case.vertical_force for case in found.cases[1::2]] == [1e4, 2e4, 3e4]
+    assert len({id(case.track) for case in found.cases}) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            '"60e1"',
+            '"s1002"',
+            r"track.rail = 's1002' is not allowed: must be the name of a file beside the case file, or \"60e1\"",
+        ),
+        ('"60e1"', '{ file = "60e1", smoothing = 5.0 }', r"track.rail: 60e1 has no options, give its name alone"),
+        ('"60e1"', "3", r"track.rail = 3 is not allowed: must be the name of a file"),
+        ('rail = "60e1", ', "", r"track.rail is missing"),
+        ("track =", "rails =", r"rails: there is no such key"),
+        ("yaw", "jaw", r"position.jaw: there is no such key \(did you mean yaw\?\)"),
+        ("yaw = 1e-3", "yaw = [0.0, 1e-3]", r"must have the same length.*position.y has 3, position.yaw has 2"),
+        ("9e2", '"three"', r"position.y"),
+        ("20e3", "-20e3", r"vertical_force = -20000"),
+        ("dx = 1.0", "z = 0.1", r"vertical_force"),
+        ("dx = 1.0", 'side = "middle"', r"side = 'middle'"),
+        ("dx = 1.0", "wear = { k = 1e-4 }", r"wear.hardness is missing"),
+        ("dx = 1.0", "solve = { refine = 3 }", r"solve.refine: there is no such key"),
+        ("wheelset = ", "wheelset = 1 #", r"wheelset = 1 is not allowed: must be a table, \[wheelset\]"),
+        ("dx = 1.0", "dx", r"case file .* is not a TOML file"),
+    ],
+)
+def test_what_a_case_cannot_be(tmp_path, old, new, said):
+    with pytest.raises(SceneError, match=said):
+        read(tmp_path, CASE.replace(old, new))
+
+
+def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
+    """A wheel that cannot be solved has a row with the reason; Ctrl-C keeps the finished ones; none is solved twice."""
+    found, store = read(tmp_path, CASE), tmp_path / "table.csv"
+    told = []
+
+    def stopping(text):
+        told.append(text)
+        if len(told) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match="interrupted after 1 of 3 wheels") as stopped:
+        solve_cases(found, store, stopping)
+    assert stopped.value.partial["y"].tolist() == [1.0]
+    table = solve_cases(found, store, told.append)
+    assert told == [f"{done} of 3 wheels, y = {y} mm, right" for done, y in ((0, 1), (1, 2), (1, 2), (2, 900))]
+    assert tuple(table.columns) == COLUMNS
+    assert table["outcome"].tolist() == ["solved", "solved", "refused"]
+    assert "the wheel is beside the rail" in table["reason"][2]
+    again = solve_cases(found, store, told.append)
+    assert len(told) == 4
+    assert again.to_csv() == table.to_csv()
+    own = found.cases[1].solve()
+    (each,) = own.patches
+    row = table.loc[1]
+    assert (row["FN"], row["Fx"], row["Fs"], row["Mz"]) == (each.normal_force, *each.force[:2], each.moment)
+    assert tuple(row[["track_Fx", "track_Fy", "track_Fz"]]) == tuple(own.force)
+    assert (row["vx"], row["spin"], row["z"]) == (each.patch.creepage.vx, each.patch.creepage.spin, own.z)
+    assert row["T_gamma"] == each.solution.power
+
+
+def test_a_table_of_other_cases_is_refused(tmp_path):
+    one = CASE.replace("[1.0, 2.0, 9e2]", "1.0")
+    solve_cases(read(tmp_path, one), tmp_path / "table.csv")
+    with pytest.raises(
+        SceneError, match=r"has a wheel that is not in the case file as it is now \(position 1, y = 1 mm"
+    ):
+        solve_cases(read(tmp_path, "friction = 0.2" + one), tmp_path / "table.csv")
+
+
+def test_one_wheel_alone_says_what_is_wrong_with_it(tmp_path):
+    with pytest.raises(SceneError, match="beside the rail"):
+        solve_cases(read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "900.0")))
+
+
+def test_the_picture_over_the_positions(tmp_path):
+    table = solve_cases(read(tmp_path, CASE))
+    figure = plot_positions(table)
+    assert len(figure.axes) == 12
+    drawn = {ax.get_ylabel(): ax.lines[0].get_ydata() for ax in figure.axes}
+    solved = table[table["outcome"] == "solved"]
+    assert drawn["Contact angle [mrad]"] == pytest.approx(1e3 * solved["angle"].to_numpy())
+    assert figure.axes[0].lines[0].get_xdata() == pytest.approx([1.0, 2.0])
+
+
+def test_the_cases_are_those_of_the_classes(tmp_path):
+    """A range of one entry with the others left alone."""
+    (first, *_) = read(tmp_path, CASE).cases
+    own = WheelOnRail(
+        track=Track(rail=Profile.rail_60e1(), cant=0.025),
+        wheelset=WheelSet(wheel=Profile.s1002()),
+        position=Position(y=1.0, yaw=1e-3),
+        vertical_force=20e3,
+    )
+    assert first.touching == own.touching

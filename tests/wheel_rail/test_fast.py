@@ -1,0 +1,119 @@
+"""The fast way: Hertz in closed form, virtual penetration against Hertz and CONTACT, and what it refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from tests.wheel_rail.conditions import (
+    TRACK,
+    WHEELSET,
+    benchmark,
+    flat_track,
+    manchester,
+    round_rail,
+    round_wheel,
+)
+from varcontact import creep_forces, reference
+from varcontact.errors import SceneError
+from varcontact.scene.friction import StaticKinetic
+from varcontact.wheel_rail import Position, WheelOnRail, WheelSet
+
+
+def circles(radius=300.0, **more):
+    more = {"vertical_force": 80e3, **more}
+    return WheelOnRail(track=flat_track(round_rail(radius)), wheelset=WheelSet(wheel=round_wheel()), **more)
+
+
+def test_two_circles_are_hertz_contact():
+    case = circles(position=Position(y=-12.0, yaw=1e-3))
+    (each,) = case.estimate("hertz").patches
+    assert each.force[2] * np.cos(each.angle) == pytest.approx(80e3, rel=1e-6)
+    rolling = 460.0 / np.cos(each.angle)
+    exact = reference.hertz(rolling, 1 / (1 / 300 + 1 / 500), case.bodies, force=float(each.force[2]))
+    ellipse = each.ellipse
+    assert (ellipse.a, ellipse.b, ellipse.peak_pressure, each.approach) == pytest.approx(
+        (exact.a, exact.b, exact.peak_pressure, exact.approach), rel=2e-3
+    )
+    rolled = each.creepage
+    forces = creep_forces(
+        "fastsim", a=ellipse.a, b=ellipse.b, bodies=case.bodies, normal_force=float(each.force[2]), friction=0.3,
+        vx=rolled.vx, vy=rolled.vy, spin=rolled.spin,
+    )  # fmt: skip
+    assert (*each.force[:2], each.moment) == (forces.Fx, forces.Fy, forces.Mz)
+
+
+def test_virtual_penetration_of_two_circles_from_its_definition():
+    """The deflection at the middle by quadrature over the ellipse that 0.55 of the approach overlaps."""
+    case = circles()
+    (each,) = case.estimate().patches
+    Rx, Ry, overlap = 460.0, 1 / (1 / 300 + 1 / 500), 0.55 * each.approach
+    a, b = np.sqrt(2 * Rx * overlap), np.sqrt(2 * Ry * overlap)
+    assert (each.ellipse.a, each.ellipse.b) == pytest.approx((a, b), rel=5e-3)
+
+    def along_ray(t):  # p/p0 = sqrt(1 - y^2/b^2 - x^2/a^2): the integral of p/distance in polar coordinates
+        return np.pi / 4 / np.sqrt((np.cos(t) / a) ** 2 + (np.sin(t) / b) ** 2)
+
+    felt = quad(along_ray, 0, 2 * np.pi)[0]
+    modulus = np.pi * case.bodies.combined_G / (1 - case.bodies.combined_nu)
+    p0 = each.approach * modulus / felt
+    assert each.ellipse.peak_pressure == pytest.approx(p0, rel=5e-3)
+    assert each.force[2] == pytest.approx(2 / 3 * np.pi * a * b * p0, rel=5e-3)
+
+
+@pytest.mark.parametrize(("radius", "wider", "lower"), [(80.0, 1.232, 0.888), (300.0, 1.119, 0.926)])
+def test_virtual_penetration_is_rounder_than_hertz(radius, wider, lower):
+    """Its ellipse has the ratio of the overlap, sqrt(Rx/Ry): wider across, and the pressure lower; measured."""
+    one, other = (circles(radius).estimate(way).patches[0] for way in ("virtual-penetration", "hertz"))
+    assert one.approach == pytest.approx(other.approach, rel=0.04)
+    assert one.ellipse.b / other.ellipse.b == pytest.approx(wider, abs=0.005)
+    assert one.ellipse.peak_pressure / other.ellipse.peak_pressure == pytest.approx(lower, abs=0.005)
+    Ry = 1 / (1 / radius + 1 / 500)
+    assert one.ellipse.a / one.ellipse.b == pytest.approx(np.sqrt(460.0 / Ry), rel=0.01)
+
+
+@pytest.mark.parametrize(("normal", "typical", "worst"), [("virtual-penetration", 0.035, 0.08), ("hertz", 0.035, 0.10)])
+def test_the_benchmarks_positions(normal, typical, worst):
+    """All 26 of them against CONTACT: tangential forces by f Fn, normal force, location."""
+    apart = []
+    for row in manchester():
+        found = benchmark(row).estimate(normal)
+        (each,) = found.patches
+        wanted = np.array([row["fx"], row["fs"], row["fn"]])
+        apart.append(np.hypot(*(each.force - wanted)[:2]) / (0.3 * row["fn"]))
+        assert each.force[2] == pytest.approx(row["fn"], rel=0.015)
+        assert found.force[2] == pytest.approx(10e3, rel=1e-6)
+        assert each.frame.origin[1] == pytest.approx(row["y"], abs=1.1)
+        assert found.z == pytest.approx(row["z_ws"], abs=0.01)
+    assert np.median(apart) < typical
+    assert max(apart) < worst
+
+
+def test_left_and_right_are_mirror_images():
+    right, left = (
+        WheelOnRail(
+            track=TRACK,
+            wheelset=WHEELSET,
+            side=side,
+            position=Position(y=sign * 3.0, yaw=sign * 2e-3),
+            vertical_force=5e4,
+        ).estimate()
+        for side, sign in (("right", 1), ("left", -1))
+    )
+    assert left.force == pytest.approx(right.force * [1, -1, 1], rel=1e-6)
+
+
+def test_the_height_can_be_given():
+    found = circles().estimate()
+    again = circles(vertical_force=None, z=found.z).estimate()
+    assert again.force == pytest.approx(found.force, rel=1e-9)
+
+
+def test_what_is_refused():
+    with pytest.raises(SceneError, match=r"normal = 'herz'.*did you mean hertz"):
+        circles().estimate("herz")
+    with pytest.raises(SceneError, match="fast theories have one coefficient"):
+        circles(friction=StaticKinetic(0.4, 0.3)).estimate()
+    with pytest.raises(SceneError, match="theory"):
+        circles().estimate(tangential="contact")

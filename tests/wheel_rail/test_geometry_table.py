@@ -1,0 +1,104 @@
+"""Contacts tabulated: what the positions themselves give, at the nodes and between; mirror images; speed of change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import TRACK, WHEELSET
+from varcontact.errors import SceneError
+from varcontact.wheel_rail import Position, Velocity, WheelOnRail, geometry_table
+
+LOAD = 50e3
+MOVING = Velocity(speed=20e3, pitch_rate=-43.4, lateral=12.0, vertical=-3.0, roll_rate=2e-3, yaw_rate=0.02)
+
+
+@pytest.fixture(scope="module")
+def table():
+    return geometry_table(
+        TRACK, WHEELSET, y=np.linspace(-6.0, 6.0, 13), yaw=np.linspace(-0.01, 0.01, 5), vertical_force=LOAD
+    )
+
+
+def wheels(y, yaw, velocity=MOVING):
+    return [
+        WheelOnRail(
+            track=TRACK,
+            wheelset=WHEELSET,
+            side=side,
+            position=Position(y=y, yaw=yaw),
+            velocity=velocity,
+            vertical_force=LOAD,
+        )
+        for side in ("left", "right")
+    ]
+
+
+@pytest.mark.parametrize(("y", "yaw"), [(2.0, 0.005), (-3.0, 0.01), (0.0, 0.0)])
+def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
+    """Contacts of the left wheel from mirror images; creepages, forces and moment are its own."""
+    found, direct = table.forces(y, yaw, MOVING), [case.estimate() for case in wheels(y, yaw)]
+    force, moment = np.zeros(3), np.zeros(3)
+    each = [(wheel, patch) for wheel in direct for patch in wheel.patches]
+    for (wheel, patch), row, rolled, creep in zip(
+        each, found.patches, found.creepages, found.creep_forces, strict=True
+    ):
+        assert row[:3] == pytest.approx(patch.frame.origin, abs=1e-6)
+        ellipse = patch.ellipse
+        assert row[3:] == pytest.approx(
+            [patch.angle, ellipse.a, ellipse.b, ellipse.normal_force, patch.approach], rel=1e-6
+        )
+        wanted = patch.creepage
+        assert rolled == pytest.approx([wanted.vx, wanted.vy, wanted.spin], rel=1e-6)
+        assert creep == pytest.approx(patch.force[:2], rel=1e-6)
+        on_wheel = -(patch.frame.axes @ [*creep, patch.force[2]])
+        force += on_wheel
+        arm = patch.frame.origin - [0.0, y, wheel.z - WHEELSET.radius]
+        moment += np.cross(arm, on_wheel) - patch.moment * patch.frame.normal
+    assert found.force == pytest.approx(force, rel=1e-6)
+    assert found.moment == pytest.approx(moment, rel=1e-6)
+
+
+def test_between_the_nodes_it_is_near_the_estimate(table):
+    """Half way between nodes 1 mm apart, to a hundredth of the load."""
+    found = table.forces(1.5, 0.0025, MOVING)
+    direct = -sum(case.estimate().force for case in wheels(1.5, 0.0025))
+    assert found.force == pytest.approx(direct, abs=0.01 * 2 * LOAD)
+
+
+def test_mirror_images(table):
+    one = table.forces(2.3, 0.004, Velocity(speed=20e3, lateral=10.0, yaw_rate=0.01))
+    other = table.forces(-2.3, -0.004, Velocity(speed=20e3, lateral=-10.0, yaw_rate=-0.01))
+    assert other.force == pytest.approx(one.force * [1, -1, 1], rel=1e-9)
+    assert other.moment == pytest.approx(one.moment * [-1, 1, -1], rel=1e-9)
+
+
+def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):
+    changed = table.count.copy()
+    changed[8:, :] = 0
+    cut = replace(table, count=changed)
+    assert len(cut.contacts(1.6, 0.0, "right")[1]) == 0
+    near = cut.contacts(1.4, 0.0, "right")[1]
+    assert near == pytest.approx(table.contacts(1.0, 0.0, "right")[1])
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"y": [0.0, 1.0]}, "y = .*symmetric about 0"),
+        ({"yaw": [0.01, -0.01]}, "yaw = .*ascending"),
+        ({"friction": 0.0}, "friction = 0"),
+        ({"y": [-900.0, 900.0]}, "the wheel is beside the rail"),
+    ],
+)
+def test_what_is_refused(more, said):
+    nodes = {"y": [-1.0, 1.0], "yaw": [-0.01, 0.01], "vertical_force": LOAD}
+    with pytest.raises(SceneError, match=said):
+        geometry_table(TRACK, WHEELSET, **(nodes | more))
+
+
+def test_beyond_the_table(table):
+    with pytest.raises(SceneError, match=r"yaw = -0.02 .*within the table, -0.01 to 0.01"):
+        table.forces(0.0, 0.02, MOVING)

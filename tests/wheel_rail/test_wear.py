@@ -1,0 +1,95 @@
+"""Indices of wear: full slip in closed form, energy counted twice, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, round_rail, round_wheel
+from varcontact import reference
+from varcontact.errors import SceneError
+from varcontact.wheel_rail import Archard, Position, Velocity, WheelOnRail, WheelSet, wear
+
+LAW = Archard(k=6e-4, hardness=3000.0)
+
+
+@pytest.fixture(scope="module")
+def sliding():
+    """Two circles and a locked wheel: creepage -2, against which elastic slip is nothing."""
+    case = WheelOnRail(
+        track=flat_track(round_rail()),
+        wheelset=WheelSet(wheel=round_wheel()),
+        velocity=Velocity(speed=5000.0, pitch_rate=0.0),
+        vertical_force=80e3,
+        dx=0.25,
+        dy=0.25,
+    )
+    return case.solve()
+
+
+@pytest.fixture(scope="module")
+def rolling():
+    case = WheelOnRail(
+        track=TRACK, wheelset=WHEELSET, position=Position(y=2.0, yaw=0.002), vertical_force=80e3, dx=0.5, dy=0.5
+    )
+    return case.solve()
+
+
+def test_a_locked_wheel_in_closed_form(sliding):
+    """All slips at the speed V over the rail: power f N V, and the depth k/H p0 (pi/2) a at the middle by distance."""
+    (worn,) = wear(sliding, LAW).patches
+    (each,) = sliding.patches
+    rolled = each.patch.creepage
+    assert abs(rolled.vx) * rolled.speed == pytest.approx(5000.0, rel=1e-6)
+    assert worn.power == pytest.approx(0.3 * 80e3 * 5.0, rel=1e-4)
+    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), sliding.case.bodies, force=80e3)
+    middle = 2e-7 * abs(rolled.vx) * hertz.peak_pressure * np.pi / 2 * hertz.a
+    assert worn.depth.max() == pytest.approx(middle, rel=0.01)
+    assert worn.volume == pytest.approx(2e-7 * abs(rolled.vx) * 80e3, rel=0.005)
+    assert worn.area == pytest.approx(np.pi * hertz.a * hertz.b, rel=0.02)
+    assert worn.power_by_area.max() == pytest.approx(0.3 * hertz.peak_pressure * 5.0, rel=0.01)
+
+
+def test_energy_is_counted_twice(rolling):
+    """By Coulomb's law f times pressure times slip is the work of friction; T-gamma is what motion puts in."""
+    (worn,) = wear(rolling, LAW).patches
+    (each,) = rolling.patches
+    assert 0.3 * worn.sliding.sum() * 0.25 == pytest.approx(each.solution.friction_work, rel=1e-6)
+    assert worn.volume == pytest.approx(2e-7 * worn.sliding.sum() * 0.25, rel=1e-12)
+    assert worn.depth.sum() * 0.5 == pytest.approx(worn.volume, rel=1e-12)
+    assert worn.t_gamma == pytest.approx(each.solution.friction_work, rel=0.1)
+    assert worn.t_gamma - worn.t_gamma_without_spin == pytest.approx(-each.moment * each.patch.creepage.spin)
+    assert worn.t_gamma_by_area == pytest.approx(worn.t_gamma / worn.area)
+    assert wear(rolling).t_gamma == pytest.approx(worn.t_gamma)
+
+
+def test_the_power_grows_with_the_speed_and_the_wear_by_distance_does_not(rolling):
+    faster = WheelOnRail(
+        track=TRACK,
+        wheelset=WHEELSET,
+        position=Position(y=2.0, yaw=0.002),
+        velocity=Velocity(speed=3000.0),
+        vertical_force=80e3,
+    ).solve()
+    one, other = wear(rolling, LAW), wear(faster, LAW)
+    assert other.power == pytest.approx(3 * one.power, rel=1e-6)
+    assert other.volume == pytest.approx(one.volume, rel=1e-6)
+
+
+def test_what_is_refused(rolling):
+    with pytest.raises(SceneError, match=r"archard is missing for depth and volume"):
+        _ = wear(rolling).patches[0].depth
+    with pytest.raises(SceneError, match=r"wear.k = -1"):
+        Archard(k=-1.0, hardness=3000.0)
+    with pytest.raises(SceneError, match=r"archard = 0.1 is not allowed: must be an Archard"):
+        wear(rolling, 0.1)
+    with pytest.raises(SceneError, match=r"must be a WheelRailSolution"):
+        wear(rolling.patches[0])
+
+
+def test_the_picture(rolling):
+    figure = wear(rolling, LAW).plot()
+    power, depth = figure.axes[:2]
+    assert np.nanmax(power.images[0].get_array()) == wear(rolling).patches[0].power_by_area.max()
+    assert depth.lines[0].get_xdata() == pytest.approx(1e6 * wear(rolling, LAW).patches[0].depth)
+    assert len(wear(rolling).plot().axes) == len(figure.axes) - 1

@@ -1,0 +1,112 @@
+"""``varcontact wheelrail CASE.toml``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from varcontact.cli.app import app
+from varcontact.cli.terminal import FORCE, NOT_SOLVED, check_outputs, fail, show, stop, with_progress
+from varcontact.errors import Interrupted, SceneError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from varcontact.wheel_rail.case_file import CaseFile
+
+PRINTED = (
+    "position",
+    "side",
+    "y",
+    "on_rail",
+    "on_wheel",
+    "angle",
+    "vx",
+    "vy",
+    "spin",
+    "FN",
+    "Fx",
+    "Fs",
+    "peak_pressure",
+)
+
+
+@app.command(
+    short_help="Solve a wheel on a rail, from profiles, position and load.",
+    epilog="Example: varcontact wheelrail case.toml --out table.csv --plot wheel.png",
+)
+def wheelrail(
+    case: Annotated[
+        Path, typer.Argument(help="A case file (docs/wheel_rail.md), of one position or several.", show_default=False)
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Table (.csv), written after each wheel; wheels in it are not solved again.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="Picture (.png, .pdf, .svg): of one wheel its patches, else what varies over the positions."),
+    ] = None,
+    plot_wear: Annotated[
+        Path | None, typer.Option(help="Picture of friction power and depth of wear, of one wheel.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+) -> None:
+    """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
+    from varcontact.study.store import as_json as table_as_json
+    from varcontact.wheel_rail.case_file import read_case
+    from varcontact.wheel_rail.series import solve_cases
+
+    check_outputs(out, plot, [case], force)
+    check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
+    read = read_case(case)
+    if plot_wear is not None and len(read.cases) > 1:
+        raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
+    written = table_as_json if as_json else _report
+    try:
+        table = with_progress(lambda progress: solve_cases(read, out, progress))
+    except Interrupted as stopped:
+        if len(stopped.partial):
+            show(written(stopped.partial))
+        stop(stopped, out, "--out FILE.csv", "wheels")
+    show(written(table))
+    _draw(read, table, plot, plot_wear)
+    failed = int((table["outcome"] != "solved").sum())
+    if failed:
+        fail(f"{failed} of {len(read.cases)} wheels are not solved, see the table", NOT_SOLVED)
+
+
+def _draw(read: CaseFile, table: pd.DataFrame, plot: Path | None, plot_wear: Path | None) -> None:
+    from varcontact.plotting.picture_file import write_picture
+    from varcontact.wheel_rail.pictures import plot_positions
+    from varcontact.wheel_rail.wear import wear
+
+    if len(read.cases) > 1:
+        if plot is not None:
+            write_picture(plot_positions(table), plot)
+    elif plot is not None or plot_wear is not None:
+        found = read.cases[0].solve(**read.options)  # the table has no tractions
+        if plot is not None:
+            write_picture(found.plot(), plot)
+        if plot_wear is not None:
+            write_picture(wear(found, read.archard).plot(), plot_wear)
+
+
+def _report(table: pd.DataFrame) -> str:
+    """The patches, and what is wrong with those wheels where something is."""
+    from varcontact.study.tables import columns_of_text
+
+    solved = table[table["outcome"] == "solved"]
+    cells = [[_cell(row[name]) for name in PRINTED] for row in solved.to_dict("records")]
+    lines = columns_of_text([list(PRINTED), *cells], left=0) if cells else []
+    for row in table.to_dict("records"):
+        words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
+        if words:
+            lines.append(f"position {row['position']}, {row['side']}, {row['outcome']}: {words}")
+    return "\n".join(lines)
+
+
+def _cell(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,228 @@
+"""The text of CONTACT's input files: groups of values, control digits, and what of them has a counterpart here.
+
+The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01, appendix A).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from varcontact.errors import SceneError
+from varcontact.io.reading import text_of
+
+WORDS = {
+    "PBTNFS": ("PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS"),
+    "VLDCMZE": ("VARFRC", "FRCLAW", "DISCNS", "INFLCF", "MATER", "RZNORM", "EXRHS"),
+    "XHGIAOWR": ("XFLOW", "HEAT", "GAUSEI", "IESTIM", "MATFIL", "OUTPUT", "FLOW", "RETURN"),
+}
+"""The control words of module 3: their letters, and the names of the digits."""
+
+SUPPORTED: dict[str, dict[int, str]] = {
+    "P": {0: "continue the previous case", 2: "a new sequence"},
+    "B": {0: "half-space", 2: "elliptic bound of a Hertzian contact"},
+    "T": {0: "no tangential problem", 1: "shift", 2: "transient rolling", 3: "steady rolling"},
+    "N": {0: "approach given", 1: "normal force given"},
+    "F": {0: "creepages given", 1: "FX given", 2: "FX and FY given"},
+    "S": {0: "no stresses", 1: "stresses, not read", 2: "stresses, not read", 3: "stresses, not read"},
+    "V": {0: "one friction law"},
+    "L": {0: "Coulomb", 1: "as before", 2: "linear", 3: "rational", 4: "exponential"},
+    "D": {0: "grid as before", 1: "grid anew", 2: "grid read"},
+    "C": {0: "material as before", 1: "material as before", 2: "half-space"},
+    "M": {0: "elastic"},
+    "Z": {0: "distance as before", 1: "distance anew", 2: "distance read"},
+    "E": {0: "no extra term"},
+    "X": {0: "no debug output"},
+    "H": {0: "no temperatures"},
+    "G": {0: "default solver", 1: "as before", 2: "ConvexGS", 3: "SteadyGS", 4: "default solver"},
+    "R": {1: "calculate", 3: "skip"},
+}
+"""Values of the control digits that are read. I, A, O and W do not change the problem, and may have any."""
+
+INTEGER = re.compile(r"[+-]?\d+$")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Values that belong together, as text.
+
+    Attributes
+    ----------
+    line : int
+        Where they begin.
+    names : tuple of str
+    values : tuple of str
+        As many as there are names.
+    rest : tuple of str
+        What else is on the last line: optional values, or words.
+    """
+
+    path: str
+    line: int
+    names: tuple[str, ...]
+    values: tuple[str, ...]
+    rest: tuple[str, ...]
+
+    def refuse(self, name: str, value: object, why: str) -> NoReturn:
+        """Say where which entry is, and what is wrong with it.
+
+        Parameters
+        ----------
+        name : str
+        value : object
+        why : str
+        """
+        message = f"{self.path}, line {self.line}: {name} = {value} {why}"
+        raise SceneError(name, value, message=message)
+
+    def integers(self) -> list[int]:
+        """All values, as whole numbers."""
+        return [self._integer(k) for k in range(len(self.values))]
+
+    def _integer(self, k: int) -> int:
+        if not INTEGER.match(self.values[k]):
+            self.refuse(self.names[k], repr(self.values[k]), "is not a whole number")
+        return int(self.values[k])
+
+    def numbers(self) -> list[float]:
+        """All values, as numbers."""
+        return [self.number(k) for k in range(len(self.values))]
+
+    def number(self, k: int) -> float:
+        """The k-th value as a number.
+
+        Parameters
+        ----------
+        k : int
+        """
+        found = number_of(self.values[k])
+        if found is None:
+            self.refuse(self.names[k], repr(self.values[k]), "is not a number")
+        return found
+
+    def angle(self, k: int) -> float:
+        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in radians.
+
+        Parameters
+        ----------
+        k : int
+        """
+        text = self.values[k].lower()
+        found = number_of(text.removesuffix("d").removesuffix("r"))
+        if found is None:
+            self.refuse(self.names[k], repr(self.values[k]), "is not an angle")
+        return math.radians(found) if text.endswith("d") else found
+
+
+def number_of(text: str) -> float | None:
+    """A finite number, or None.
+
+    Parameters
+    ----------
+    text : str
+    """
+    try:
+        found = float(text)
+    except ValueError:
+        return None
+    return found if math.isfinite(found) and "_" not in text else None
+
+
+class Lines:
+    """An input file, read group by group: each begins on a line of its own, and may go on over several.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.name = str(path)
+        text = text_of("path", path, MOST_BYTES, "an input file of CONTACT")
+        lines = [re.split(r"[,\s]+", line.split("%")[0].strip(" \t,")) for line in text.splitlines()]
+        self._lines = [(number, words) for number, words in enumerate(lines, 1) if words != [""]]
+        self._next = 0
+
+    def more(self) -> bool:
+        """Whether there is another line."""
+        return self._next < len(self._lines)
+
+    def group(self, *names: str) -> Group:
+        """The next values, one for each name.
+
+        Parameters
+        ----------
+        *names : str
+        """
+        line = self._lines[self._next][0] if self.more() else -1
+        found: list[str] = []
+        while len(found) < len(names):
+            if not self.more():
+                wanted = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
+                message = f"{self.name} ends where {wanted} should be given"
+                raise SceneError("path", self.name, message=message)
+            found += self._lines[self._next][1]
+            self._next += 1
+        return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
+
+    def digits(self, word: str) -> tuple[dict[str, int], Group]:
+        """The next control word as its digits by letter, each of which has a value that is supported.
+
+        Parameters
+        ----------
+        word : str
+            Of `WORDS`.
+        """
+        group = self.group(word)
+        (text,) = group.values
+        if not re.fullmatch(r"\d+", text) or len(text) > len(word):
+            group.refuse(word, repr(text), f"is not a control word of at most {len(word)} digits")
+        digits = dict(zip(word, map(int, text.zfill(len(word))), strict=True))
+        for letter, name in zip(word, WORDS[word], strict=True):
+            allowed = SUPPORTED.get(letter)
+            if allowed is not None and digits[letter] not in allowed:
+                choices = ", ".join(f"{value} ({meaning})" for value, meaning in allowed.items())
+                group.refuse(f"{letter} ({name})", digits[letter], f"is not supported; supported: {choices}")
+        return digits, group
+
+
+MOST_BYTES = 2**28
+"""Of an input file, whose distances may be given element by element."""
+
+
+def skip_stresses(lines: Lines, digit: int) -> None:
+    """Pass over the points at which stresses below the surface are wanted.
+
+    Parameters
+    ----------
+    lines : Lines
+    digit : int
+        S.
+    """
+    if digit >= 2:
+        lines.group("MATFIL", "OUTPUT")
+    while digit == 3:
+        group = lines.group("ISUBS")
+        (kind,) = group.integers()
+        if kind == 0:
+            return
+        if kind not in (1, 2, 3, 5, 6, 7, 9):
+            group.refuse("ISUBS", kind, "is not supported; supported: 0, 1, 2, 3, 5, 6, 7, 9")
+        if kind in (2, 6):
+            lines.group("IXL", "IXINC", "IXH", "IYL", "IYINC", "IYH")
+        if kind in (3, 7):
+            for count in lines.group("NX", "NY").integers():
+                lines.group(*["IX or IY"] * count)
+        if kind in (1, 2, 3):
+            lines.group("NZ", "ZL", "DZ")
+        if kind in (5, 6, 7, 9):
+            for count in lines.group(*(("NX", "NY", "NZ") if kind == 9 else ("NZ",))).integers():
+                lines.group(*["X, Y or Z"] * count)

@@ -1,0 +1,174 @@
+"""TOML files as tables: read, and their entries checked; whatever is wrong becomes an error that names it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.io.reading import SCENE_BYTES, first_line, regular, text_of
+
+MOST_VALUES = 1_000_000
+"""Values of an entry that varies."""
+
+
+def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
+    """A file as nested dictionaries, and its folder.
+
+    Parameters
+    ----------
+    path : str or Path
+    kind : str
+        What the file is, for errors: "scene file".
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, or is no TOML.
+    """
+    import tomllib
+
+    path = checks.file_name("path", path)
+    text = text_of(kind, path, SCENE_BYTES, "a TOML file")
+    try:
+        return tomllib.loads(text), path.parent
+    except RecursionError:
+        raise _not_toml(kind, path, "it is nested too deep") from None
+    except ValueError as error:  # also a number of thousands of digits
+        raise _not_toml(kind, path, first_line(error)) from None
+
+
+def _not_toml(kind: str, path: Path, reason: str) -> SceneError:
+    message = f"{kind} {str(path)!r} is not a TOML file ({reason})"
+    return SceneError(kind, str(path), "a TOML file", message=message)
+
+
+def table_of(name: str, value: Any) -> Mapping[str, Any]:
+    """The value of an entry that has to be a table.
+
+    Parameters
+    ----------
+    name : str
+    value : object
+
+    Raises
+    ------
+    SceneError
+        If it is none.
+    """
+    if not isinstance(value, Mapping):
+        raise SceneError(name, value, f"a table, [{name}]")
+    return value
+
+
+def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
+    """An entry that has to be there.
+
+    Parameters
+    ----------
+    name : str
+        Of the table.
+    table : mapping
+    key : str
+
+    Raises
+    ------
+    SceneError
+        If it is not.
+    """
+    if key not in table:
+        raise SceneError(f"{name}.{key}", None, "given")
+    return table[key]
+
+
+def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Refuse keys that are not known; the error has the nearest one that is.
+
+    Parameters
+    ----------
+    name : str
+        Of the table; empty for the whole file.
+    table : mapping
+    known : iterable of str
+    """
+    for key in table:
+        if key not in known:
+            field = f"{name}.{key}" if name else key
+            raise SceneError(
+                field, table[key], "left out", message=f"{field}: there is no such key{checks.nearest(key, known)}"
+            )
+
+
+def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
+    """A dataclass from a table of its fields.
+
+    Parameters
+    ----------
+    name : str
+        Of the table.
+    kind : type
+    entries : mapping
+
+    Raises
+    ------
+    SceneError
+        If a key is not known, or one without a default is missing.
+    """
+    fields = dataclasses.fields(kind)
+    check_keys(name, entries, [f.name for f in fields])
+    for f in fields:
+        if f.default is dataclasses.MISSING:
+            needed(name, entries, f.name)
+    return kind(**entries)
+
+
+def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
+    """Numbers ``{from = 0.0, to = 3e-3, count = 7}``; with ``spacing = "log"`` by equal ratios.
+
+    Parameters
+    ----------
+    field : str
+    table : mapping
+    """
+    check_keys(field, table, ("from", "to", "count", "spacing"))
+    first, last = (checks.moderate(f"{field}.{name}", needed(field, table, name)) for name in ("from", "to"))
+    count = checks.whole(f"{field}.count", needed(field, table, "count"), least=2, most=MOST_VALUES)
+    if checks.choice(f"{field}.spacing", table.get("spacing", "linear"), ("linear", "log")) == "linear":
+        return np.linspace(first, last, count).tolist()
+    if first * last <= 0:
+        raise SceneError(f"{field}.from", first, 'of the same sign as "to", and neither zero, for spacing = "log"')
+    return np.geomspace(first, last, count).tolist()
+
+
+def file_named(field: str, value: Any, folder: Path | None) -> Path:
+    """A file that another file names: a regular one, sought beside it.
+
+    Parameters
+    ----------
+    field : str
+    value : object
+        Its name.
+    folder : Path or None
+        Of the other file. None: files must not be named.
+
+    Raises
+    ------
+    SceneError
+        If that is no name of a regular file.
+    """
+    if folder is None:
+        raise SceneError(field, value, "numbers", message=f"{field}: only scene files may name files, stored ones not")
+    if not isinstance(value, str):
+        raise SceneError(field, value, "the name of a file")
+    path = folder / value
+    try:
+        if not regular(path):
+            raise SceneError(field, value, "the name of a regular file")
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        raise SceneError(field, value, f"the name of a file ({first_line(error)})") from None
+    return path

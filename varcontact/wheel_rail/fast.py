@@ -1,0 +1,238 @@
+"""The fast way for vehicle codes: an ellipse for each patch without an elastic solution, and a fast theory's forces.
+
+Virtual penetration (Kik and Piotrowski 1996, "A fast, approximate method to calculate normal load at contact between
+wheel and rail and creep forces during rolling"): the undeformed bodies, ``epsilon = 0.55`` times as deep in each other
+as they approach, overlap over about the true contact. With the overlap ``g(s)`` across the rail, the half length of the
+patch is ``l(s) = sqrt(2 R g)``, and the pressure is taken as semi-elliptic along x:
+
+    p(x, s) = p0 sqrt(l(s)^2 - x^2) / max(l).
+
+The deflection at the deepest point, (1 - nu)/(2 pi G) times the integral of p/distance for the combined constants, is
+to be the approach delta; this gives p0 and the normal force. The integral along x is complete elliptic:
+``int sqrt(l^2 - x^2)/sqrt(x^2 + s^2) dx = 2 q (K(m) - E(m))``, ``q^2 = l^2 + s^2``, ``m = l^2/q^2``.
+The ellipse of the same area, and the same length by width, goes into the fast theory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.kinematics import Creepages, Frame
+from varcontact.theories.creep_forces import creep_forces
+from varcontact.wheel_rail.patches import frame_of, joined
+from varcontact.wheel_rail.search import Overlap
+from varcontact.wheel_rail.solve import bearing_height
+
+if TYPE_CHECKING:
+    from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+
+EPSILON = 0.55
+"""Virtual penetration by the approach, Kik and Piotrowski's."""
+STRIPS = 60
+"""Across the overlap, over which the deflection is summed up."""
+WAYS = ("virtual-penetration", "hertz")
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """The ellipse that stands for a patch.
+
+    Attributes
+    ----------
+    a, b : float
+        Semi-axes along x and across the rail [mm].
+    normal_force : float
+        [N]
+    peak_pressure : float
+        [N/mm^2]
+    """
+
+    a: float
+    b: float
+    normal_force: float
+    peak_pressure: float
+
+
+@dataclass(frozen=True, eq=False)
+class FastPatch:
+    """A contact patch by the fast way.
+
+    Attributes
+    ----------
+    frame : Frame
+        As of `ContactPatch`.
+    angle : float
+        Contact angle [rad].
+    creepage : Creepages
+        Of the rail over the wheel.
+    approach : float
+        How deep the undeformed wheel is in the rail [mm].
+    ellipse : Ellipse
+    force : ndarray, shape (3,)
+        (Fx, Fs, FN) on the rail in the contact frame [N].
+    moment : float
+        On the rail about the normal [N mm]; NaN by a theory that has none.
+    """
+
+    frame: Frame
+    angle: float
+    creepage: Creepages
+    approach: float
+    ellipse: Ellipse
+    force: np.ndarray
+    moment: float
+
+    @property
+    def force_on_track(self) -> np.ndarray:
+        """(Fx, Fy, Fz) on the rail in track coordinates [N]."""
+        return np.asarray(self.frame.axes @ self.force)
+
+
+@dataclass(frozen=True, eq=False)
+class FastWheel:
+    """All patches of a wheel on a rail by the fast way.
+
+    Attributes
+    ----------
+    case : WheelOnRail
+    z : float
+        Height of the axle, downwards [mm].
+    patches : tuple of FastPatch
+        From left to right.
+    """
+
+    case: WheelOnRail
+    z: float
+    patches: tuple[FastPatch, ...]
+
+    @property
+    def force(self) -> np.ndarray:
+        """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
+        return np.sum([each.force_on_track for each in self.patches], axis=0)
+
+
+def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol: float) -> FastWheel:
+    """The fast way: see `WheelOnRail.estimate`.
+
+    Parameters
+    ----------
+    case : WheelOnRail
+    normal, tangential : str
+    tol : float
+
+    Returns
+    -------
+    FastWheel
+    """
+    normal, tol = checks.choice("normal", normal, WAYS), checks.positive("tol", tol)
+    if not isinstance(case.friction, float):
+        raise SceneError("friction", case.friction, "a number: fast theories have one coefficient")
+
+    def patches(z: float) -> tuple[FastPatch, ...]:
+        groups = joined(case.locus.overlaps(z), case.separate)
+        return tuple(_patch(case, group, z, normal, tangential) for group in groups)
+
+    def vertical(z: float) -> float:
+        if case.with_friction:
+            return float(sum(each.force_on_track[2] for each in patches(z)))
+        groups = joined(case.locus.overlaps(z), case.separate)
+        return sum(
+            _ellipse(case, group, z, normal).normal_force * np.cos(frame_of(group, case.rail)[1]) for group in groups
+        )
+
+    z = bearing_height(case, tol, vertical)[0] if case.z is None else case.z
+    return FastWheel(case, z, patches(z))
+
+
+def _patch(case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str) -> FastPatch:
+    frame, angle, _ = frame_of(group, case.rail)
+    approach = max(float(each.depth.max()) for each in group) * np.cos(angle)
+    rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
+    found = creep_forces(
+        tangential,
+        a=ellipse.a,
+        b=ellipse.b,
+        normal_force=ellipse.normal_force,
+        friction=case.friction,
+        vx=rolled.vx,
+        vy=rolled.vy,
+        spin=rolled.spin,
+        bodies=case.bodies,
+    )
+    force = np.array([found.Fx, found.Fy, ellipse.normal_force])
+    return FastPatch(frame, angle, rolled, approach, ellipse, force, found.Mz)
+
+
+def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
+    return _by_curvatures(case, group, z) if normal == "hertz" else _by_virtual_penetration(case, group)
+
+
+def _by_curvatures(case: WheelOnRail, group: list[Overlap], z: float) -> Ellipse:
+    """Hertz's ellipse where the profiles touch first, of the approach there."""
+    from varcontact.reference import hertz
+
+    deepest = max(group, key=lambda each: each.depth.max())
+    k = int(deepest.depth.argmax())
+    point, locus = deepest.points[k], deepest.locus
+    angle, radius = float(locus.angles[deepest.run][k]), float(locus.radii[deepest.run][k])
+    on_rail = case.track.on_rail(point[1:], case.side)
+    on_wheel = case.on_wheel(point, case.velocity.body(case.wheelset, case.position, z))
+    bent = float(case.track.rail.curvature_at(on_rail[0]) + case.wheelset.wheel.curvature_at(on_wheel[0]))
+    if not bent > 0:
+        raise SceneError(
+            "normal",
+            "hertz",
+            message=f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other by {bent:.3g} "
+            '1/mm, no ellipse; take "virtual-penetration"',
+        )
+    found = hertz(radius / np.cos(angle), 1 / bent, case.bodies, approach=float(deepest.depth[k]) * np.cos(angle))
+    return Ellipse(found.a, found.b, found.force, found.peak_pressure)
+
+
+def _by_virtual_penetration(case: WheelOnRail, group: list[Overlap]) -> Ellipse:
+    """See the module; separate overlaps of one patch count together."""
+    from scipy.special import ellipe, ellipkm1
+
+    approach = max(float(each.depth.max()) for each in group)
+    deepest = max(group, key=lambda each: each.depth.max())
+    k = int(deepest.depth.argmax())
+    angle, radius = float(deepest.locus.angles[deepest.run][k]), float(deepest.locus.radii[deepest.run][k])
+    along = np.array([np.cos(angle), np.sin(angle)])
+    across = np.concatenate([(each.surface - deepest.surface[k]) @ along for each in group])
+    overlap = np.concatenate([each.depth for each in group]) - (1 - EPSILON) * approach
+    first, last = _ends(across, overlap)
+    step = (last - first) / STRIPS
+    s = first + step * (np.arange(STRIPS) + 0.5)
+    half = np.sqrt(2 * radius * np.maximum(np.interp(s, across, overlap), 0.0))
+    s, half = s[half > 0], half[half > 0]
+    away = np.exp((_log_integral(s + step / 2) - _log_integral(s - step / 2)) / step)
+    q2 = half**2 + away**2
+    felt = step * float(np.sum(2 * np.sqrt(q2) * (ellipkm1(away**2 / q2) - ellipe(half**2 / q2))))
+    volume = step * float(np.sum(np.pi / 2 * half**2))
+    longest = np.sqrt(2 * radius * EPSILON * approach)
+    # delta = (1 - nu)/(pi G) * integral of p/distance, both bodies together
+    modulus = np.pi * case.bodies.combined_G / (1 - case.bodies.combined_nu)
+    by_length = approach * np.cos(angle) * modulus / felt
+    area, width = step * float(np.sum(2 * half)), step * s.size
+    a, b = np.sqrt(area * 2 * longest / (np.pi * width)), np.sqrt(area * width / (np.pi * 2 * longest))
+    return Ellipse(float(a), float(b), float(by_length * volume), float(by_length * longest))
+
+
+def _ends(across: np.ndarray, overlap: np.ndarray) -> tuple[float, float]:
+    """Where the overlap begins and ends, between the points: the force is to depend smoothly on the height."""
+    inside = np.flatnonzero(overlap > 0)
+    found = []
+    for i, beside in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
+        part = overlap[i] / (overlap[i] - overlap[beside]) if 0 <= beside < overlap.size else 0.0
+        found.append(float(across[i] + part * (across[beside] - across[i])) if part else float(across[i]))
+    return found[0], found[1]
+
+
+def _log_integral(t: np.ndarray) -> np.ndarray:
+    """Of log |t|: its mean over a strip stands for the distance from the deepest point, where it has no bound."""
+    return np.asarray(t * (np.log(np.abs(np.where(t == 0, 1.0, t))) - 1))

@@ -1,0 +1,265 @@
+"""Contacts of a wheel set tabulated over lateral displacement and yaw, and its forces by the fast way."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies
+from varcontact.theories.creep_forces import creep_forces
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
+
+SLOTS = 3
+"""Patches of a wheel that are tabulated at most."""
+NAMES = ("x", "y", "z", "angle", "a", "b", "normal_force", "approach")
+MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class WheelSetForces:
+    """Forces of the rails on a wheel set.
+
+    Attributes
+    ----------
+    force : ndarray, shape (3,)
+        Along x, y, z of the track [N].
+    moment : ndarray, shape (3,)
+        About the middle of the axle, along x, y, z of the track [N mm].
+    patches : ndarray, shape (n, 8)
+        Of the contacts, from the left wheel's to the right's: x, y, z [mm], angle [rad], a, b [mm], normal force [N],
+        approach [mm].
+    creepages : ndarray, shape (n, 3)
+        vx, vy [-] and spin [1/mm] of each.
+    creep_forces : ndarray, shape (n, 2)
+        Fx, Fs on the rail in the contact frame [N].
+    """
+
+    force: np.ndarray
+    moment: np.ndarray
+    patches: np.ndarray
+    creepages: np.ndarray
+    creep_forces: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class GeometryTable:
+    """Contacts of the right wheel over lateral displacement and yaw; those of the left are mirror images.
+
+    Between the nodes all is linear in both; where the nodes around a position have different numbers of patches, the
+    nearest node counts. Each wheel bears the same load. The
+    roll about x that this takes counts in the height of each wheel, not in the shape of its contact.
+
+    Attributes
+    ----------
+    y, yaw : ndarray
+        Nodes, ascending [mm] and [rad].
+    z : ndarray, shape (ny, nyaw)
+        Height of the axle at the nodes [mm].
+    count : ndarray of int, shape (ny, nyaw)
+        Patches.
+    patches : ndarray, shape (ny, nyaw, 3, 8)
+        As of `WheelSetForces`.
+    wheelset : WheelSet
+    bodies : Bodies
+    friction : float
+    """
+
+    y: np.ndarray
+    yaw: np.ndarray
+    z: np.ndarray
+    count: np.ndarray
+    patches: np.ndarray
+    wheelset: WheelSet
+    bodies: Bodies
+    friction: float
+
+    def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
+        """Height of the axle and the contacts of a wheel.
+
+        Parameters
+        ----------
+        y, yaw : float
+            [mm] and [rad]
+        side : {"left", "right"}
+
+        Returns
+        -------
+        z : float
+            [mm]
+        patches : ndarray, shape (n, 8)
+
+        Raises
+        ------
+        SceneError
+            If the position is not within the table.
+        """
+        sign = SIGN[side]
+        (i, s), (j, t) = _cell("y", self.y, sign * y), _cell("yaw", self.yaw, sign * yaw)
+        corner = np.ix_((i, i + 1), (j, j + 1))
+        counts = self.count[corner]
+        if (counts == counts[0, 0]).all():
+            weights = np.array([[(1 - s) * (1 - t), (1 - s) * t], [s * (1 - t), s * t]])
+        else:
+            weights = np.zeros((2, 2))
+            weights[round(s), round(t)] = 1.0
+        number = int(counts[np.unravel_index(weights.argmax(), (2, 2))])
+        found = np.tensordot(weights, self.patches[corner], 2)[:number]
+        return float(np.sum(weights * self.z[corner])), found * MIRRORED if side == "left" else found
+
+    def forces(self, y: float, yaw: float, velocity: Velocity, theory: str = "fastsim") -> WheelSetForces:
+        """Forces of both rails on the wheel set.
+
+        Parameters
+        ----------
+        y, yaw : float
+            [mm] and [rad]
+        velocity : Velocity
+        theory : str
+            Of `varcontact.creep_forces`, with a moment.
+
+        Returns
+        -------
+        WheelSetForces
+
+        Raises
+        ------
+        SceneError
+            See `contacts`.
+        """
+        sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
+        patches = np.concatenate([found for _, found in sides])
+        # each wheel at its own height: of the roll that takes, this is what counts in the creepages
+        axle = [[0.0, y, z - self.wheelset.radius] for z, found in sides for _ in found]
+        cosine, sine, nothing = np.cos(patches[:, 3]), np.sin(patches[:, 3]), np.zeros(len(patches))
+        lateral, inwards = np.stack([nothing, cosine, sine], axis=1), np.stack([nothing, -sine, cosine], axis=1)
+        arms = patches[:, :3] - axle
+        rolled = _creepages(arms + patches[:, 7:] * inwards, lateral, inwards, yaw, velocity, self.wheelset.radius)
+        normal, (vx, vy, spin) = patches[:, 6], rolled.T
+        contact: dict[str, Any] = {"bodies": self.bodies, "normal_force": normal, "friction": self.friction}
+        found = creep_forces(theory, a=patches[:, 4], b=patches[:, 5], vx=vx, vy=vy, spin=spin, **contact)
+        on_wheel = -(normal[:, None] * inwards + found.Fy[:, None] * lateral)
+        on_wheel[:, 0] = -found.Fx
+        moment = _cross(arms, on_wheel) - found.Mz[:, None] * inwards
+        return WheelSetForces(
+            on_wheel.sum(axis=0), moment.sum(axis=0), patches, rolled, np.stack([found.Fx, found.Fy], axis=1)
+        )
+
+
+def geometry_table(
+    track: Track,
+    wheelset: WheelSet,
+    *,
+    y: Any,
+    yaw: Any,
+    vertical_force: float,
+    friction: float = 0.3,
+    bodies: Bodies = STEEL,
+    progress: Callable[[str], None] | None = None,
+) -> GeometryTable:
+    """Tabulate the contacts of a wheel set by `WheelOnRail.estimate`.
+
+    Parameters
+    ----------
+    track : Track
+    wheelset : WheelSet
+    y, yaw : array_like
+        Nodes, two or more, ascending and symmetric about 0 [mm] and [rad].
+    vertical_force : float
+        On each wheel [N].
+    friction : float
+    bodies : Bodies
+    progress : callable, optional
+        Told how far it is.
+
+    Returns
+    -------
+    GeometryTable
+
+    Raises
+    ------
+    SceneError
+        For nodes that are not so, and positions that `WheelOnRail` refuses.
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Profile
+    >>> table = geometry_table(
+    ...     Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002()),
+    ...     y=[-2.0, -1.0, 0.0, 1.0, 2.0], yaw=[-0.01, 0.0, 0.01], vertical_force=50e3)
+    >>> pushed = table.forces(1.5, 0.0, Velocity(speed=20e3))
+    >>> print(f"{pushed.force[1]:.0f} N, {pushed.moment[2] / 1e3:.0f} N m")
+    -771 N, -7749 N m
+    """
+    nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
+    report = checks.progress(progress)
+    shape = nodes[0].size, nodes[1].size
+    z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, len(NAMES)))
+    for i, j in np.ndindex(shape):
+        if report is not None:
+            report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
+        case = WheelOnRail(
+            track=track,
+            wheelset=wheelset,
+            position=Position(y=float(nodes[0][i]), yaw=float(nodes[1][j])),
+            vertical_force=vertical_force,
+            friction=friction,
+            bodies=bodies,
+        )
+        found = case.estimate()
+        if len(found.patches) > SLOTS:
+            warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=2)
+        kept = sorted(
+            sorted(found.patches, key=lambda each: -each.force[2])[:SLOTS], key=lambda each: each.frame.origin[1]
+        )
+        z[i, j], count[i, j] = found.z, len(kept)
+        for k, each in enumerate(kept):
+            ellipse = each.ellipse
+            sizes = ellipse.a, ellipse.b, ellipse.normal_force, each.approach
+            patches[i, j, k] = [*each.frame.origin, each.angle, *sizes]
+    return GeometryTable(nodes[0], nodes[1], z, count, patches, wheelset, bodies, coefficient)
+
+
+def _nodes(field: str, value: Any) -> np.ndarray:
+    nodes = checks.array(field, value, 1)
+    if nodes.size < 2 or (np.diff(nodes) <= 0).any() or not np.allclose(nodes, -nodes[::-1], atol=1e-12):
+        raise SceneError(field, value, "two nodes or more, ascending, and symmetric about 0")
+    return nodes
+
+
+def _cell(field: str, nodes: np.ndarray, value: float) -> tuple[int, float]:
+    """The interval of a value, and where in it the value is, from 0 to 1."""
+    if not nodes[0] <= value <= nodes[-1]:
+        raise SceneError(field, value, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
+    i = min(int(np.searchsorted(nodes, value, side="right")) - 1, nodes.size - 2)
+    return i, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
+
+
+def _creepages(
+    arms: np.ndarray, lateral: np.ndarray, inwards: np.ndarray, yaw: float, velocity: Velocity, radius: float
+) -> np.ndarray:
+    """Of the rail over the wheel's particles at the ends of arms from the middle of the axle: `WheelOnRail.creepage`.
+
+    The contact moves along with the wheel set, which does not turn about its axle for it; the rolling velocity is the
+    mean of the speed of the contact and the circumferential speed.
+    """
+    pitch = -velocity.speed / radius if velocity.pitch_rate is None else velocity.pitch_rate
+    along = np.array([velocity.speed, velocity.lateral, velocity.vertical])
+    carried = np.array([velocity.roll_rate, 0.0, velocity.yaw_rate])
+    turning = carried + pitch * np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    particle = along + _cross(turning, arms)
+    speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
+    sliding = [particle[:, 0], np.sum(particle * lateral, axis=1), inwards @ turning]
+    return np.asarray(-np.stack(sliding, axis=1) / speed[:, None])
+
+
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Of few vectors, where `numpy.cross` takes long to begin."""
+    (a, b, c), (x, y, z) = one.T, other.T
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
