@@ -127,9 +127,7 @@ def derivative(disc: Discretisation, lattice: Grid) -> GridOperator:
     GridOperator
     """
     side, operators = lattice.sides[0], disc.operators
-    return influence_operator(
-        lattice, "xy", "xy", nu=operators.nu, depth=operators.depth, lag=side, offset=-side / 2
-    )
+    return influence_operator(lattice, "xy", "xy", nu=operators.nu, depth=operators.depth, lag=side, offset=-side / 2)
 
 
 def divided(grid: Grid, cells: Cells) -> Grid:
