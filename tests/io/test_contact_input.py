@@ -234,7 +234,13 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
         (" 1 1                          IBASE", " 1 2  IBASE", "line 13: IPLAN = 2 is not supported; supported: 1"),
         (" 4 3   -1.0", " 4 1   -1.0", "line 12: MY = 1 stands for plane strain, and needs DY of 50 MX DX at least"),
         (" 4 3   -1.0", " 4.5 3  -1.0", "line 12: MX = 4.5 is not a number of elements"),
+        (" 4 3   -1.0", " 9999 9999  -1.0", "line 12: MX MY = 99980001 is more than the 10000000 elements"),
         (" 1000. ", " much ", "line 7: FN = 'much' is not a number"),
+        (
+            " 1 1                          IBASE",
+            " 2 1\n 999999999999 0 500. 0 0.1",
+            "ends before 999999999999 values of B",
+        ),
         (" -0.004 0.005   B1 to B6\n 0  MODULE", "", "ends where B1, B2, B3, B4, B5, B6 should be given"),
     ],
 )

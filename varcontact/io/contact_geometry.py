@@ -68,10 +68,10 @@ def read_distance(lines: Lines, grid: Grid) -> Given:
         count = head.number(0)
         if count != int(count) or count < 2 or head.number(2) == 0 or head.number(4) <= 0:
             head.refuse("NN, XM, RM, Y1, DY1", head.values, "must have two points or more, a radius and a positive DY1")
-        group = lines.group(*["B"] * int(count))
+        group = lines.many("B", int(count))
         return group, ibase, [*head.numbers()[1:], *group.numbers()]
     elif ibase == 9:
-        group = lines.group(*["H"] * grid.size)
+        group = lines.many("H", grid.size)
     else:
         kinds.refuse("IBASE", ibase, "is not supported; supported: 1 (quadratic), 2 (profile), 9 (by element)")
     return group, ibase, group.numbers()
@@ -94,7 +94,8 @@ def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
         h = np.reshape(values, grid.shape)
     elif ibase == 1:
         b1, b2, b3, b4, b5, b6 = values
-        h = b1 * x**2 + b2 * x * y + b3 * y**2 + b4 * x + b5 * y + b6
+        with np.errstate(all="ignore"):  # distances that are not finite are refused below
+            h = b1 * x**2 + b2 * x * y + b3 * y**2 + b4 * x + b5 * y + b6
     else:
         axle, radius, first, step, *heights = values
         at, profile = (y - first) / step, np.array(heights)
@@ -115,7 +116,12 @@ def counts(group: Group, mx: float, my: float) -> tuple[int, int]:
     for name, count in (("MX", mx), ("MY", my)):
         if count != int(count) or count < 1:
             group.refuse(name, count, "is not a number of elements")
+    if mx * my > MOST_ELEMENTS:
+        group.refuse("MX MY", int(mx * my), f"is more than the {MOST_ELEMENTS} elements that can be computed with")
     return int(mx), int(my)
+
+
+MOST_ELEMENTS = 10_000_000
 
 
 LONG_ROW = 50

@@ -173,6 +173,19 @@ class Lines:
             self._next += 1
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
 
+    def many(self, name: str, count: int) -> Group:
+        """The next values of an array, of which a damaged file may promise more than there are.
+
+        Parameters
+        ----------
+        name : str
+        count : int
+        """
+        if count > sum(len(words) for _, words in self._lines[self._next :]):
+            message = f"{self.name} ends before {count} values of {name}"
+            raise SceneError("path", self.name, message=message)
+        return self.group(*[name] * count)
+
     def digits(self, word: str) -> tuple[dict[str, int], Group]:
         """The next control word as its digits by letter, each of which has a value that is supported.
 
@@ -220,9 +233,9 @@ def skip_stresses(lines: Lines, digit: int) -> None:
             lines.group("IXL", "IXINC", "IXH", "IYL", "IYINC", "IYH")
         if kind in (3, 7):
             for count in lines.group("NX", "NY").integers():
-                lines.group(*["IX or IY"] * count)
+                lines.many("IX or IY", count)
         if kind in (1, 2, 3):
             lines.group("NZ", "ZL", "DZ")
         if kind in (5, 6, 7, 9):
             for count in lines.group(*(("NX", "NY", "NZ") if kind == 9 else ("NZ",))).integers():
-                lines.group(*["X, Y or Z"] * count)
+                lines.many("X, Y or Z", count)

@@ -24,10 +24,10 @@ from varcontact.results.solution import Solution
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
-from varcontact.solving.accuracy import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
+from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.timing import Clock
 

@@ -29,9 +29,9 @@ COARSER = 0.35
 """Elements across the contact on the first of two grids, by those on the second."""
 LEAST_STEP, GREATEST_STEP = 1.5, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""
-USED = 0.8
+USED = 0.7
 """Part of the time that two further grids may be expected to take: what is expected is true within a factor of 1.3."""
-LATE = 1.7
+LATE = 1.5
 """A solve is given up when it has gone on for this many time budgets, and the answer before it is taken."""
 
 
