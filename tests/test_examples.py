@@ -391,3 +391,18 @@ def test_sampling(tmp_path, capsys, pictures):
     first, usual, _, _, last = spin[1.0, 12][:, 2]
     assert (first, usual, last) == pytest.approx((-8.08, -1.06, 12.97), abs=0.02)  # docs/sampling.md
     assert left["touched", (4, 8)] < 0.5 * left["touched", (8,)]
+
+
+def test_wheel_set(tmp_path, capsys, pictures):
+    """The fast way near the exact one; below the critical speed the motion dies away, above it grows, as Klingel's."""
+    found = script("wheel_set").main(str(tmp_path), exact_at=(0.0, 4.0), distance=30e3)
+    assert all((tmp_path / f"{name}.png").stat().st_size > 20_000 for name in ("case_a", "hunting"))
+    assert "critical speed [km/h]" in capsys.readouterr().out
+    apart, critical, waves, below, above = found.values()
+    assert 0.01 < apart < 0.08
+    assert critical == pytest.approx(125.6, abs=0.3)
+    assert waves == pytest.approx(2 * np.pi * np.sqrt(460 * 750 / 0.18) / 1e3, rel=0.08)  # of its conicity
+    assert below < 0.9 < 1.5 < 2.0 < above
+    forces = next(ax for ax in pictures[0].axes if ax.get_ylabel() == "Lateral force [kN]")
+    assert len(curves_of(forces)["right wheel, fast"]) == 21
+    assert np.abs(curves_of(pictures[1].axes[0])["151 km/h, 1.2 times the critical speed"]).max() >= above
