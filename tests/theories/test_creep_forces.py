@@ -38,7 +38,7 @@ def test_slopes_of_mixed_creepages(name, ratio):
     rng = np.random.default_rng(3)
     vx, vy, spin = 1e-10 * rng.normal(size=(3, 20))
     exact = vc.creep_forces("linear", **contact, vx=vx, vy=vy, spin=spin)
-    options = {} if name == "linear" else {"m": 7, "n": 5}
+    options = {} if name in ("linear", "table") else {"m": 7, "n": 5}
     found = vc.creep_forces(name, **contact, vx=vx, vy=vy, spin=spin, **options)
     scale = np.abs([exact.Fx, exact.Fy]).max()
     np.testing.assert_allclose([found.Fx, found.Fy], [exact.Fx, exact.Fy], rtol=0, atol=1e-5 * scale)
@@ -65,12 +65,13 @@ def test_slopes_of_strip_theory_are_its_own():
 @pytest.mark.parametrize("name", BOUNDED)
 @pytest.mark.parametrize("division", [{}, {"m": 3, "n": 2}])
 def test_full_slip_is_the_limit_of_friction(name, division):
-    options = division if name not in ("polach", "vermeulen-johnson") else {}
+    options = division if name not in ("polach", "vermeulen-johnson", "table") else {}
+    to = 1e-6 if name == "table" else 1e-9  # a book is interpolated, and in single precision
     angles = np.linspace(0.1, 6.2, 13)
     found = vc.creep_forces(name, **CONTACT, vx=1e12 * np.cos(angles), vy=1e12 * np.sin(angles), **options)
-    np.testing.assert_allclose(np.hypot(found.Fx, found.Fy), LIMIT, rtol=1e-9)
+    np.testing.assert_allclose(np.hypot(found.Fx, found.Fy), LIMIT, rtol=to)
     if name != "polach":
-        np.testing.assert_allclose(found.Mz, 0.0, atol=1e-12)
+        np.testing.assert_allclose(found.Mz, 0.0, atol=max(1e-12, to - 1e-9))
 
 
 @pytest.mark.parametrize("name", VECTORISED)
@@ -143,7 +144,8 @@ def test_moment_of_vermeulen_and_johnson():
 def test_many_contacts_in_one_call(name):
     """Arrays broadcast; each entry is what a call of its own gives, to the last bit."""
     a, vx = np.array([0.5, 1.0, 3.0]), UNIT * np.array([[0.1], [0.8]])
-    rest = {"b": 1.0, "G": np.array([1.0, 1.0, 2.0]), "nu": np.array([0.1, 0.28, 0.5]), "normal_force": 1.0}
+    nu = np.array([0.28, 0.28, 0.28] if name == "table" else [0.1, 0.28, 0.5])  # a book is for one
+    rest = {"b": 1.0, "G": np.array([1.0, 1.0, 2.0]), "nu": nu, "normal_force": 1.0}
     found = vc.creep_forces(name, a=a, **rest, friction=0.3, vx=vx, vy=0.1 * UNIT, spin=0.2 * UNIT)
     assert np.shape(found.Fx) == np.shape(found.Mz) == (2, 3)
     for i, j in np.ndindex(2, 3):

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+TAKEN = ("normal", "tangential", "coupling", "formulation", "method", "tol", "polish", "certify")
+"""Entries of ``[solve]`` that a sweep has too."""
 SHOWN = 40
 """Scenes that are printed; the store has all of them."""
 PRINTED = ("outcome", "Fx", "Fy", "Mz", "residual")
@@ -56,6 +58,9 @@ def sweep(
     described, over, options = read_sweep_scene(scene)
     if "start" in options:
         raise SceneError("solve.start", options["start"], "left out: a sweep has its own starts")
+    for name, value in options.items():
+        if name not in TAKEN:
+            raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "tol": tol}
     options |= {name: value for name, value in given.items() if value is not None}

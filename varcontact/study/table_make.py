@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,30 +13,29 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
-from varcontact.reference.creepage_coefficients import creepage_coefficients
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
-from varcontact.solving.ways import Way
+from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
 from varcontact.theories.table_book import (
     HALFWAY,
-    NAMES,
     TableBook,
     direction_nodes,
-    full_slip,
     magnitudes,
     ratio_nodes,
     spin_scale,
 )
+from varcontact.theories.table_splines import local_law, quadrature, splines_through
 
-ENTRY = Way(
-    cells=12, along=1.5, coarser=6, order=1.5, edge="softened",
-    motion=(("slip_difference", "second-order"), ("spin_offset", 0.0)),
-)  # fmt: skip
-"""How an entry is computed."""
-HOW = "exact solutions by the discretisation of second order, extrapolated from 9 x 6 and 18 x 12 elements"
+GRIDS = Grid(nx=12, ny=8), Grid(nx=24, ny=16)
+"""Those an entry is extrapolated from."""
+ORDER = 2
+"""Order of the discretisation."""
+HOW = "exact solutions by the discretisation of second order, extrapolated from 12 x 8 and 24 x 16 elements"
 TOL = 1e-6
 """Residual of the entries on their grids: far below the grids' own error."""
 LEAST_ERROR = 0.004
@@ -49,9 +49,9 @@ def make_table_book(
     *,
     least: float = 0.2,
     greatest: float = 5.0,
-    ratios: int = 10,
-    steps: int = 10,
-    degree: int = 13,
+    ratios: int = 9,
+    steps: int = 11,
+    degree: int = 17,
     executor: Executor | None = None,
     workers: int = 1,
     out: str | Path | None = None,
@@ -69,7 +69,7 @@ def make_table_book(
     ratios, steps : int
         Ellipses, and magnitudes of creepage in each direction.
     degree : int
-        Of the polynomials of the direction, odd; 13 takes 99 directions.
+        Of polynomials that the directions could determine, odd; 17 takes 145 directions.
     executor, workers
         Where the entries are solved, as for `sweep`.
     out : str or Path, optional
@@ -109,8 +109,8 @@ def make_table_book(
     if degree % 2 == 0:
         raise SceneError("degree", degree, "odd")
     nodes, directions, t = ratio_nodes(least, greatest, ratios), direction_nodes(degree), magnitudes(steps)
-    coefficients = np.array([_coefficients(ratio, nu) for ratio in nodes])
-    scales = [spin_scale(C, ratio) for C, ratio in zip(coefficients, nodes, strict=True)]
+    coefficients = [no_slip_coefficients(float(ratio), nu) for ratio in nodes]
+    scales = [spin_scale(C, float(ratio)) for C, ratio in zip(coefficients, nodes, strict=True)]
     scenes = [
         _scene(kinds, ratio, HALFWAY * each / (1 - each) * direction / scale)
         for ratio, scale in zip(nodes, scales, strict=True)
@@ -123,17 +123,25 @@ def make_table_book(
         check_ending("out", path, ".nc")
         check_writable("out", path)
         check_replaceable("out", path, "table book", _is_book, overwrite)
-    for cells, store in zip((ENTRY.coarser, ENTRY.cells), (None, None) if path is None else stores(path), strict=True):
-        found.append(_solved([ENTRY.of(each, cells) for each in scenes], steps, executor, workers, store, progress))
+    for grid, store in zip(GRIDS, (None, None) if path is None else stores(path), strict=True):
+        on_grid = [replace(each, grid=grid).second_order() for each in scenes]
+        found.append(_solved(on_grid, steps, executor, workers, store, progress))
     shape = ratios, len(directions), steps
+    creepages = HALFWAY * (t / (1 - t))[:, None, None] * directions
+    simple = [
+        [_local_law(kinds, float(ratio), C, creepages, grid) for ratio, C in zip(nodes, coefficients, strict=True)]
+        for grid in (*GRIDS, None)
+    ]
     coarse, fine = (np.moveaxis(forces.reshape(*shape, 3), 1, 2) for forces in found)
-    ratio = (ENTRY.cells / ENTRY.coarser) ** ENTRY.order
-    values = fine + (fine - coarse) / (ratio - 1)
-    accuracy = np.maximum(LEAST_ERROR, np.abs(values - fine).max(axis=-1))
-    full = np.stack([full_slip(directions, scale, each) for scale, each in zip(scales, nodes, strict=True)])
+    law = np.array(simple)
+    left = _extrapolated(coarse - law[0], fine - law[1])
+    values = left + law[2]
+    accuracy = np.maximum(LEAST_ERROR, np.abs(left - (fine - law[1])).max(axis=-1))
     size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
     provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
-    book = TableBook(nu, nodes, coefficients, directions, values, accuracy, full, provenance)
+    splines = splines_through(coefficients, nodes, directions, left)
+    values, accuracy = values.astype(np.float32), accuracy.astype(np.float32)
+    book = TableBook(nu, nodes, directions, values, accuracy, splines, provenance)
     if path is not None:
         write_whole("out", path, book.to_bytes())
         for store in stores(path):
@@ -149,7 +157,7 @@ def stores(out: Path) -> tuple[Path, Path]:
     out : Path
         The book's file.
     """
-    coarse, fine = (out.with_name(f"{out.stem}.{cells}-cells.nc") for cells in (ENTRY.coarser, ENTRY.cells))
+    coarse, fine = (out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
     return coarse, fine
 
 
@@ -162,10 +170,23 @@ def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
     )
 
 
-def _coefficients(ratio: float, nu: float) -> list[float]:
-    """Creepage coefficients of an ellipse."""
-    found = creepage_coefficients(ratio, 1.0, nu)
-    return [float(getattr(found, name)) for name in NAMES]
+def _local_law(
+    bodies: Bodies, ratio: float, coefficients: CreepageCoefficients, creepages: np.ndarray, grid: Grid | None
+) -> np.ndarray:
+    """The local law for reduced creepages (m, d, 3) of one ratio: on the elements of a grid, or of the continuum."""
+    if grid is None:
+        points, load = quadrature(ratio, 64)
+    else:
+        scene = replace(_scene(bodies, ratio, np.zeros(3)), grid=grid).second_order()
+        sol = solve(scene, certify=None)
+        points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)
+        load = sol.traction_bound.ravel() * (sol.grid.area / PRESSURE)
+    return local_law(creepages.reshape(-1, 3), ratio, coefficients, points, load).reshape(creepages.shape)
+
+
+def _extrapolated(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """From the two grids."""
+    return fine + (fine - coarse) / ((GRIDS[1].nx / GRIDS[0].nx) ** ORDER - 1)
 
 
 def _solved(

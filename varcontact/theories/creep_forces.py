@@ -19,6 +19,8 @@ from varcontact.theories.polach import polach_forces
 from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.strip_theory import fastrip_forces, strip_forces
 from varcontact.theories.strips import Strips, calibrated
+from varcontact.theories.table import check_nu, check_ratio, interpolated
+from varcontact.theories.table_book import TableBook, shipped
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ def creep_forces(
     ----------
     theory : str
         ``linear``, ``vermeulen-johnson``, ``polach``, ``strip``, ``fastrip``, ``fastsim``, ``fastsim-elliptic``,
-        ``fastsim-weighted`` or ``fastsim-weighted-elliptic``.
+        ``fastsim-weighted``, ``fastsim-weighted-elliptic`` or ``table``.
     a, b : float or array_like
         Semi-axes along the rolling direction and across it [length].
     normal_force, friction : float or array_like
@@ -91,7 +93,7 @@ def creep_forces(
         which has no coefficients.
     **options
         ``m`` and ``n``, the intervals along a strip and the strips (10 each), of FASTSIM, FaStrip and strip theory;
-        ``k_A`` and ``k_S`` of Polach's formula.
+        ``k_A`` and ``k_S`` of Polach's formula; ``book``, a `TableBook` in place of the package's, of ``table``.
 
     Returns
     -------
@@ -103,7 +105,8 @@ def creep_forces(
     SceneError
         If there is no such theory or option, a number is not finite or out of its range (in an array the first of
         these is named by its index), shapes do not broadcast, the bodies are unlike, there is spin with
-        ``vermeulen-johnson``, or there is spin with FASTSIM or FaStrip where C23 is not positive.
+        ``vermeulen-johnson``, there is spin with FASTSIM or FaStrip where C23 is not positive, or a/b or nu
+        is not in the table book.
 
     Notes
     -----
@@ -266,6 +269,16 @@ def _fastsim(bound: str, flexibility: str) -> Callable[..., CreepForces]:
     return forces
 
 
+def _table(c: _Contact, book: TableBook | None = None) -> CreepForces:
+    book = shipped() if book is None else book
+    ratio, ab = c.a / c.b, c.a * c.b
+    check_nu(book, c.nu)
+    check_ratio(book, ratio)
+    size = math.sqrt(ab) if type(ab) is float else np.sqrt(ab)
+    Fx, Fy, Mz = interpolated(book, ratio, size, c.G * ab / c.limit, (c.vx, c.vy, c.spin), c.table)
+    return _finished(c, c.limit * Fx, c.limit * Fy, c.limit * size * Mz)
+
+
 _division: Callable[[int, int, str], Strips] = lru_cache(maxsize=32)(calibrated)
 
 
@@ -288,8 +301,11 @@ VECTORISED: dict[str, Callable[..., CreepForces]] = {
     "fastsim-elliptic": _fastsim("elliptic", "separate"),
     "fastsim-weighted": _fastsim("parabolic", "weighted"),
     "fastsim-weighted-elliptic": _fastsim("elliptic", "weighted"),
+    "table": _table,
 }
 """The theories of `creep_forces` by name."""
 
-OPTIONS = {"polach": ("k_A", "k_S")} | {name: ("m", "n") for name in VECTORISED if name[:4] in ("stri", "fast")}
+OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book",)} | {
+    name: ("m", "n") for name in VECTORISED if name[:4] in ("stri", "fast")
+}
 """Further arguments that a theory takes."""

@@ -6,7 +6,6 @@ Source: the table books of Kalker's program CONTACT (USETAB), in variables of ou
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,15 +13,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.checks import numbers, positive
 from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.theories.inputs import Resultants, triples
-from varcontact.theories.table_book import TableBook, shipped
+from varcontact.theories.table_book import TableBook, shipped, spin_scale
 
 if TYPE_CHECKING:
     from varcontact.scene.grid import Grid
 
-AT_ONCE = 256
-"""Triples that are computed together: with more, memory is asked for anew each time, and a triple takes three times as
-long."""
 OUTSIDE = ("refuse", "clamp")
 
 
@@ -69,37 +66,76 @@ def table_forces(
 
     Notes
     -----
-    In the variables of `TableBook` forces are polynomials: of the direction, of a bounded map of the magnitude, and of
-    log(a/b). The slope at the origin is that of the linear theory, and infinite creepage gives the forces of full slip,
-    both at the nodes in a/b. The force never exceeds ``f Fz``: it is cut there.
+    The variables are those of `TableBook`. The slope at the origin is that of `linear_forces` with the coefficients of
+    `no_slip_coefficients`, and infinite creepage gives the forces of full slip. The force never exceeds ``f Fz``: it is
+    cut there.
 
     Examples
     --------
     >>> force = table_forces(6e-3, 4e-3, 82e9, 30e3, [[1e-3, 0.0, 0.0], [1.0, 0.0, 0.0]], nu=0.28).force
     >>> print((force[:, 0] / 30e3).round(2))
-    [-0.23 -1.  ]
+    [-0.28 -1.  ]
     """
     book = shipped() if book is None else book
     if outside not in OUTSIDE:
         checks.choice("outside", outside, OUTSIDE)
-    if nu is not None and abs(checks.number("nu", nu) - book.nu) > NEAR:
-        raise SceneError("nu", nu, f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own")
+    if nu is not None:
+        check_nu(book, checks.number("nu", nu))
     a, b, G = positive("a", a), positive("b", b), positive("G", G)
     ratio = _ratio(a / b, book, outside)
     creepage = triples(creepages)
     limit = numbers("friction_force", friction_force)
     if limit.size and not limit.min() > 0:
         raise SceneError("friction_force", float(limit.min()), "positive")
-    scale, linear, radial = _of_ratio(book, ratio)
-    size = math.sqrt(a * b)
-    reduced = creepage * (scale * (1.0, 1.0, size)) * (G * a * b)
-    reduced = (reduced / limit[..., None] if limit.ndim else reduced / limit).reshape(-1, 3)
-    found = np.empty((3, len(reduced)))
-    for k in range(0, len(reduced), AT_ONCE):
-        found[:, k : k + AT_ONCE] = book.normalised(reduced[k : k + AT_ONCE].T, linear, radial)
-    shape = np.broadcast_shapes(creepage.shape[:-1], limit.shape)
-    forces = np.moveaxis(found[:2].reshape(2, *shape), 0, -1) * (limit[..., None] if limit.ndim else limit)
-    return Resultants(forces, found[2].reshape(shape) * (limit * size))
+    size, unit = math.sqrt(a * b), G * a * b / (limit if limit.ndim else float(limit))
+    Fx, Fy, Mz = interpolated(
+        book, ratio, size, unit, creepage.T if creepage.ndim < 3 else np.moveaxis(creepage, -1, 0)
+    )
+    forces = np.empty((*Fx.shape, 2))
+    forces[..., 0], forces[..., 1] = limit * Fx, limit * Fy
+    return Resultants(forces, limit * size * Mz)
+
+
+def interpolated(
+    book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients | None = None
+) -> np.ndarray:
+    """Normalised forces in the shape of all arguments, which broadcast.
+
+    Parameters
+    ----------
+    book : TableBook
+    ratio : float or ndarray
+        a/b, within the book.
+    size : float or ndarray
+        sqrt(ab) [length].
+    unit : float or ndarray
+        G ab / (f Fz).
+    creepages : sequence of three floats or ndarrays
+        vx, vy, spin.
+    coefficients : CreepageCoefficients, optional
+        Those that give the slopes, if not the ratio's own.
+
+    Returns
+    -------
+    ndarray, shape (3, ...)
+        Fx, Fy, Mz.
+    """
+    C = no_slip_coefficients(ratio, book.nu) if coefficients is None else coefficients
+    vx, vy, spin = creepages
+    x, y, z = spin_scale(C, ratio)
+    x, y, z = unit * x * vx, unit * y * vy, unit * size * z * spin
+    shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
+    reduced = np.empty((3, *shape))
+    reduced[0], reduced[1], reduced[2] = x, y, z
+    if np.size(ratio) > 1:
+        ratio, *each = (np.broadcast_to(value, shape).ravel() for value in (ratio, C.C11, C.C22, C.C23, C.C33))
+        C = CreepageCoefficients(*each)
+    elif np.ndim(ratio):
+        ratio, C = (
+            float(ratio.item()),
+            CreepageCoefficients(*(float(np.ravel(c)[0]) for c in (C.C11, C.C22, C.C23, C.C33))),
+        )
+    return book.normalised(reduced.reshape(3, -1), ratio, C).reshape(3, *shape)
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
@@ -131,8 +167,8 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
     ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=2.0, b=1.0), normal_force=1.0,
     ...     grid=vc.Grid(nx=40, ny=40)))
     >>> a, b = equivalent_ellipse(sol.grid, sol.pressure)
-    >>> print(f"{a:.2f} {b:.2f}")
-    2.00 1.00
+    >>> print(f"{a:.1f} {b:.1f}")
+    2.0 1.0
     """
     pressures = checks.array("pressure", pressure, 2)
     if pressures.shape != grid.shape:
@@ -154,16 +190,42 @@ NEAR = 0.01
 """How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less than 1 % over it."""
 
 
+def check_nu(book: TableBook, nu: Any) -> None:
+    """Refuse a contact whose Poisson's ratio is not that of the book.
+
+    Parameters
+    ----------
+    book : TableBook
+    nu : float or ndarray
+    """
+    values = np.ravel(nu)
+    far = np.flatnonzero(np.abs(values - book.nu) > NEAR)
+    if far.size:
+        allowed = f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own"
+        raise SceneError("nu", float(values[far[0]]), allowed)
+
+
+def check_ratio(book: TableBook, ratio: Any) -> None:
+    """Refuse a contact whose ellipse is outside the book.
+
+    Parameters
+    ----------
+    book : TableBook
+    ratio : float or ndarray
+        a/b.
+    """
+    values = np.ravel(ratio)
+    least, greatest = float(book.ratios[0]), float(book.ratios[-1])
+    out = np.flatnonzero((values < least * (1 - 1e-12)) | (values > greatest * (1 + 1e-12)))
+    if out.size:
+        field = f"a/b[{', '.join(map(str, np.unravel_index(out[0], np.shape(ratio))))}]" if np.ndim(ratio) else "a/b"
+        hint = 'table_forces takes the nearest if outside="clamp"'
+        allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
+        raise SceneError(field, float(values[out[0]]), allowed)
+
+
 def _ratio(ratio: float, book: TableBook, outside: str) -> float:
-    least, greatest = book.ratios[0], book.ratios[-1]
-    if least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):
-        return ratio
+    least, greatest = float(book.ratios[0]), float(book.ratios[-1])
     if outside == "refuse":
-        allowed = f'in [{least:.6g}, {greatest:.6g}], the range of the book (outside="clamp" takes the nearest)'
-        raise SceneError("a/b", ratio, allowed)
-    return float(min(max(ratio, least), greatest))
-
-
-@lru_cache(maxsize=64)
-def _of_ratio(book: TableBook, ratio: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return book.at(ratio)
+        check_ratio(book, ratio)
+    return min(max(ratio, least), greatest)

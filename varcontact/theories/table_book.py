@@ -1,30 +1,31 @@
-"""The table book itself: normalised variables, entries, the polynomials through them, and its file."""
+"""The table book itself: normalised variables, entries, the splines through them, and its file."""
 
 from __future__ import annotations
 
 import hashlib
 import math
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
 
 from varcontact.errors import OutputError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
-if TYPE_CHECKING:
-    from varcontact.reference.creepage_coefficients import CreepageCoefficients
-
-FORMAT = "varcontact table 1"
-NAMES = ("C11", "C22", "C23", "C33")
+FORMAT = "varcontact table 2"
 HALFWAY = 1.5
 """The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
 SPIN = 0.5
 """Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
-PURE = 10.0
-"""Weight of creepages without spin in the fit, which are the most frequent."""
+AT_ONCE = 512
+"""Creepages that are computed together: what they need stays in the processor's cache."""
+FEW = 64
+"""Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
+_WEIGHTS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6
+"""Cubic B-splines on an interval: rows by spline, columns by power."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +35,11 @@ class TableBook:
     With ``c = sqrt(ab)`` the reduced creepage is ``u = G ab / (f Fz) (C11 vx, C22 vy, C11 R spin)``, where
     ``R = sqrt(a^2 + b^2)/2``: a magnitude ``|u|`` and a direction. Forces are in parts of ``f Fz``, the moment of
     ``f Fz c``. By symmetry Fx is odd in vx and even in (vy, spin), Fy and Mz are the other way round: the directions
-    with vx >= 0 and half of the (vy, spin) stand for all. Magnitudes are ``1.5 t/(1 - t)`` at Chebyshev's points of t
-    in (0, 1); t = 0 is the linear theory, t = 1 full slip, both in closed form. The ratios a/b are Chebyshev's points
-    in log(a/b).
+    with vx >= 0 and half of the (vy, spin) stand for all. Magnitudes are ``1.5 t/(1 - t)`` at points of t in (0, 1),
+    see `magnitudes`; t = 0 is the linear theory, t = 1 full slip. The ratios a/b are Chebyshev's points in log(a/b).
+
+    With the linear theory's forces L(u), what is interpolated is S in ``F = (1 - t)^2 L(u) + t^2 S``: by cubic splines
+    in t and in the two angles of the direction (that from vx, and that of (vy, spin)), and by a polynomial in log(a/b).
 
     Attributes
     ----------
@@ -44,111 +47,101 @@ class TableBook:
         Combined Poisson's ratio.
     ratios : ndarray, shape (r,)
         a/b, ascending.
-    coefficients : ndarray, shape (r, 4)
-        C11, C22, C23, C33.
     directions : ndarray, shape (d, 3)
         Of reduced creepage, unit vectors.
     values : ndarray, shape (r, m, d, 3)
         Fx, Fy, Mz of the entries, normalised, by ratio, magnitude and direction.
     accuracy : ndarray, shape (r, m, d)
         Estimated error of each entry, in parts of f Fz.
-    full : ndarray, shape (r, d, 3)
-        Full slip.
+    splines : ndarray, shape (i, j, k, r, 3)
+        Coefficients of the B-splines of S.
     provenance : str
         How it was made.
     """
 
     nu: float
     ratios: np.ndarray
-    coefficients: np.ndarray
     directions: np.ndarray
     values: np.ndarray
     accuracy: np.ndarray
-    full: np.ndarray
+    splines: np.ndarray
     provenance: str
 
-    def normalised(self, reduced: np.ndarray, along: np.ndarray, across: np.ndarray) -> np.ndarray:
+    def normalised(self, reduced: np.ndarray, ratio: Any, coefficients: CreepageCoefficients) -> np.ndarray:
         """Normalised forces for reduced creepages.
 
         Parameters
         ----------
         reduced : ndarray, shape (3, n)
-        along, across : ndarray
-            The polynomials of one ratio, from `at`.
+        ratio : float or ndarray, shape (n,)
+            a/b, within the book.
+        coefficients : CreepageCoefficients
+            Those of the ratio.
 
         Returns
         -------
         ndarray, shape (3, n)
             Fx, Fy, Mz; the force is cut at full friction.
         """
-        magnitude = np.sqrt((reduced * reduced).sum(axis=0))
-        n = reduced / np.where(magnitude > 0, magnitude, 1.0)
-        t = magnitude / (magnitude + HALFWAY)
-        even, odd = _powers(n[1], n[2], self.degree)
-        radial = t * np.cos(np.arange(len(along))[:, None] * np.arccos(2 * t - 1))
-        found = np.empty_like(reduced)
-        found[0] = n[0] * (radial * (along @ even)).sum(axis=0)
-        found[1:] = (radial[:, None] * (across @ odd).reshape(len(along), 2, -1)).sum(axis=0)
-        found[:2] /= np.maximum(np.hypot(found[0], found[1]), 1.0)
+        n, several = reduced.shape[1], isinstance(ratio, np.ndarray)
+        weights = lagrange(np.log(self.ratios), np.log(ratio)) if several else _weights_of(self, ratio)
+        rows = self._rows if several or n <= FEW else _rows_of(self, ratio)
+        linear, found = linear_part(reduced, ratio, coefficients), np.empty_like(reduced)
+        for k in range(0, n, AT_ONCE):
+            part = slice(k, k + AT_ONCE)
+            found[:, part] = self._some(reduced[:, part], linear[:, part], rows, weights[part] if several else weights)
         return found
 
-    def at(self, ratio: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What serves all creepages of one ratio.
-
-        Parameters
-        ----------
-        ratio : float
-            a/b, within the book.
-
-        Returns
-        -------
-        scale : ndarray, shape (3,)
-            Of vx, vy and spin times c in the reduced creepage.
-        along, across : ndarray
-            The polynomials of Fx, and of Fy and Mz.
-        """
-        weights = _lagrange(np.log(self.ratios), math.log(ratio))
-        along, across = self._polynomials
-        C = np.exp(weights @ np.log(self.coefficients))
-        return spin_scale(C, ratio), np.tensordot(weights, along, 1), np.tensordot(weights, across, 1)
-
-    def coefficients_at(self, ratio: float) -> CreepageCoefficients:
-        """The creepage coefficients that are its slopes at the origin.
-
-        Parameters
-        ----------
-        ratio : float
-            a/b, within the book.
-        """
-        from varcontact.reference.creepage_coefficients import CreepageCoefficients
-
-        C = np.exp(_lagrange(np.log(self.ratios), math.log(ratio)) @ np.log(self.coefficients))
-        return CreepageCoefficients(*map(float, C))
-
-    @property
-    def degree(self) -> int:
-        """Of the polynomials of the direction, odd: the greatest that the directions determine."""
-        return degree_of(len(self.directions))
+    def _some(self, reduced: np.ndarray, linear: np.ndarray, rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """A block of `normalised`: `rows` of all ratios or of one, which `weights` are then not for."""
+        x, y, z = reduced
+        across = y * y + z * z
+        magnitude, across = np.sqrt(x * x + across), np.sqrt(across)
+        rest = HALFWAY / (magnitude + HALFWAY)
+        t, angle = 1 - rest, np.arctan2(z, y)
+        other = (angle < 0) | (angle >= math.pi)
+        places = np.array(
+            [t, np.arctan2(across, np.abs(x)) * (2 / math.pi), angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)]
+        )
+        places *= self._intervals
+        interval = np.minimum(places.astype(np.intp), self._intervals - 1)
+        f = places - interval
+        square = f * f
+        by_t, by_polar, by_angle = np.tensordot(
+            _WEIGHTS, np.array([np.ones_like(f), f, square, square * f]), 1
+        ).transpose(1, 2, 0)
+        near = rows[(self._strides @ interval)[:, None] + self._offsets]
+        both = (by_t[:, :, None] * by_polar[:, None, :]).reshape(-1, 1, 16)
+        near = (both @ near).reshape(len(t), 4, -1)
+        S = (by_angle[:, None, :] @ near)[:, 0]
+        if S.shape[1] > 3:
+            S = np.einsum("nri,nr->ni" if weights.ndim == 2 else "nri,r->ni", S.reshape(len(S), -1, 3), weights)
+        found = S.T * (t * t)
+        found[0] = np.where(x < 0, -found[0], found[0])
+        found[1:] = np.where(other, -found[1:], found[1:])
+        found += linear * (rest * rest)
+        found[:2] /= np.maximum(np.sqrt(found[0] * found[0] + found[1] * found[1]), 1.0)
+        return found
 
     @cached_property
-    def _polynomials(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients by ratio, power of t (Chebyshev's) and power of the direction: of Fx, and of Fy and Mz."""
-        ratios, count = self.values.shape[:2]
-        t = magnitudes(count)
-        slopes = HALFWAY * np.stack([_linear(C, k, self.directions) for C, k in self._pairs])
-        nodes = np.concatenate([slopes[:, None], self.values / t[:, None, None], self.full[:, None]], axis=1)
-        nodes = np.einsum("jk,rkdi->rjdi", _to_chebyshev(count + 2), nodes)
-        even, odd = _powers(self.directions[:, 1], self.directions[:, 2], self.degree)
-        weight = np.where(self.directions[:, 2] == 0, PURE, 1.0)
-        fit_even = np.linalg.pinv((even * self.directions[:, 0] * weight).T, rcond=1e-13) * weight
-        fit_odd = np.linalg.pinv((odd * weight).T, rcond=1e-13) * weight
-        along = np.einsum("pd,rjd->rjp", fit_even, nodes[..., 0])
-        across = np.einsum("pd,rjdi->rjip", fit_odd, nodes[..., 1:])
-        return along, across.reshape(ratios, -1, odd.shape[0])
+    def _rows(self) -> np.ndarray:
+        """Four neighbours along the last angle in a row, of all ratios."""
+        return _in_rows(self.splines.reshape(-1, 3 * len(self.ratios)))
 
-    @property
-    def _pairs(self) -> zip[tuple[np.ndarray, float]]:
-        return zip(self.coefficients, self.ratios, strict=True)
+    @cached_property
+    def _intervals(self) -> np.ndarray:
+        return np.array(self.splines.shape[:3])[:, None] - 3
+
+    @cached_property
+    def _strides(self) -> np.ndarray:
+        _, polar, angle = self.splines.shape[:3]
+        return np.array([polar * angle, angle, 1])
+
+    @cached_property
+    def _offsets(self) -> np.ndarray:
+        """Of the four times four rows that a place needs."""
+        four = np.arange(4)
+        return np.asarray((four[:, None] * self._strides[0] + four * self._strides[1]).ravel())
 
     @property
     def entries(self) -> int:
@@ -164,12 +157,11 @@ class TableBook:
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
         file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self._digest()
-        sizes = self.values.shape
-        for name, size in {"ratio": sizes[0], "magnitude": sizes[1], "direction": sizes[2], "component": 3}.items():
+        names = ("ratio", "magnitude", "direction", "component", *_SPLINE)
+        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:3]), strict=True):
             file.createDimension(name, size)
-        file.createDimension("coefficient", 4)
-        for name, (dims, words) in _VARIABLES.items():
-            variable = file.createVariable(name, "d", dims)
+        for name, (kind, dims, words) in _VARIABLES.items():
+            variable = file.createVariable(name, kind, dims)
             variable[:], variable.long_name = getattr(self, name), words
         file.flush()
         return buffer.getvalue()
@@ -209,19 +201,21 @@ class TableBook:
         return book
 
     def _digest(self) -> str:
-        content = [np.ascontiguousarray(getattr(self, name), dtype="<f8").tobytes() for name in _VARIABLES]
+        kinds = ((name, np.dtype(kind).newbyteorder("<")) for name, (kind, _, _) in _VARIABLES.items())
+        content = [np.ascontiguousarray(getattr(self, name), dtype=kind).tobytes() for name, kind in kinds]
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 
 
 _ENTRY = ("ratio", "magnitude", "direction")
-_VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
-    "ratios": (("ratio",), "a/b"),
-    "coefficients": (("ratio", "coefficient"), "C11, C22, C23, C33"),
-    "directions": (("direction", "component"), "direction of reduced creepage: vx, vy, spin"),
-    "values": ((*_ENTRY, "component"), "Fx/(f Fz), Fy/(f Fz), Mz/(f Fz sqrt(ab))"),
-    "accuracy": (_ENTRY, "estimated error, in parts of f Fz"),
-    "full": (("ratio", "direction", "component"), "full slip"),
+_SPLINE = ("spline in t", "spline in the angle from vx", "spline in the angle of vy and spin")
+_VARIABLES: dict[str, tuple[str, tuple[str, ...], str]] = {
+    "ratios": ("d", ("ratio",), "a/b"),
+    "directions": ("d", ("direction", "component"), "direction of reduced creepage: vx, vy, spin"),
+    "values": ("f", (*_ENTRY, "component"), "Fx/(f Fz), Fy/(f Fz), Mz/(f Fz sqrt(ab))"),
+    "accuracy": ("f", _ENTRY, "estimated error, in parts of f Fz"),
+    "splines": ("f", (*_SPLINE, "ratio", "component"), "coefficients of B-splines"),
 }
+"""By name: single or double precision, dimensions, and what they are."""
 
 
 @cache
@@ -231,27 +225,58 @@ def shipped() -> TableBook:
         return TableBook.read(path)
 
 
-def spin_scale(C: np.ndarray, ratio: float) -> np.ndarray:
+def spin_scale(coefficients: CreepageCoefficients, ratio: Any) -> np.ndarray:
     """Scales of vx, vy and spin times sqrt(ab) in the reduced creepage, but for G ab / (f Fz).
 
     Parameters
     ----------
-    C : ndarray, shape (4,)
-        Coefficients.
-    ratio : float
+    coefficients : CreepageCoefficients
+    ratio : float or ndarray, shape (n,)
         a/b.
+
+    Returns
+    -------
+    ndarray, shape (3, ...)
     """
-    return np.array([C[0], C[1], SPIN * C[0] * math.sqrt(ratio + 1 / ratio)])
+    C = coefficients
+    return np.array([C.C11, C.C22, SPIN * C.C11 * np.sqrt(ratio + 1 / ratio)])
+
+
+def linear_part(reduced: np.ndarray, ratio: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+    """Normalised forces of the linear theory.
+
+    Parameters
+    ----------
+    reduced : ndarray, shape (3, ...)
+    ratio : float or ndarray
+        a/b.
+    coefficients : CreepageCoefficients
+
+    Returns
+    -------
+    ndarray, shape (3, ...)
+    """
+    C, by_spin = coefficients, spin_scale(coefficients, ratio)[2]
+    x, y, z = reduced
+    return np.stack([-x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z])
 
 
 def magnitudes(count: int) -> np.ndarray:
-    """Chebyshev's points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1.
+    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1.
+
+    They are Chebyshev's; from five on two more are put around the one nearest to 2/3, where full slip begins without
+    spin.
 
     Parameters
     ----------
     count : int
     """
-    return np.asarray((1 - np.cos(math.pi * np.arange(1, count + 1) / (count + 1))) / 2)
+    usual = count - 2 if count > 4 else count
+    points = (1 - np.cos(math.pi * np.arange(1, usual + 1) / (usual + 1))) / 2
+    if count > usual:
+        nearest = min(max(int(np.abs(points - 2 / 3).argmin()), 1), usual - 2)
+        points = np.sort([*points, *(points[nearest - 1 : nearest + 1] + points[nearest : nearest + 2]) / 2])
+    return np.asarray(points)
 
 
 def ratio_nodes(least: float, greatest: float, count: int) -> np.ndarray:
@@ -289,83 +314,39 @@ def direction_nodes(degree: int) -> np.ndarray:
     return np.concatenate(found)
 
 
-@cache
-def degree_of(directions: int) -> int:
-    """The degree whose directions are so many.
+def lagrange(nodes: np.ndarray, at: Any) -> np.ndarray:
+    """Weights of values at some nodes in the value of the polynomial through them.
 
     Parameters
     ----------
-    directions : int
-    """
-    return next(degree for degree in range(3, 61, 2) if len(direction_nodes(degree)) >= directions)
-
-
-def full_slip(directions: np.ndarray, scale: np.ndarray, ratio: float, points: int = 200) -> np.ndarray:
-    """Normalised forces where all of the contact slips and elastic displacements no longer count.
-
-    Tractions of the traction bound oppose the rigid slip: Gauss's rule along the radii, the trapezoidal one around.
-
-    Parameters
-    ----------
-    directions : ndarray, shape (d, 3)
-    scale : ndarray, shape (3,)
-        From `spin_scale`.
-    ratio : float
-        a/b.
-    points : int
-        Along a radius; twice as many around.
+    nodes : ndarray, shape (r,)
+    at : float or ndarray
 
     Returns
     -------
-    ndarray, shape (d, 3)
+    ndarray, shape (..., r)
     """
-    height, weight = np.polynomial.legendre.leggauss(points)
-    height, weight = (height + 1) / 2, weight / 2
-    angle = 2 * math.pi * (np.arange(2 * points) + 0.5) / (2 * points)
-    radius = np.sqrt(1 - height**2)[:, None]
-    x, y = math.sqrt(ratio) * radius * np.cos(angle), radius * np.sin(angle) / math.sqrt(ratio)
-    load = np.broadcast_to((1.5 * height**2 * weight)[:, None] / points, x.shape)
-    found = []
-    for vx, vy, spin in directions / scale:
-        wx, wy = vx - spin * y, vy + spin * x
-        bound = load / np.maximum(np.hypot(wx, wy), np.finfo(float).tiny)
-        found.append([-np.sum(bound * wx), -np.sum(bound * wy), -np.sum(bound * (x * wy - y * wx))])
-    return np.array(found)
-
-
-def _linear(C: np.ndarray, ratio: float, directions: np.ndarray) -> np.ndarray:
-    """Normalised forces of the linear theory for reduced creepages of magnitude 1."""
-    vx, vy, spin = (directions / spin_scale(C, ratio)).T
-    return np.stack([-C[0] * vx, -C[1] * vy - C[2] * spin, C[2] * vy - C[3] * spin], axis=-1)
-
-
-def _powers(y: np.ndarray, z: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Products of powers of two variables, of even degree below, and of odd degree up to `degree`; (p, n) each."""
-    (first, second), (third, fourth) = _exponents(degree)
-    of_y, of_z = np.ones((2, degree + 1, y.size))
-    of_y[1:], of_z[1:] = y, z
-    np.multiply.accumulate(of_y, axis=0, out=of_y)
-    np.multiply.accumulate(of_z, axis=0, out=of_z)
-    return of_y[first] * of_z[second], of_y[third] * of_z[fourth]
-
-
-@cache
-def _exponents(degree: int) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    pairs = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    even, odd = ([pair for pair in pairs if sum(pair) % 2 == parity] for parity in (0, 1))
-    return cast(Any, (tuple(np.array(even).T), tuple(np.array(odd).T)))
-
-
-def _to_chebyshev(count: int) -> np.ndarray:
-    """From values at Chebyshev's points, ends included, to the coefficients of his polynomials."""
-    points = -np.cos(math.pi * np.arange(count) / (count - 1))
-    return np.linalg.inv(np.polynomial.chebyshev.chebvander(points, count - 1))
-
-
-def _lagrange(nodes: np.ndarray, at: float) -> np.ndarray:
-    """Weights of values at some nodes in the value of the polynomial through them."""
     differences = nodes[:, None] - nodes
     np.fill_diagonal(differences, 1.0)
-    ratios = (at - nodes)[None, :] / differences
-    np.fill_diagonal(ratios, 1.0)
-    return np.asarray(ratios.prod(axis=1))
+    parts = (np.asarray(at)[..., None, None] - nodes) / differences
+    parts[..., np.arange(len(nodes)), np.arange(len(nodes))] = 1.0
+    return np.asarray(parts.prod(axis=-1))
+
+
+def _in_rows(splines: np.ndarray) -> np.ndarray:
+    """A view of coefficients (p, k) as rows of four neighbours (p - 3, 4 k): a row is read at once."""
+    step = splines.strides[1]
+    shape = len(splines) - 3, 4 * splines.shape[1]
+    return np.lib.stride_tricks.as_strided(splines, shape, (splines.strides[0], step), writeable=False)
+
+
+@lru_cache(maxsize=256)
+def _weights_of(book: TableBook, ratio: float) -> np.ndarray:
+    return lagrange(np.log(book.ratios), math.log(ratio))
+
+
+@lru_cache(maxsize=32)
+def _rows_of(book: TableBook, ratio: float) -> np.ndarray:
+    """The splines of one ratio."""
+    one = np.tensordot(book.splines, _weights_of(book, ratio), (3, 0))
+    return _in_rows(np.ascontiguousarray(one.reshape(-1, 3)))

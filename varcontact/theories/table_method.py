@@ -10,6 +10,7 @@ import numpy as np
 from varcontact.errors import Saturated
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.state import ContactState
+from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.motion import Steady
 from varcontact.theories.prescribed import creepages_meeting
 from varcontact.theories.table import NEAR, table_forces
@@ -76,7 +77,7 @@ def table_tractions(
         def force(vx: float, vy: float) -> np.ndarray:
             return table_forces(hertz.a, hertz.b, G, limit, (vx, vy, motion.spin)).force
 
-        unit = 3 * limit / (G * hertz.a * hertz.b * shipped().coefficients_at(hertz.a / hertz.b).C11)
+        unit = 3 * limit / (G * hertz.a * hertz.b * no_slip_coefficients(hertz.a / hertz.b, shipped().nu).C11)
         creepage[:2] = creepages_meeting(force, (motion.vx, motion.vy), (motion.Fx, motion.Fy), unit, limit)
     found = table_forces(hertz.a, hertz.b, G, limit, creepage)
     vx, vy, spin = map(float, creepage)
