@@ -143,7 +143,7 @@ def solve(
     refine : {"continuum"}, optional
         Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
         on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
-        For steady rolling of Hertzian contacts, see docs/refinement.md.
+        For steady rolling of like bodies, see docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -213,7 +213,7 @@ def solve(
         wanted = certify if certified else "none"
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
-        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects else steps)
+        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects and known.closed_form else steps)
         try:
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
             last = (disc, state) if found is None else (found.disc, found.state)

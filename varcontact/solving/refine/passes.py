@@ -55,7 +55,11 @@ class Corrected:
 
 
 def defect_corrected(
-    disc: Discretisation, state: ContactState, solves: Sequence[Pass], parts: int = PARTS
+    disc: Discretisation,
+    state: ContactState,
+    solves: Sequence[Pass],
+    parts: int = PARTS,
+    finer: np.ndarray | None = None,
 ) -> Corrected:
     """Correct a coarse solution of steady rolling towards the continuum.
 
@@ -67,19 +71,21 @@ def defect_corrected(
     Parameters
     ----------
     disc : Discretisation
-        With Hertz's pressure at the element centres, quasi-identical bodies, one coefficient of friction.
+        With quasi-identical bodies and finite coefficients of friction.
     state : ContactState
         Its solution.
     solves : sequence of callable
         For each pass, from a discretisation and a state to the state with the tractions that go with its pressure.
     parts : int
         Of an element along each side.
+    finer : ndarray, optional
+        The pressure that was solved for, on parts of the parts, dimensionless. None: it is Hertz's.
 
     Returns
     -------
     Corrected
     """
-    fine = Sublattice(disc, (1 if disc.line else parts, parts))
+    fine = Sublattice(disc, (1 if disc.line else parts, parts), state.pressure, finer)
     coarse, parted = fine.shapes
     posed, traction = disc, reconstructed(state.traction, coarse, parted, fine.cells)
     forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]

@@ -13,7 +13,8 @@ from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import Saturated, SceneError
 from varcontact.machine.memory import SMALLER, need
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import across, known_grid
+from varcontact.problem.contact_grid import across, known_grid, within
+from varcontact.problem.containment import contact_box
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.slip import unit_slip
@@ -27,6 +28,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import units
 from varcontact.solving.refine.passes import PARTS, PASSES, Corrected, Pass, defect_corrected
+from varcontact.solving.refine.pressed import FINER, divided, within_parts
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 
@@ -64,21 +66,29 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool = False) ->
     if reason:
         raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
     grid, hertz = known_grid(scene), scene.hertz
-    assert hertz is not None
-    dx, dy = grid.sides
-    count = (2 * hertz.a / dx,) if grid.line else (2 * hertz.a / dx, 2 * hertz.b / dy)
-    if min(count) < LEAST * (1 - 1e-9):
-        found = " by ".join(f"{each:.3g}" for each in count)
+    if hertz is not None:
+        dx, dy = grid.sides
+        _check_count(scene, (2 * hertz.a / dx, 2 * hertz.b / dy))
+    elif not grid.explicit:
+        _check_count(scene, (grid.nx, grid.rows))
+    parts = PARTS if plan.closed_form else PARTS * FINER
+    blocks = 4 * table_bytes(parts * grid.rows, parts * grid.nx, 1)
+    need("the parts of the elements", 2.0 * blocks, SMALLER)
+    return True
+
+
+def _check_count(scene: Scene, count: tuple[float, float]) -> None:
+    """There are enough elements along x and y across the contact; in line contact along x."""
+    counted = count[:1] if scene.line else count
+    if min(counted) < LEAST * (1 - 1e-9):
+        found = " by ".join(f"{each:.3g}" for each in counted)
         raise SceneError(
             "grid",
             scene.grid,
             f"at least {LEAST} elements across the contact each way",
-            message=f'refine = "{kind}" needs a grid with at least {LEAST} elements across the contact each way; '
+            message=f'refine = "{KINDS[0]}" needs a grid with at least {LEAST} elements across the contact each way; '
             f"here it has {found}",
         )
-    blocks = 4 * table_bytes(PARTS * grid.rows, PARTS * grid.nx, 1)
-    need("the parts of the elements", 2.0 * blocks, SMALLER)
-    return True
 
 
 def _why_not(scene: Scene, plan: Plan) -> str:
@@ -90,11 +100,9 @@ def _why_not(scene: Scene, plan: Plan) -> str:
     if scene.frictionless:
         return "without friction there is nothing to correct: leave refine out"
     if scene.bodies.K != 0 and not plan.left_out:
-        return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}; {instead}"
-    if scene.hertz is None or not plan.closed_form:
-        return f'it is for Hertz\'s pressure in closed form (normal = "hertz"); {instead}'
-    if isinstance(scene.friction, Law) or scene.no_slip or not isinstance(scene.friction, float):
-        return f"it is for one finite coefficient of friction; {instead}"
+        return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}: it may lose then; {instead}"
+    if isinstance(scene.friction, Law) or scene.no_slip:
+        return f"it is for finite coefficients of friction, by number or by element; {instead}"
     if plan.theory is not None:
         return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
     if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
@@ -121,10 +129,13 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
     Refinement
         In physical units.
     """
+    if scene.hertz is None:
+        _check_count(scene, across(state.pressure))
     with steps.clock("refinement"):
-        found = _corrected(disc, state, (*[roughly(steps).traction] * (PASSES - 1), steps.traction))
+        finer = _finer(scene, disc, steps)
+        found = _corrected(disc, state, (*[roughly(steps).traction] * (PASSES - 1), steps.traction), finer)
     with steps.clock("error estimate"):
-        coarser = corrected_on(scene, _halved(scene, disc.grid), steps)
+        coarser = corrected_on(*_halved(scene, disc, state), steps)
     rolled = unit_slip(disc)
     carried = found.disc.carried
     assert carried is not None
@@ -181,15 +192,17 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
         state = rough.traction(disc, rough.pressure(disc, unloaded(grid)))
-        return _corrected(disc, state, [rough.traction] * PASSES)
+        return _corrected(disc, state, [rough.traction] * PASSES, _finer(scene, disc, rough))
     finally:
         disc.operators.forget()
 
 
-def _corrected(disc: Discretisation, state: ContactState, solves: Sequence[Pass]) -> Corrected:
+def _corrected(
+    disc: Discretisation, state: ContactState, solves: Sequence[Pass], finer: np.ndarray | None
+) -> Corrected:
     """The passes; forces so near to the limit that a corrected problem cannot carry them are refused."""
     try:
-        return defect_corrected(disc, state, solves)
+        return defect_corrected(disc, state, solves, finer=finer)
     except Saturated as beyond:
         raise SceneError(
             "refine",
@@ -210,9 +223,40 @@ def roughly(steps: Steps) -> Steps:
     return replace(steps, tol=max(steps.tol, ROUGH), refined=False)
 
 
-def _halved(scene: Scene, grid: Grid) -> Grid:
-    """About half as many elements across the contact each way."""
-    hertz, (dx, dy) = scene.hertz, grid.sides
-    assert hertz is not None
-    nx, ny = round(hertz.a / dx), None if grid.line else round(hertz.b / dy)
-    return Grid(nx=nx, ny=ny).spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
+def _finer(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
+    """The pressure on parts of the parts, dimensionless as on the elements; None where it is Hertz's."""
+    if steps.plan.closed_form:
+        return None
+    rows, columns = within_parts(disc)
+    grid = divided(disc.grid, (rows if disc.line else rows * PARTS, columns * PARTS))
+    posed = discretise(replace(scene, grid=grid, friction=None, motion=None), grid)
+    quick = replace(steps, plan=replace(steps.plan, normal="newton"), clock=Clock(), setups=None, refined=False)
+    try:
+        return quick.pressure(posed, unloaded(grid)).pressure * (posed.pressure / disc.pressure)
+    finally:
+        posed.operators.forget()
+
+
+def _halved(scene: Scene, disc: Discretisation, state: ContactState) -> tuple[Scene, Grid]:
+    """The scene on about half as many elements across the contact each way, and their grid."""
+    grid, hertz, (dx, dy) = disc.grid, scene.hertz, disc.grid.sides
+    if hertz is not None:
+        box, margin = (-hertz.a, hertz.a, -hertz.b, hertz.b), 0 if state.solved_by.get("normal") == "hertz" else 1
+    else:
+        box, margin = contact_box(grid, state.pressure), 1
+    left, right, bottom, top = box
+    nx, ny = round((right - left) / dx / 2), None if grid.line else round((top - bottom) / dy / 2)
+    coarser = within(Grid(nx=nx, ny=ny, margin=margin).spread(box), scene.surface)
+    if not isinstance(scene.friction, np.ndarray):
+        return scene, coarser
+    (x, y), (coarser_x, coarser_y) = grid.lines, coarser.lines
+    friction = _shares(coarser_y, y) @ scene.friction.reshape(grid.shape) @ _shares(coarser_x, x).T
+    return replace(scene, grid=coarser, friction=friction[0] if grid.line else friction), coarser
+
+
+def _shares(lines: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Shares that the intervals between other lines have of each interval between `lines`; beyond, the nearest has."""
+    reached = of.copy()
+    reached[[0, -1]] = min(of[0], lines[0]), max(of[-1], lines[-1])
+    upper, lower = np.minimum(lines[1:, None], reached[None, 1:]), np.maximum(lines[:-1, None], reached[None, :-1])
+    return np.asarray(np.maximum(upper - lower, 0.0) / np.diff(lines)[:, None])

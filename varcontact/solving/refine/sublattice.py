@@ -7,13 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients
-from varcontact.elasticity.operators import GridOperator, influence_operator
+from varcontact.elasticity.operators import GridOperator
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.state import hertz_pressure, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.solving.refine.field import Cells, Shape, means
+from varcontact.solving.refine.pressed import Pressed, derivative, divided, hertz_pressed, solved_pressed
 
 BEHIND = 0.25
 """Part of an element that is added to distances from the trailing edge.
@@ -24,23 +23,29 @@ With half of one, forces without slip are a third farther off, and with a thirti
 
 @dataclass(frozen=True, eq=False)
 class Sublattice:
-    """A Hertzian contact that rolls steadily, on equal parts of the elements of its grid.
+    """A contact that rolls steadily, on equal parts of the elements of its grid.
 
     Slip is that of the continuum, but for the tractions' constancy on each part: the derivative of displacement along x
     by each part in closed form, its mean over each part. What that misses near the contact's edge is known for the
-    traction bound itself, whose derivative is linear in x and y, and is added in proportion to the traction's ratio to
-    the bound.
+    pressure, acting as a traction: in closed form for Hertz's, and from a finer lattice where it is solved for. It is
+    added in proportion to the traction's ratio to the pressure.
 
     Attributes
     ----------
     disc : Discretisation
-        Of the coarse elements, in steady rolling, with quasi-identical bodies and one coefficient of friction.
+        Of the coarse elements, in steady rolling, with quasi-identical bodies and finite coefficients of friction.
     cells : tuple of int
         (rows, columns): parts of an element along y and x.
+    elements : ndarray, shape (ny, nx)
+        Pressure on the elements, dimensionless.
+    finer : ndarray, optional
+        The pressure that was solved for, on parts of the parts, dimensionless. None: Hertz's in closed form.
     """
 
     disc: Discretisation
     cells: Cells
+    elements: np.ndarray
+    finer: np.ndarray | None = None
 
     @cached_property
     def grid(self) -> Grid:
@@ -53,27 +58,34 @@ class Sublattice:
         return divided(self.disc.lattice, self.cells)
 
     @cached_property
+    def pressed(self) -> Pressed:
+        """The pressure on the parts, and what it says of its edge."""
+        if self.finer is None:
+            return hertz_pressed(self.disc, self.cells)
+        return solved_pressed(self.disc, self.cells, self.finer)
+
+    @cached_property
     def bound(self) -> np.ndarray:
         """Mean of the traction bound over each part, dimensionless."""
-        assert self.disc.hertz is not None
-        coefficient = float(np.asarray(self.disc.coefficient))
-        return coefficient * self.disc.hertz.mean_pressure(*self.grid.lines) / self.disc.pressure
+        coefficient, (rows, columns) = np.asarray(self.disc.coefficient), self.cells
+        if coefficient.ndim:
+            coefficient = coefficient.reshape(self.disc.grid.shape).repeat(rows, axis=0).repeat(columns, axis=1)
+        return np.asarray(coefficient * self.pressed.pressure)
 
     @cached_property
     def shapes(self) -> tuple[Shape, Shape]:
         """What tractions are interpolated by, dimensionless: on the elements and on their parts."""
-        assert self.disc.hertz is not None
-        on_elements = (
-            float(np.asarray(self.disc.coefficient)) * hertz_pressure(self.disc, unloaded(self.disc.grid)).pressure
+        disc, (on_elements, on_parts) = self.disc, self.pressed.trailing
+        coefficient = np.broadcast_to(np.asarray(disc.coefficient), disc.grid.shape)
+        return (
+            Shape(coefficient * self.elements, self._behind(disc.grid, on_elements)),
+            Shape(self.bound, self._behind(self.grid, on_parts)),
         )
-        return Shape(on_elements, self._behind(self.disc.grid)), Shape(self.bound, self._behind(self.grid))
 
-    def _behind(self, grid: Grid) -> np.ndarray:
+    def _behind(self, grid: Grid, trailing: np.ndarray) -> np.ndarray:
         """Distance from the trailing edge, and a little more, dimensionless."""
-        hertz = self.disc.hertz
-        assert hertz is not None
-        edge = hertz.a * np.sqrt(np.maximum(1 - (grid.y[:, None] / hertz.b) ** 2, 0.0))
-        return np.asarray(np.maximum(grid.x[None, :] + edge, 0.0) + BEHIND * self.disc.grid.sides[0]) / self.disc.length
+        behind = np.maximum(grid.x[None, :] - trailing, 0.0) + BEHIND * self.disc.grid.sides[0]
+        return np.asarray(behind / self.disc.length)
 
     @cached_property
     def rigid_shift(self) -> np.ndarray:
@@ -87,23 +99,14 @@ class Sublattice:
     @cached_property
     def derivative(self) -> GridOperator:
         """Minus the derivative of displacement along x, times a part's length: its mean over each part."""
-        side, operators = self.lattice.sides[0], self.disc.operators
-        return influence_operator(
-            self.lattice, "xy", "xy", nu=operators.nu, depth=operators.depth, lag=side, offset=-side / 2
-        )
+        return derivative(self.disc, self.lattice)
 
     @cached_property
     def missing(self) -> np.ndarray:
-        """What `derivative` misses of the traction bound along x or y, (2, 2, ...)."""
-        disc, side = self.disc, self.lattice.sides[0]
-        assert disc.hertz is not None
-        x, y = np.meshgrid(self.lattice.x, self.lattice.y)
-        a, b = disc.hertz.a / disc.length, disc.hertz.b / disc.length
-        peak = float(np.asarray(disc.coefficient)) * disc.hertz.peak_pressure / disc.pressure
-        exact = -side * peak * ellipsoidal_gradients(x, y, a, b, nu=disc.operators.nu)
-        nothing = np.zeros_like(self.bound)
-        found = [self.derivative.apply(np.array(each)) for each in ((self.bound, nothing), (nothing, self.bound))]
-        return np.asarray(exact - np.array(found).swapaxes(0, 1))
+        """What `derivative` misses of the pressure acting along x or y, (2, 2, ...)."""
+        pressure, nothing = self.pressed.pressure, np.zeros_like(self.bound)
+        found = [self.derivative.apply(np.array(each)) for each in ((pressure, nothing), (nothing, pressure))]
+        return np.asarray(self.pressed.shift - np.array(found).swapaxes(0, 1))
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Local shift of the continuum in a step of the coarse grid.
@@ -121,7 +124,8 @@ class Sublattice:
             Dimensionless; means over the parts.
         """
         assert self.disc.step is not None
-        ratio = traction / np.where(self.bound > 0, self.bound, 1.0)
+        pressure = self.pressed.pressure
+        ratio = traction / np.where(pressure > 0, pressure, 1.0)
         elastic = self.derivative.apply(traction) + np.einsum("ij...,j...->i...", self.missing, ratio)
         return np.asarray(self.rigid_shift + rigid[:, None, None] + elastic * (self.disc.step / self.lattice.sides[0]))
 
@@ -153,22 +157,6 @@ class Sublattice:
         ndarray, shape (3,)
         """
         return loads(traction * self.disc.pressure, self.grid)
-
-
-def divided(grid: Grid, cells: Cells) -> Grid:
-    """A grid whose elements are parts of those of another.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit.
-    cells : tuple of int
-        (rows, columns): parts of an element along y and x; one row in line contact.
-    """
-    (dx, dy), (left, _, bottom, _), (rows, columns) = grid.sides, grid.box, cells
-    if grid.line:
-        return Grid(nx=grid.nx * columns, dx=dx / columns, x0=left)
-    return Grid(nx=grid.nx * columns, ny=grid.rows * rows, dx=dx / columns, dy=dy / rows, x0=left, y0=bottom)
 
 
 def loads(traction: np.ndarray, grid: Grid) -> np.ndarray:

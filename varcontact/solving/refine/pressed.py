@@ -1,0 +1,146 @@
+"""The pressure on parts of coarse elements: Hertz's in closed form, or solved for on a finer lattice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients
+from varcontact.elasticity.operators import GridOperator, influence_operator
+from varcontact.problem.discretisation import Discretisation
+from varcontact.scene.grid import Grid
+from varcontact.solving.refine.field import Cells, means
+
+FINER = 2
+"""Parts of a part along each side, on which a pressure is solved for: with four the error is hardly less."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """The pressure on the parts of elements, and what it says of its edge. Dimensionless, but for `trailing`.
+
+    Attributes
+    ----------
+    pressure : ndarray, shape (ny rows, nx columns)
+        Means over the parts.
+    shift : ndarray, shape (2, 2, ny rows, nx columns)
+        Minus the derivative along x of the displacement (first axis) by the pressure acting as a traction along x or y
+        (second axis), times a part's length.
+    trailing : tuple of two ndarrays
+        x of the trailing edge in the row of each element, (ny, nx) or (ny, 1), and of each part [length].
+    """
+
+    pressure: np.ndarray
+    shift: np.ndarray
+    trailing: tuple[np.ndarray, np.ndarray]
+
+
+def hertz_pressed(disc: Discretisation, cells: Cells) -> Pressed:
+    """Hertz's pressure: its derivative is linear in x and y.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    cells : tuple of int
+        (rows, columns): parts of an element along y and x.
+
+    Returns
+    -------
+    Pressed
+    """
+    hertz = disc.hertz
+    assert hertz is not None
+    grid, lattice = divided(disc.grid, cells), divided(disc.lattice, cells)
+    x, y = np.meshgrid(lattice.x, lattice.y)
+    gradients = ellipsoidal_gradients(x, y, hertz.a / disc.length, hertz.b / disc.length, nu=disc.operators.nu)
+
+    def trailing(y: np.ndarray) -> np.ndarray:
+        return np.asarray(-hertz.a * np.sqrt(np.maximum(1 - (y[:, None] / hertz.b) ** 2, 0.0)))
+
+    return Pressed(
+        hertz.mean_pressure(*grid.lines) / disc.pressure,
+        -lattice.sides[0] * hertz.peak_pressure / disc.pressure * gradients,
+        (trailing(disc.grid.y), trailing(grid.y)),
+    )
+
+
+def solved_pressed(disc: Discretisation, cells: Cells, finer: np.ndarray) -> Pressed:
+    """A pressure that was solved for on parts of the parts.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    cells : tuple of int
+        (rows, columns): parts of an element along y and x.
+    finer : ndarray, shape (ny rows finer, nx columns finer)
+        Dimensionless; on the parts that `within_parts` says.
+
+    Returns
+    -------
+    Pressed
+    """
+    within = within_parts(disc)
+    both = (cells[0] * within[0], cells[1] * within[1])
+    pressure, grid = means(finer, within), divided(disc.grid, both)
+    operator, nothing = derivative(disc, divided(disc.lattice, both)), np.zeros_like(finer)
+    shift = np.array([operator.apply(np.array(each)) for each in ((finer, nothing), (nothing, finer))]).swapaxes(0, 1)
+    weight = np.where(pressure > 0, pressure, 1.0)  # by the pressure: beyond the edge the derivative says nothing
+    on_parts = _trailing(finer, grid, within)
+    return Pressed(
+        pressure, means(shift * finer, within) / weight * within[1], (_trailing(finer, grid, both), on_parts)
+    )
+
+
+def within_parts(disc: Discretisation) -> Cells:
+    """Parts of a part along y and x, on which a pressure is solved for.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    """
+    return (1 if disc.line else FINER, FINER)
+
+
+def _trailing(pressure: np.ndarray, grid: Grid, cells: Cells) -> np.ndarray:
+    """Means over coarser rectangles of the x at which the patch under each element ends at the trailing side."""
+    contact = pressure > 0
+    begins = contact & ~np.pad(contact, ((0, 0), (1, 0)))[:, :-1]
+    lines = grid.x - grid.sides[0] / 2
+    edge = np.maximum.accumulate(np.where(begins, lines, lines[0]), axis=1)
+    share = means(contact.astype(float), cells)
+    found = means(np.where(contact, edge, 0.0), cells) / np.where(share > 0, share, 1.0)
+    return np.asarray(np.where(share > 0, found, np.inf))
+
+
+def derivative(disc: Discretisation, lattice: Grid) -> GridOperator:
+    """Minus the derivative of displacement along x, times an element's length: its mean over each element.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    lattice : Grid
+        Dimensionless.
+
+    Returns
+    -------
+    GridOperator
+    """
+    side, operators = lattice.sides[0], disc.operators
+    return influence_operator(lattice, "xy", "xy", nu=operators.nu, depth=operators.depth, lag=side, offset=-side / 2)
+
+
+def divided(grid: Grid, cells: Cells) -> Grid:
+    """A grid whose elements are parts of those of another.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit.
+    cells : tuple of int
+        (rows, columns): parts of an element along y and x; one row in line contact.
+    """
+    (dx, dy), (left, _, bottom, _), (rows, columns) = grid.sides, grid.box, cells
+    if grid.line:
+        return Grid(nx=grid.nx * columns, dx=dx / columns, x0=left)
+    return Grid(nx=grid.nx * columns, ny=grid.rows * rows, dx=dx / columns, dy=dy / rows, x0=left, y0=bottom)
