@@ -96,7 +96,7 @@ def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: s
     try:
         # a scene may be called "NA": only empty figures are missing
         table = pd.read_csv(
-            store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], float_precision="round_trip"
+            store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **_all_digits(pd.__version__)
         )
         table[[name for name in LATER if name in columns and name not in table]] = ""
         if set(table.columns) != set(columns):
@@ -115,6 +115,11 @@ def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: s
     table[list(words)] = table[list(words)].fillna("")
     rows: list[dict[str, Any]] = table.to_dict("records")
     return rows
+
+
+def _all_digits(version: str) -> dict[str, Any]:
+    """The option with which pandas reads figures exactly; from 3.1 on it does without, and warns of it."""
+    return {} if tuple(map(int, version.split(".")[:2])) >= (3, 1) else {"float_precision": "round_trip"}
 
 
 @dataclass
