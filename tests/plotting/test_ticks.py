@@ -9,6 +9,7 @@ import pytest
 from matplotlib import pyplot as plt
 
 import varcontact as vc
+from varcontact.plotting.ticks import readable_decades
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -60,3 +61,19 @@ def test_line_contact_and_histories(size):
     assert overprinted(vc.solve(scene).plot()) == []
     rolled = vc.Transient(steps=12, dq=0.2 * size, Fx=-0.01 * size)
     assert overprinted(vc.solve(dataclasses.replace(scene, motion=rolled)).plot()) == []
+
+
+@pytest.mark.parametrize(
+    "ends", [(0.7, 6.0), (1100.0, 3100.0), (310.0, 390.0), (2e-7, 3e-7), (60.0, 150.0), (8.0, 3e4)]
+)
+def test_a_logarithmic_axis_has_two_labels_or_more(ends):
+    """Also where fewer than two powers of ten are in sight."""
+    figure, ax = plt.subplots(figsize=(2.5, 2.2))
+    ax.plot([1, 1000], ends)
+    ax.set(xscale="log", yscale="log", ylim=ends)
+    readable_decades(ax)
+    figure.canvas.draw()
+    assert (
+        sum(bool(each.get_text()) and ends[0] <= each.get_position()[1] <= ends[1] for each in ax.get_yticklabels()) > 1
+    )
+    assert overprinted(figure) == []

@@ -15,7 +15,7 @@ from varcontact.errors import Interrupted
 table_app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Table books: forces of the exact theory for many creepages, computed once.",
+    help="Table books: exact forces for many creepages.",
     epilog="Example: varcontact table make --nu 0.3 --out steel.nc --workers 2",
 )
 app.add_typer(table_app, name="table")
@@ -39,7 +39,7 @@ def make(
     dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler whose workers solve them.")] = None,
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
 ) -> None:
-    """Compute a table book; what is finished is kept beside it, and the same command resumes from there."""
+    """Compute a table book. What is finished is kept beside it, and the same command resumes from there."""
     from varcontact.study.table_make import make_table_book, stores
 
     size = {"least": least, "greatest": greatest, "ratios": ratios, "steps": steps, "degree": degree}

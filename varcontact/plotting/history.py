@@ -108,7 +108,7 @@ def draw_forces(ax: Axes, history: History, along: Abscissa) -> None:
     for i, (name, line) in enumerate((("$F_x$", "o-"), ("$F_y$", "s--"))):
         values = history.force[:, i]
         if i == 0 or np.abs(values).max(initial=0.0) > 1e-9 * size:
-            ax.plot(along.values, measured(values), line, label=name, **looks)
+            ax.plot(along.values, measured(values), line, label=name, clip_on=False, **looks)
     if finite:
         ax.plot(along.values, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction's limit")
         ax.plot(along.values, -measured(limit), color="0.45", linestyle=":")
@@ -135,7 +135,7 @@ def _draw_creepages(ax: Axes, found: dict[str, np.ndarray], along: Abscissa) -> 
     measured = measure("1", None, list(found.values()))
     for name, values in found.items():
         size = 2.5 if values.size < 40 else 0
-        ax.plot(along.values, measured(values), looks[name], label=name, markersize=size)
+        ax.plot(along.values, measured(values), looks[name], label=name, markersize=size, clip_on=False)
     ax.axhline(0, color="k", linewidth=0.5)
     readable_ticks(ax)
     ax.set(xlabel=along.label, ylabel=measured.label("creepage found"))

@@ -211,8 +211,9 @@ def _draw_outline(ax: Axes, sol: Solution, lengths: Measure) -> None:
     """The contact above or below."""
     shape = sol.pressure > 0
     x, y = lengths(sol.grid.x), lengths(sol.grid.y)
-    ax.contour(x, y, shape.astype(float), [0.5], colors="w", linewidths=1.0, linestyles="dashed")
-    ax.plot([], [], color="0.6", linewidth=1.0, linestyle="dashed", label="contact (white)")
+    for colour, width, style in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
+        ax.contour(x, y, shape.astype(float), [0.5], colors=colour, linewidths=width, linestyles=style)
+    ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
 
 
 def _mark_largest(ax: Axes, cut: _Cut, values: list[np.ndarray], lengths: Measure, stresses: Measure) -> None:

@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+import numpy as np
+from matplotlib.ticker import FixedLocator, Locator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,7 +60,7 @@ def readable_ticks(ax: Axes) -> None:
 
 
 def readable_decades(ax: Axes) -> None:
-    """Powers of ten along logarithmic axes, as many as have room.
+    """Powers of ten along logarithmic axes, as many as have room; finer ticks where fewer than two are in sight.
 
     Parameters
     ----------
@@ -68,5 +69,17 @@ def readable_decades(ax: Axes) -> None:
     """
     for axis, scale, most in ((ax.xaxis, ax.get_xscale(), 6), (ax.yaxis, ax.get_yscale(), 8)):
         if scale == "log" and not isinstance(axis.get_major_locator(), FixedLocator):
-            axis.set_major_locator(LogLocator(numticks=most))
             axis.set_minor_formatter(NullFormatter())
+            low, high = np.log10(axis.get_view_interval())
+            if np.floor(high) > np.ceil(low):
+                axis.set_major_locator(LogLocator(numticks=most))
+            else:
+                axis.set_major_locator(_within_a_decade(low, high))
+                axis.set_major_formatter(readable_numbers())
+
+
+def _within_a_decade(low: float, high: float) -> Locator:
+    """Ticks at 1, 2 and 5 times powers of ten; where fewer than two are in sight, those of a linear axis."""
+    seen = [s * 10.0**k for k in range(int(np.floor(low)), int(np.ceil(high)) + 1) for s in (1, 2, 5)]
+    seen = [tick for tick in seen if low <= np.log10(tick) <= high]
+    return FixedLocator(seen) if len(seen) > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10])
