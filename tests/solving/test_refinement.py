@@ -11,7 +11,6 @@ from tests.benchmarks.refinement import VALUES, cases, loads, read_references, s
 from tests.command import run
 from varcontact.reference import carter, creepage_coefficients, line_contact
 from varcontact.solving.refine.field import Shape, held_behind, interpolated, means, reconstructed
-from varcontact.solving.refine.road import _shares
 
 STEEL = vc.Bodies(G=1.0, nu=0.25)
 
@@ -326,107 +325,6 @@ def test_refused_with_an_accuracy(rolling):
     """The grid of a correction is the scene's; an accuracy chooses its own."""
     with pytest.raises(vc.SceneError, match="it corrects on the scene's own grid; leave it out, or accuracy"):
         vc.solve(rolling(grid="auto"), refine="continuum", accuracy=0.01)
-
-
-def sampled(scene, cells):
-    """A reference scene of sampled gaps on a grid with as many elements across the contact."""
-    return dataclasses.replace(scene, grid=vc.Grid(nx=cells, ny=None if scene.line else cells))
-
-
-def test_too_few_elements_under_samples(rolling):
-    """How many lie across the contact is known once the pressure is solved for."""
-    sphere = vc.SampledDistance(np.add.outer(np.arange(-8, 9) ** 2, np.arange(-8, 9) ** 2) / 100.0)
-    grid = vc.Grid(nx=17, ny=17, dx=1.0, dy=1.0, x0=-8.5, y0=-8.5)
-    with pytest.raises(vc.SceneError, match="at least 8 elements across the contact each way; here it has 7 by 7"):
-        vc.solve(rolling(surface=sphere, grid=grid), refine="continuum")
-    gap = vc.references()["line, two bumps, creepage"].scene
-    with pytest.raises(vc.SceneError, match="at least 8 elements across the contact each way; here it has 6"):
-        vc.solve(sampled(gap, 6), refine="continuum")
-
-
-@pytest.mark.parametrize("index", [2, 4, 9])
-def test_pressure_solved_for(index):
-    """Hertz's contact with its pressure solved for: a fraction of the plain error, within its estimate."""
-    case, row = read_references()[index]
-    truth = np.array([row[name] for name in VALUES])
-    for cells, gain in ((16, 2), (32, 4)):
-        plain = np.abs(loads(vc.solve(scene(case, cells), certify=None)) - truth).max()
-        found = vc.solve(scene(case, cells), normal="newton", refine="continuum", certify=None)
-        error = np.abs(loads(found) - truth).max()
-        assert error < plain / gain
-        assert error < found.refinement.estimate.max() / 0.3
-
-
-@pytest.mark.parametrize(
-    "name", ["two arcs, spin", "two patches, spin", "egg, near full slip", "line, two bumps, creepage"]
-)
-def test_sampled_surfaces(name, tmp_path):
-    """Pressures that are not Hertz's, on one patch and on two: a seventh of the plain error and less."""
-    known = vc.references()[name]
-    posed = sampled(known.scene, 32)
-    plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum")
-    errors = {}
-    for one, forces in (("plain", [*plain.force, plain.moment]), ("corrected", [*found.force, found.moment])):
-        values = zip(VALUES, forces, strict=True)
-        errors[one] = max(abs(v - known.values[n]) / known.units[n] for n, v in values if n in known.units)
-    assert errors["corrected"] < errors["plain"] / 7
-    assert errors["corrected"] < max(found.error_estimate.errors.values())
-    assert found.certificate.residual < 1e-8
-    found.save(tmp_path / "sampled.nc")
-    again = vc.load(tmp_path / "sampled.nc")
-    assert again.note == ""
-    np.testing.assert_array_equal(again.force, found.force)
-
-
-def by_element(a, b, cells, motion):
-    """A Hertzian contact whose sides rub differently: 0.35 left of the rolling direction, 0.2 right of it."""
-    grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
-    return vc.Scene(
-        bodies=vc.Bodies(G=1.0, nu=0.28),
-        surface=vc.Ellipse(a=a, b=b),
-        normal_force=1.0,
-        friction=np.where(grid.y[:, None] > 0, 0.35, 0.2) * np.ones(cells),
-        motion=motion,
-        grid=grid,
-    )
-
-
-def test_friction_by_element_in_full_slip():
-    """Each side carries its own coefficient of half the load, with its centre at 3 b / 8."""
-    a, b = 1.2, 0.8
-    found = vc.solve(by_element(a, b, 10, vc.Steady(vx=1.0)), refine="continuum", certify=None)
-    assert found.force[0] == pytest.approx(-(0.35 + 0.2) / 2, rel=1e-4)
-    assert found.moment == pytest.approx((0.35 - 0.2) / 2 * 3 * b / 8, rel=1e-2)
-
-
-def test_friction_by_element():
-    """An eighth of the plain error and less; in a mirror the same; with one coefficient that of a number."""
-    motion = vc.Steady(vx=0.03, vy=-0.03, spin=0.06)
-
-    def three(one):
-        return np.array([*one.force, one.moment]) / 0.275
-
-    truth = three(vc.solve(by_element(1.2, 0.8, 64, motion), refine="continuum", certify=None))
-    plain = vc.solve(by_element(1.2, 0.8, 16, motion), certify=None)
-    found = vc.solve(by_element(1.2, 0.8, 16, motion), refine="continuum", certify=None)
-    error = np.abs(three(found) - truth).max()
-    assert error < np.abs(three(plain) - truth).max() / 7
-    assert error < found.refinement.estimate.max() / 0.275
-    posed = by_element(1.2, 0.8, 16, vc.Steady(vx=0.03, vy=0.03, spin=-0.06))
-    turned = vc.solve(
-        dataclasses.replace(posed, friction=posed.friction[::-1].copy()), refine="continuum", certify=None
-    )
-    np.testing.assert_allclose(three(turned), three(found) * [1, -1, -1], atol=1e-6)
-    even = dataclasses.replace(posed, friction=np.full(posed.grid.shape, 0.3))
-    number = dataclasses.replace(posed, friction=0.3)
-    forces = [three(vc.solve(each, refine="continuum", certify=None)) for each in (even, number)]
-    np.testing.assert_allclose(*forces, rtol=1e-10)
-
-
-def test_shares_keep_means():
-    """Coefficients of coarser elements are means by overlap; beyond the given ones the nearest hold."""
-    shares = _shares(np.array([-0.5, 1.0, 2.5, 4.5]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
-    np.testing.assert_allclose(shares, [[1, 0, 0, 0], [0, 2 / 3, 1 / 3, 0], [0, 0, 0.25, 0.75]], atol=1e-15)
 
 
 def test_command_line_and_scene_file(tmp_path):
