@@ -4,6 +4,7 @@ import dataclasses
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -340,3 +341,14 @@ def test_picture(rolling):
     titles = [ax.get_title() for ax in figure.axes if ax.axison]
     assert {"Fx", "Fy", "Mz"} <= set(titles)
     assert all(ax.get_xscale() == ax.get_yscale() == "log" for ax in figure.axes if ax.axison)
+
+
+def test_by_an_executor_it_is_the_same_study():
+    here = vc.converge(SPHERES, [6, 8, 10], offsets=2)
+    told = []
+    with ThreadPoolExecutor(2) as pool:
+        there = vc.converge(SPHERES, [6, 8, 10], offsets=2, executor=pool, progress=told.append)
+    assert len(told) == 6 and all("6:" in words for words in told)
+    assert there.limit("approach")["value"] == pytest.approx(here.limit("approach")["value"], rel=1e-12)
+    with pytest.raises(vc.SceneError, match="workers = 0 is not allowed"):
+        vc.converge(SPHERES, [6, 8, 10], workers=0)

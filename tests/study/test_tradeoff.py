@@ -1,6 +1,7 @@
 """Tradeoff: errors against closed forms, fronts by their definition, the store, the command line."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -139,3 +140,14 @@ def test_the_command(tmp_path):
     for bad, word in ((("--class", "shfit"), "class"), (("--cells", "a"), "whole numbers separated by commas")):
         refused = run("tradeoff", *bad, folder=tmp_path)
         assert refused.returncode == 2 and word in refused.stderr
+
+
+def test_by_an_executor_it_is_the_same_table(tmp_path):
+    bank = {name: BANK[name] for name in ("shift along", "circle, half, along")}
+    here = vc.tradeoff(bank, ["auto"], cells=[8, 12]).runs
+    with ThreadPoolExecutor(2) as pool:
+        there = vc.tradeoff(bank, ["auto"], cells=[8, 12], executor=pool, store=tmp_path / "front.csv").runs
+    order = ["scene", "way"]
+    one, other = (each.sort_values(order, ignore_index=True) for each in (here, there))
+    assert one[order].equals(other[order])
+    assert one["error"].to_numpy() == pytest.approx(other["error"].to_numpy(), rel=1e-9)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import tracemalloc
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.study.compare import attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
+from varcontact.study.engine import opened, results
 from varcontact.study.method import Method
 from varcontact.study.store import Table, identity
 
@@ -43,6 +45,8 @@ def converge(
     tol: float = 1e-6,
     store: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
+    executor: Executor | None = None,
+    workers: int = 1,
 ) -> Convergence:
     """Solve a scene on a sequence of grids, fit the order of convergence, and extrapolate.
 
@@ -64,6 +68,8 @@ def converge(
         offsets may be added.
     progress : callable, optional
         Told what is solved next.
+    executor, workers
+        As for `sweep`. Solves are then finished in any order, and their seconds are of shared processors.
 
     Returns
     -------
@@ -122,21 +128,55 @@ def converge(
         for n in numbers:
             _check_fits(scene, n, [each for each in methods if (n, each.name, 0) not in known], offsets)
         try:
-            box = contact_of(scene)
+            box, tasks = contact_of(scene), []
             for done, (n, each, i) in enumerate(wanted):
-                if (n, each.name, i) in known:
-                    continue
-                if progress is not None:
-                    progress(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
-                place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-                on_grid = replace(scene, grid=lattice(scene, box, n, place))
-                row = _traced(on_grid, each, tol) if i == 0 else _solved(on_grid, each, tol)
-                row |= {"method": each.name, "cells": n, "offset": i, **_staircase(on_grid), "identity": key}
-                table.add(row)
+                if (n, each.name, i) not in known:
+                    place = (0.0, 0.0) if offsets == 1 else offset(n, i)
+                    on_grid = replace(scene, grid=lattice(scene, box, n, place))
+                    words = f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
+                    tasks.append(_Task(on_grid, each, tol, n, i, words))
+            with opened(executor, workers) as pool:
+                for row in _rows(tasks, pool, progress):
+                    table.add(row | {"identity": key})
         except KeyboardInterrupt:
             finished = f" after {len(table.rows)} of {len(wanted)} solves"
             raise Interrupted(Convergence.of(table.rows, numbers, names, offsets), finished) from None
     return Convergence.of(table.rows, numbers, names, offsets)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One solve of a study, and what is said of it."""
+
+    scene: Scene
+    method: Method
+    tol: float
+    cells: int
+    offset: int
+    words: str
+
+
+def _rows(
+    tasks: list[_Task], pool: Executor | None, progress: Callable[[str], None] | None
+) -> Iterator[dict[str, Any]]:
+    """The rows of solves as they are done: told as they begin here, and as they end elsewhere."""
+    if pool is None:
+        for task in tasks:
+            if progress is not None:
+                progress(task.words)
+            yield _row(task)
+        return
+    for number, row in results(_row, tasks, pool):
+        if progress is not None:
+            progress(tasks[number].words)
+        yield row
+
+
+def _row(task: _Task) -> dict[str, Any]:
+    """The row of a solve; the first of each grid is traced for its memory."""
+    solved = _traced if task.offset == 0 else _solved
+    row = solved(task.scene, task.method, task.tol)
+    return row | {"method": task.method.name, "cells": task.cells, "offset": task.offset, **_staircase(task.scene)}
 
 
 def _refining(cells: Iterable[int]) -> list[int]:

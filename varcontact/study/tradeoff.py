@@ -6,7 +6,8 @@ import time
 import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from varcontact.solving.series import Series
 from varcontact.solving.solve import polished_by
 from varcontact.solving.ways import Answered, Way, answer
 from varcontact.study.compare import neighbour
+from varcontact.study.engine import opened, results
 from varcontact.study.front import COLUMNS, WORDS, Tradeoff
 from varcontact.study.reference_scenes import Posed
 from varcontact.study.references import Reference, references, signature
@@ -64,6 +66,8 @@ def tradeoff(
     cells: Iterable[int] = CELLS,
     store: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
+    executor: Executor | None = None,
+    workers: int = 1,
 ) -> Tradeoff:
     """Measure the error of ways against the continuum, and what they cost.
 
@@ -80,6 +84,8 @@ def tradeoff(
         A CSV file, written after each scene: what it has is not measured again.
     progress : callable, optional
         Told the scene.
+    executor, workers
+        As for `sweep`. Scenes are then finished in any order, and their seconds are of shared processors.
 
     Returns
     -------
@@ -119,22 +125,43 @@ def tradeoff(
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier tradeoff") as table:
         known = {(row["scene"], row["way"], row["identity"]) for row in table.rows}
         met: Counter[str] = Counter()
+        tasks = []
         for name, reference in bank.items():
             key = signature(Posed(reference.kind, reference.scene, reference.steps))
             met[reference.kind] += 1
-            rows: list[dict[str, Any]] = []
-            try:
-                if progress is not None:
-                    progress(name)
-                for way in ways:
-                    if (name, str(way), key) not in known:
-                        row = _measured(reference, way, met[reference.kind])
-                        rows.append({"scene": name, "kind": reference.kind, **_named(way), **row, "identity": key})
-            except KeyboardInterrupt:
-                raise Interrupted(Tradeoff.of(table.rows, bank, ways), f" before {name!r}") from None
-            if rows:
-                table.add(*rows)
+            lacking = [way for way in ways if (name, str(way), key) not in known]
+            tasks.append(_Task(name, reference, lacking, met[reference.kind], key))
+        done = 0
+        try:
+            with opened(executor, workers) as pool:
+                if progress is not None and pool is None and tasks:
+                    progress(tasks[0].name)
+                for number, rows in results(_of_scene, tasks, pool):
+                    if rows:
+                        table.add(*rows)
+                    done += 1
+                    if progress is not None and (pool is not None or done < len(tasks)):
+                        progress(tasks[number if pool is not None else done].name)
+        except KeyboardInterrupt:
+            raise Interrupted(Tradeoff.of(table.rows, bank, ways), f" after {done} of {len(tasks)} scenes") from None
         return Tradeoff.of(table.rows, bank, ways)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A scene, the so many-th of its class, and the ways that it has not been answered in."""
+
+    name: str
+    reference: Reference
+    ways: list[Way]
+    number: int
+    key: str
+
+
+def _of_scene(task: _Task) -> list[dict[str, Any]]:
+    """The rows of a scene."""
+    common = {"scene": task.name, "kind": task.reference.kind, "identity": task.key}
+    return [{**common, **_named(way), **_measured(task.reference, way, task.number)} for way in task.ways]
 
 
 def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
