@@ -174,8 +174,8 @@ class Solution(Delivered):
 
     @property
     def max_pressure(self) -> float:
-        """Largest pressure of an element."""
-        return float(self.pressure.max())
+        """Largest pressure of an element; by `error_estimate`, where there is one."""
+        return self._extrapolated("peak_pressure", self.pressure.max())
 
     @property
     def normalised(self) -> Normalised:
