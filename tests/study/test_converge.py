@@ -349,6 +349,8 @@ def test_by_an_executor_it_is_the_same_study():
     with ThreadPoolExecutor(2) as pool:
         there = vc.converge(SPHERES, [6, 8, 10], offsets=2, executor=pool, progress=told.append)
     assert len(told) == 6 and all("6:" in words for words in told)
+    # threads share a process, whose memory is not traced
+    assert here.runs["memory"].notna().sum() == 3 and there.runs["memory"].isna().all()
     assert there.limit("approach")["value"] == pytest.approx(here.limit("approach")["value"], rel=1e-12)
     with pytest.raises(vc.SceneError, match="workers = 0 is not allowed"):
         vc.converge(SPHERES, [6, 8, 10], workers=0)

@@ -26,7 +26,7 @@ from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.study.compare import attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence
-from varcontact.study.engine import opened, results
+from varcontact.study.engine import alone, opened, results
 from varcontact.study.method import Method
 from varcontact.study.store import Table, identity
 
@@ -174,7 +174,7 @@ def _rows(
 
 def _row(task: _Task) -> dict[str, Any]:
     """The row of a solve; the first of each grid is traced for its memory."""
-    solved = _traced if task.offset == 0 else _solved
+    solved = _traced if task.offset == 0 and alone() else _solved
     row = solved(task.scene, task.method, task.tol)
     return row | {"method": task.method.name, "cells": task.cells, "offset": task.offset, **_staircase(task.scene)}
 

@@ -149,6 +149,11 @@ def processes(workers: int) -> Iterator[Executor]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
+def alone() -> bool:
+    """Whether no other thread works beside this one: memory is traced for a whole process."""
+    return threading.current_thread() is threading.main_thread()
+
+
 def _begin_worker(watched: Connection) -> None:
     """In a new worker: Ctrl-C is the business of the process that began it, and so is when to end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -24,7 +24,7 @@ from varcontact.solving.series import Series
 from varcontact.solving.solve import polished_by
 from varcontact.solving.ways import Answered, Way, answer
 from varcontact.study.compare import neighbour
-from varcontact.study.engine import opened, results
+from varcontact.study.engine import alone, opened, results
 from varcontact.study.front import COLUMNS, WORDS, Tradeoff
 from varcontact.study.reference_scenes import Posed
 from varcontact.study.references import Reference, references, signature
@@ -244,7 +244,7 @@ def _repeat(reference: Reference, way: Way) -> float:
 
 def _traced(reference: Reference, way: Way) -> float:
     """Peak memory of arrays during an answer [bytes]."""
-    if tracemalloc.is_tracing():
+    if tracemalloc.is_tracing() or not alone():
         return np.nan
     tracemalloc.start()
     try:
