@@ -10,7 +10,7 @@ has (1) xi' = eta', psi = 0, (2) xi' = psi, eta' = 0 and (3) eta' = -psi, xi' = 
 
 As in the paper, "the curves have been scaled so that in each figure the slope in the origin is the same": creepages
 follow from these variables by the creepage coefficients of each theory. Those of the exact theory are its grid's own
-(from `Solution.sensitivity`; 2 % above the continuum's with 20 elements across), those of the others are the continuum's.
+(from `Solution.sensitivity`; 2 % above the continuum's with 20 elements across), the others have the continuum's.
 FASTSIM with separate flexibilities then has the right slope in all cases. With the single flexibility (164) that the
 paper prints it has it in Figs. 22 and 23, where one creepage acts alone and both are the same. In Fig. 24 it has not,
 as the weights in (164) add up to more than one; it is drawn dashed.
