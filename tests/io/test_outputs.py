@@ -6,7 +6,7 @@ import os
 import stat
 import subprocess
 import sys
-import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -178,22 +178,14 @@ def test_links_in_a_ring_are_refused(tmp_path):
 def test_threads_that_save_in_one_folder_do_not_mix(solution, tmp_path):
     """Each file holds its own solution; one that all write holds the whole of one of them."""
     solutions = [vc.solve(dataclasses.replace(solution.scene, normal_force=1.0 + i)) for i in range(4)]
-    failed = []
 
     def save(i):
-        try:
-            for _ in range(5):
-                solutions[i].save(tmp_path / f"{i}.nc")
-                solutions[i].save(tmp_path / "all.nc")
-        except Exception as error:
-            failed.append(error)
+        for _ in range(5):
+            solutions[i].save(tmp_path / f"{i}.nc")
+            solutions[i].save(tmp_path / "all.nc")
 
-    threads = [threading.Thread(target=save, args=(i,)) for i in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not failed
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(save, range(4)))  # raises what a thread raised
     assert [vc.load(tmp_path / f"{i}.nc").normal_force for i in range(4)] == [sol.normal_force for sol in solutions]
     assert vc.load(tmp_path / "all.nc").normal_force in [sol.normal_force for sol in solutions]
     assert sorted(os.listdir(tmp_path)) == ["0.nc", "1.nc", "2.nc", "3.nc", "all.nc"]

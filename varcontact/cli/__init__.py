@@ -4,8 +4,10 @@ from varcontact.cli.app import app
 from varcontact.cli.terminal import INTERRUPTED
 
 # isort: off
-from varcontact.cli import solve, plan, compare, converge, tradeoff, sweep, scan, table, curve  # noqa: F401 - each adds its command
-from varcontact.cli import wheelrail  # noqa: F401
+from varcontact.cli import solve, plan, compare, converge, tradeoff, sweep, scan, table, curve, wheelrail
+
+COMMANDS = (solve, plan, compare, converge, tradeoff, sweep, scan, table, curve, wheelrail)
+"""Each adds its command when it is imported."""
 
 __all__ = ["INTERRUPTED", "app", "main"]
 

@@ -42,12 +42,15 @@ def make(
     """Compute a table book. What is finished is kept beside it, and the same command resumes from there."""
     from varcontact.study.table_make import make_table_book, stores
 
-    size = {"least": least, "greatest": greatest, "ratios": ratios, "steps": steps, "degree": degree}
     try:
         with cluster(dask, workers) as executor, bar() as progress:
             book = make_table_book(
                 nu,
-                **size,  # type: ignore[arg-type]
+                least=least,
+                greatest=greatest,
+                ratios=ratios,
+                steps=steps,
+                degree=degree,
                 executor=executor,
                 workers=workers,
                 out=out,

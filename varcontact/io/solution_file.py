@@ -237,7 +237,7 @@ def _check_opens(path: str | Path, content: bytes) -> None:
     try:
         h5netcdf.File(io.BytesIO(content), "r", phony_dims="sort").close()
         return
-    except Exception as error:
+    except Exception as error:  # h5netcdf lets through what HDF5 raises; kept past the hook, as the file goes with it
         reason = first_line(error)
     finally:
         sys.unraisablehook = hook

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -69,16 +69,15 @@ class RigidBody:
     """
 
     position: np.ndarray
-    rotation: np.ndarray = None  # type: ignore[assignment]
-    velocity: np.ndarray = None  # type: ignore[assignment]
-    angular_velocity: np.ndarray = None  # type: ignore[assignment]
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         for name in ("position", "velocity", "angular_velocity"):
-            value = getattr(self, name)
-            set_(self, name, np.zeros(3) if value is None else vector(f"body.{name}", value))
-        set_(self, "rotation", np.eye(3) if self.rotation is None else _rotation("body.rotation", self.rotation))
+            set_(self, name, vector(f"body.{name}", getattr(self, name)))
+        set_(self, "rotation", _rotation("body.rotation", self.rotation))
 
     def globally(self, points: np.ndarray) -> np.ndarray:
         """Points of the body in the global frame.
