@@ -30,6 +30,7 @@ from tests.fuzz.outcome import (
     processor_seconds,
     says_what,
 )
+from varcontact.errors import shortened
 
 reference = vc.reference
 
@@ -56,7 +57,7 @@ def case(seed: int, number: int) -> Outcome:
     for argument in bad:
         value = junk[rng.integers(len(junk))]
         given[argument] = value.made() if isinstance(value, Deep) else value
-    words = f"{name}({', '.join(f'{argument}={_shown(given[argument])}' for argument in bad)})"
+    words = f"{name}({', '.join(f'{argument}={shortened(given[argument])}' for argument in bad)})"
     with (
         tempfile.TemporaryDirectory() as folder,
         contextlib.chdir(folder),
@@ -88,14 +89,6 @@ def _unnamed(error: vc.VarcontactError, argument: str) -> str:
 def _taken_for_a_number(meant: Any, given: Any) -> bool:
     """Whether a truth value or a complex number was accepted in place of a number."""
     return type(meant) in (int, float) and isinstance(given, bool | np.bool_ | complex)
-
-
-def _shown(value: Any) -> str:
-    """A value for people, whatever it is."""
-    try:
-        return repr(value)[:80]
-    except Exception:
-        return f"a {type(value).__name__}"
 
 
 def _load(path: Any, certify: Any) -> Any:
