@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from importlib.resources import as_file, files
@@ -14,6 +15,7 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.reference.equal_splines import FOUR, near_splines, splines_at_knots
 
 FORMAT = "varcontact table 2"
 HALFWAY = 1.5
@@ -24,8 +26,14 @@ AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
 FEW = 64
 """Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
-_WEIGHTS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6
-"""Cubic B-splines on an interval: rows by spline, columns by power."""
+FINER = 3
+"""Intervals of the splines in log(a/b) for each interval of the book's ratios."""
+Near = tuple[Any, tuple[Any, ...]]
+"""The first of the splines that are not zero at a place, and their values there."""
+ONE: Near = 0, (1.0,)
+"""The place in rows of one ratio."""
+_SINGLE, _MANY = (math.sqrt, math.atan2, max), (np.sqrt, np.arctan2, np.maximum)
+"""The same functions, of floats and of arrays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +75,13 @@ class TableBook:
     splines: np.ndarray
     provenance: str
 
-    def normalised(self, reduced: np.ndarray, ratio: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+    def normalised(self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, ...]:
         """Normalised forces for reduced creepages.
 
         Parameters
         ----------
-        reduced : ndarray, shape (3, n)
+        x, y, z : float or ndarray, shape (n,)
+            Along vx, vy and the spin.
         ratio : float or ndarray, shape (n,)
             a/b, within the book.
         coefficients : CreepageCoefficients
@@ -80,68 +89,85 @@ class TableBook:
 
         Returns
         -------
-        ndarray, shape (3, n)
+        tuple of three floats or ndarrays
             Fx, Fy, Mz; the force is cut at full friction.
         """
-        n, several = reduced.shape[1], isinstance(ratio, np.ndarray)
-        weights = lagrange(np.log(self.ratios), np.log(ratio)) if several else _weights_of(self, ratio)
-        rows = self._rows if several or n <= FEW else _rows_of(self, ratio)
-        linear, found = linear_part(reduced, ratio, coefficients), np.empty_like(reduced)
-        for k in range(0, n, AT_ONCE):
+        linear = linear_part(x, y, z, ratio, coefficients)
+        if isinstance(x, float):
+            return self._some(x, y, z, linear, self._rows, self._near(ratio))
+        several = isinstance(ratio, np.ndarray)
+        whole = several or len(x) <= FEW
+        rows = self._rows if whole else _rows_of(self, ratio)
+        near = self._near(ratio) if whole and not several else ONE
+        found = np.empty((3, len(x)))
+        for k in range(0, len(x), AT_ONCE):
             part = slice(k, k + AT_ONCE)
-            found[:, part] = self._some(reduced[:, part], linear[:, part], rows, weights[part] if several else weights)
-        return found
+            there = self._near(ratio[part]) if several else near
+            found[:, part] = self._some(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
+        return tuple(found)
 
-    def _some(self, reduced: np.ndarray, linear: np.ndarray, rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """A block of `normalised`: `rows` of all ratios or of one, which `weights` are then not for."""
-        x, y, z = reduced
+    def _some(self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: Near) -> tuple[Any, ...]:
+        """One place of `normalised` or some, by rows of all ratios or of one."""
+        sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
         across = y * y + z * z
-        magnitude, across = np.sqrt(x * x + across), np.sqrt(across)
+        magnitude = sqrt(x * x + across)
         rest = HALFWAY / (magnitude + HALFWAY)
-        t, angle = 1 - rest, np.arctan2(z, y)
+        t, angle = 1 - rest, atan2(z, y)
         other = (angle < 0) | (angle >= math.pi)
-        places = np.array(
-            [t, np.arctan2(across, np.abs(x)) * (2 / math.pi), angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)]
+        turned = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)
+        steps, polar, half_turn = (n - 3 for n in self.splines.shape[:3])
+        ratio, in_ratio = near
+        i, in_t = near_splines(t * steps, steps)
+        j, in_polar = near_splines(atan2(sqrt(across), abs(x)) * (polar * 2 / math.pi), polar)
+        k, in_angle = near_splines(turned * half_turn, half_turn)
+        first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
+        found = rows[np.asarray(first)[..., None] + self._offsets[: 16 * len(in_ratio)]]
+        weights = (np.array(in_t)[:, None] * np.array(in_polar)).reshape(16, -1)
+        weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(16 * len(in_ratio), -1)
+        found = np.ascontiguousarray(weights.T)[:, None] @ found
+        found = np.array(in_angle).T[..., None, :] @ found.reshape(-1, 4, 3)
+        Sx, Sy, Sz = found.reshape(*np.shape(x), 3).T
+        tt, rr, along, turn = t * t, rest * rest, 1 - 2 * (x < 0), 1 - 2 * other
+        Fx, Fy, Mz = (
+            along * tt * Sx + rr * linear[0],
+            turn * tt * Sy + rr * linear[1],
+            turn * tt * Sz + rr * linear[2],
         )
-        places *= self._intervals
-        interval = np.minimum(places.astype(np.intp), self._intervals - 1)
-        f = places - interval
-        square = f * f
-        by_t, by_polar, by_angle = np.tensordot(
-            _WEIGHTS, np.array([np.ones_like(f), f, square, square * f]), 1
-        ).transpose(1, 2, 0)
-        near = rows[(self._strides @ interval)[:, None] + self._offsets]
-        both = (by_t[:, :, None] * by_polar[:, None, :]).reshape(-1, 1, 16)
-        near = (both @ near).reshape(len(t), 4, -1)
-        S = (by_angle[:, None, :] @ near)[:, 0]
-        if S.shape[1] > 3:
-            S = np.einsum("nri,nr->ni" if weights.ndim == 2 else "nri,r->ni", S.reshape(len(S), -1, 3), weights)
-        found = S.T * (t * t)
-        found[0] = np.where(x < 0, -found[0], found[0])
-        found[1:] = np.where(other, -found[1:], found[1:])
-        found += linear * (rest * rest)
-        found[:2] /= np.maximum(np.sqrt(found[0] * found[0] + found[1] * found[1]), 1.0)
-        return found
+        cut = greater(sqrt(Fx * Fx + Fy * Fy), 1.0)
+        return Fx / cut, Fy / cut, Mz
+
+    def _near(self, ratio: Any) -> Near:
+        """The splines in log(a/b) that are not zero there."""
+        least, greatest = self.range
+        log = math.log if isinstance(ratio, float) else np.log
+        part = log(ratio / least) / math.log(greatest / least)
+        return near_splines(part * self._ratio_intervals, self._ratio_intervals)
+
+    @property
+    def _ratio_intervals(self) -> int:
+        return max(4, FINER * (len(self.ratios) - 1))
+
+    @cached_property
+    def _by_ratio(self) -> np.ndarray:
+        """Coefficients of B-splines in log(a/b) as well (h, i, j, k, 3)."""
+        knots = np.linspace(*np.log(self.range), self._ratio_intervals + 1)
+        at_knots = lagrange(np.log(self.ratios), knots)
+        return np.tensordot(splines_at_knots(at_knots), self.splines, (1, 3))
 
     @cached_property
     def _rows(self) -> np.ndarray:
-        """Four neighbours along the last angle in a row, of all ratios."""
-        return _in_rows(self.splines.reshape(-1, 3 * len(self.ratios)))
-
-    @cached_property
-    def _intervals(self) -> np.ndarray:
-        return np.array(self.splines.shape[:3])[:, None] - 3
-
-    @cached_property
-    def _strides(self) -> np.ndarray:
-        _, polar, angle = self.splines.shape[:3]
-        return np.array([polar * angle, angle, 1])
+        return _in_rows(self._by_ratio)
 
     @cached_property
     def _offsets(self) -> np.ndarray:
-        """Of the four times four rows that a place needs."""
-        four = np.arange(4)
-        return np.asarray((four[:, None] * self._strides[0] + four * self._strides[1]).ravel())
+        """Of the rows that a place needs: for each of four ratios four by t, for each of these four by the angle."""
+        t, polar, angle = self.splines.shape[:3]
+        return np.asarray((((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel())
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """The least and the greatest a/b."""
+        return float(self.ratios[0]), float(self.ratios[-1])
 
     @property
     def entries(self) -> int:
@@ -238,27 +264,33 @@ def spin_scale(coefficients: CreepageCoefficients, ratio: Any) -> np.ndarray:
     -------
     ndarray, shape (3, ...)
     """
+    return np.array(scales(coefficients, ratio))
+
+
+def scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any, Any, Any]:
+    """Those of `spin_scale`, each by itself."""
     C = coefficients
-    return np.array([C.C11, C.C22, SPIN * C.C11 * np.sqrt(ratio + 1 / ratio)])
+    return C.C11, C.C22, SPIN * C.C11 * (ratio + 1 / ratio) ** 0.5
 
 
-def linear_part(reduced: np.ndarray, ratio: Any, coefficients: CreepageCoefficients) -> np.ndarray:
-    """Normalised forces of the linear theory.
+def linear_part(x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, Any, Any]:
+    """Normalised forces of the linear theory for reduced creepages.
 
     Parameters
     ----------
-    reduced : ndarray, shape (3, ...)
+    x, y, z : float or ndarray
+        Along vx, vy and the spin.
     ratio : float or ndarray
         a/b.
     coefficients : CreepageCoefficients
 
     Returns
     -------
-    ndarray, shape (3, ...)
+    tuple of three floats or ndarrays
+        Fx, Fy, Mz.
     """
-    C, by_spin = coefficients, spin_scale(coefficients, ratio)[2]
-    x, y, z = reduced
-    return np.stack([-x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z])
+    C, by_spin = coefficients, scales(coefficients, ratio)[2]
+    return -x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
 
 
 def magnitudes(count: int) -> np.ndarray:
@@ -314,39 +346,31 @@ def direction_nodes(degree: int) -> np.ndarray:
     return np.concatenate(found)
 
 
-def lagrange(nodes: np.ndarray, at: Any) -> np.ndarray:
-    """Weights of values at some nodes in the value of the polynomial through them.
+def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Weights of values at some nodes in the values of the polynomial through them.
 
     Parameters
     ----------
     nodes : ndarray, shape (r,)
-    at : float or ndarray
+    at : ndarray, shape (n,)
 
     Returns
     -------
-    ndarray, shape (..., r)
+    ndarray, shape (n, r)
     """
-    differences = nodes[:, None] - nodes
-    np.fill_diagonal(differences, 1.0)
-    parts = (np.asarray(at)[..., None, None] - nodes) / differences
-    parts[..., np.arange(len(nodes)), np.arange(len(nodes))] = 1.0
+    same = np.eye(len(nodes), dtype=bool)
+    parts = np.where(same, 1.0, at[:, None, None] - nodes) / np.where(same, 1.0, nodes[:, None] - nodes)
     return np.asarray(parts.prod(axis=-1))
 
 
 def _in_rows(splines: np.ndarray) -> np.ndarray:
-    """A view of coefficients (p, k) as rows of four neighbours (p - 3, 4 k): a row is read at once."""
-    step = splines.strides[1]
-    shape = len(splines) - 3, 4 * splines.shape[1]
-    return np.lib.stride_tricks.as_strided(splines, shape, (splines.strides[0], step), writeable=False)
-
-
-@lru_cache(maxsize=256)
-def _weights_of(book: TableBook, ratio: float) -> np.ndarray:
-    return lagrange(np.log(book.ratios), math.log(ratio))
+    """A view of coefficients (..., 3) as rows of four neighbours: a row is read at once."""
+    each = splines.reshape(-1, 3)
+    return np.lib.stride_tricks.as_strided(each, (len(each) - 3, 12), each.strides, writeable=False)
 
 
 @lru_cache(maxsize=32)
 def _rows_of(book: TableBook, ratio: float) -> np.ndarray:
-    """The splines of one ratio."""
-    one = np.tensordot(book.splines, _weights_of(book, ratio), (3, 0))
-    return _in_rows(np.ascontiguousarray(one.reshape(-1, 3)))
+    """The rows of one ratio."""
+    first, values = book._near(ratio)
+    return _in_rows(np.tensordot(values, book._by_ratio[first : first + 4], 1))

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.reference.equal_splines import splines_at_knots
 from varcontact.theories.table_book import HALFWAY, linear_part, magnitudes, spin_scale
 
 KNOTS = 20, 16, 32
@@ -148,7 +149,7 @@ def _at_knots(
         return local_law(reduced, ratio, coefficients, *points)
 
     def linear(unit: np.ndarray) -> np.ndarray:
-        return linear_part(unit.T, ratio, coefficients).T
+        return np.stack(linear_part(*unit.T, ratio, coefficients), axis=-1)
 
     nodes = magnitudes(len(entries))
     slope = HALFWAY * (linear(directions) - law(1e-9 * directions) / 1e-9)
@@ -199,15 +200,4 @@ def _splines(values: np.ndarray) -> np.ndarray:
     whole = whole.take(np.arange(-1, polar + 2), axis=1, mode="wrap").take(
         np.arange(-1, angle + 2), axis=2, mode="wrap"
     )
-    return np.tensordot(
-        np.linalg.inv(_not_a_knot(len(values))), np.pad(whole, [(1, 1), *[(0, 0)] * (whole.ndim - 1)]), 1
-    )
-
-
-def _not_a_knot(n: int) -> np.ndarray:
-    """From n + 2 coefficients to n values, between two rows that say that the outermost knots are none."""
-    matrix = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        matrix[i + 1, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
-    matrix[0, :5] = matrix[-1, -5:] = 1, -4, 6, -4, 1
-    return matrix
+    return splines_at_knots(whole)
