@@ -40,13 +40,15 @@ def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, 
     return first, (g * gg, (3 * f - 6) * ff + 2 / 3, (3 * g - 6) * gg + 2 / 3, f * ff)
 
 
-def splines_at_knots(values: np.ndarray) -> np.ndarray:
+def splines_at_knots(values: np.ndarray, axis: int = 0) -> np.ndarray:
     """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner knots are none.
 
     Parameters
     ----------
     values : ndarray, shape (n, ...)
-        At knots 0 to n - 1; five at least.
+        At knots 0 to n - 1; four at least.
+    axis : int
+        Along which the knots are, if not the first.
 
     Returns
     -------
@@ -60,9 +62,11 @@ def splines_at_knots(values: np.ndarray) -> np.ndarray:
     >>> print(f"{cubes[first : first + 4] @ values:.3f}, {4.3**3:.3f}")
     79.507, 79.507
     """
+    values = np.moveaxis(values, axis, 0)
     n = len(values)
     matrix = np.zeros((n + 2, n + 2))
     for i in range(n):
         matrix[i + 1, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
     matrix[0, :5] = matrix[-1, -5:] = 1, -4, 6, -4, 1
-    return np.tensordot(np.linalg.inv(matrix), np.pad(values, [(1, 1), *[(0, 0)] * (values.ndim - 1)]), 1)
+    found = np.tensordot(np.linalg.inv(matrix)[:, 1:-1], values, 1)
+    return np.moveaxis(found, 0, axis)

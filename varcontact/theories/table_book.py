@@ -15,19 +15,20 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.reference.equal_splines import FOUR, near_splines, splines_at_knots
+from varcontact.reference.equal_splines import FOUR, near_splines
 
-FORMAT = "varcontact table 2"
+FORMAT = "varcontact table 3"
 HALFWAY = 1.5
 """The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
+KNEE, ROOM = 1.8, 0.35
+"""A magnitude about which full slip begins, and what part of the way to full slip is kept for those about it."""
 SPIN = 0.5
 """Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
 AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
+TINY = 1e-200
 FEW = 64
 """Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
-FINER = 3
-"""Intervals of the splines in log(a/b) for each interval of the book's ratios."""
 Near = tuple[Any, tuple[Any, ...]]
 """The first of the splines that are not zero at a place, and their values there."""
 ONE: Near = 0, (1.0,)
@@ -61,7 +62,7 @@ class TableBook:
         Fx, Fy, Mz of the entries, normalised, by ratio, magnitude and direction.
     accuracy : ndarray, shape (r, m, d)
         Estimated error of each entry, in parts of f Fz.
-    splines : ndarray, shape (i, j, k, r, 3)
+    splines : ndarray, shape (h, i, j, k, 3)
         Coefficients of the B-splines of S.
     provenance : str
         How it was made.
@@ -115,9 +116,9 @@ class TableBook:
         t, angle = 1 - rest, atan2(z, y)
         other = (angle < 0) | (angle >= math.pi)
         turned = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)
-        steps, polar, half_turn = (n - 3 for n in self.splines.shape[:3])
+        steps, polar, half_turn = (n - 3 for n in self.splines.shape[1:4])
         ratio, in_ratio = near
-        i, in_t = near_splines(t * steps, steps)
+        i, in_t = near_splines(places(t) * steps, steps)
         j, in_polar = near_splines(atan2(sqrt(across), abs(x)) * (polar * 2 / math.pi), polar)
         k, in_angle = near_splines(turned * half_turn, half_turn)
         first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
@@ -139,29 +140,17 @@ class TableBook:
     def _near(self, ratio: Any) -> Near:
         """The splines in log(a/b) that are not zero there."""
         least, greatest = self.range
-        log = math.log if isinstance(ratio, float) else np.log
-        part = log(ratio / least) / math.log(greatest / least)
-        return near_splines(part * self._ratio_intervals, self._ratio_intervals)
-
-    @property
-    def _ratio_intervals(self) -> int:
-        return max(4, FINER * (len(self.ratios) - 1))
-
-    @cached_property
-    def _by_ratio(self) -> np.ndarray:
-        """Coefficients of B-splines in log(a/b) as well (h, i, j, k, 3)."""
-        knots = np.linspace(*np.log(self.range), self._ratio_intervals + 1)
-        at_knots = lagrange(np.log(self.ratios), knots)
-        return np.tensordot(splines_at_knots(at_knots), self.splines, (1, 3))
+        log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
+        return near_splines(log(ratio / least) * (intervals / math.log(greatest / least)), intervals)
 
     @cached_property
     def _rows(self) -> np.ndarray:
-        return _in_rows(self._by_ratio)
+        return _in_rows(self.splines)
 
     @cached_property
     def _offsets(self) -> np.ndarray:
         """Of the rows that a place needs: for each of four ratios four by t, for each of these four by the angle."""
-        t, polar, angle = self.splines.shape[:3]
+        t, polar, angle = self.splines.shape[1:4]
         return np.asarray((((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel())
 
     @cached_property
@@ -184,11 +173,11 @@ class TableBook:
         file = netcdf_file(buffer, "w", version=2)
         file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self._digest()
         names = ("ratio", "magnitude", "direction", "component", *_SPLINE)
-        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:3]), strict=True):
+        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:4]), strict=True):
             file.createDimension(name, size)
         for name, (kind, dims, words) in _VARIABLES.items():
             variable = file.createVariable(name, kind, dims)
-            variable[:], variable.long_name = getattr(self, name), words
+            variable[:], variable.long_name = self._packed(name), words
         file.flush()
         return buffer.getvalue()
 
@@ -212,6 +201,7 @@ class TableBook:
                 found = getattr(file, "format", b"").decode()
                 if found == FORMAT:
                     arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
+                    arrays["splines"] *= arrays.pop("units")[:, None, None]
                     book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
                     whole = book._digest() == file.digest.decode()
         except FileNotFoundError:
@@ -226,22 +216,55 @@ class TableBook:
             raise OutputError("path", path, "is damaged: its numbers are not those that were written")
         return book
 
+    def _packed(self, name: str) -> np.ndarray:
+        """A variable as the file has it."""
+        units = units_of(self.splines)
+        special = {"units": units[0, :, 0, 0], "splines": np.rint(self.splines / units)}
+        array = special[name] if name in special else getattr(self, name)
+        return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
+
     def _digest(self) -> str:
-        kinds = ((name, np.dtype(kind).newbyteorder("<")) for name, (kind, _, _) in _VARIABLES.items())
-        content = [np.ascontiguousarray(getattr(self, name), dtype=kind).tobytes() for name, kind in kinds]
+        content = [self._packed(name).tobytes() for name in _VARIABLES]
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 
 
 _ENTRY = ("ratio", "magnitude", "direction")
-_SPLINE = ("spline in t", "spline in the angle from vx", "spline in the angle of vy and spin")
+_SPLINE = ("spline in a/b", "spline in t", "spline in the angle from vx", "spline in the angle of vy and spin")
 _VARIABLES: dict[str, tuple[str, tuple[str, ...], str]] = {
     "ratios": ("d", ("ratio",), "a/b"),
     "directions": ("d", ("direction", "component"), "direction of reduced creepage: vx, vy, spin"),
     "values": ("f", (*_ENTRY, "component"), "Fx/(f Fz), Fy/(f Fz), Mz/(f Fz sqrt(ab))"),
     "accuracy": ("f", _ENTRY, "estimated error, in parts of f Fz"),
-    "splines": ("f", (*_SPLINE, "ratio", "component"), "coefficients of B-splines"),
+    "units": ("d", ("spline in t", "component"), "of the splines"),
+    "splines": ("h", (*_SPLINE, "component"), "coefficients of B-splines, in whole units"),
 }
-"""By name: single or double precision, dimensions, and what they are."""
+"""By name: kind of number (d, f: floating; h: whole), dimensions, and what they are."""
+
+
+def units_of(splines: np.ndarray) -> np.ndarray:
+    """Powers of two of which coefficients are whole multiples in a file, with 15 binary digits and a sign.
+
+    Parameters
+    ----------
+    splines : ndarray, shape (h, i, j, k, 3)
+
+    Returns
+    -------
+    ndarray, shape (1, i, 1, 1, 3)
+    """
+    largest = np.maximum(np.abs(splines).max(axis=(0, 2, 3), keepdims=True), TINY)
+    return np.asarray(np.ldexp(1.0, np.ceil(np.log2(largest / 32767)).astype(int)))
+
+
+def in_units(splines: np.ndarray) -> np.ndarray:
+    """Coefficients as a file can have them.
+
+    Parameters
+    ----------
+    splines : ndarray, shape (h, i, j, k, 3)
+    """
+    units = units_of(splines)
+    return np.asarray(np.rint(splines / units) * units)
 
 
 @cache
@@ -293,22 +316,35 @@ def linear_part(x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoeffi
     return -x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
 
 
-def magnitudes(count: int) -> np.ndarray:
-    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1.
+def places(t: Any) -> Any:
+    """Where a magnitude stands among the splines, from 0, no slip, to 1, full slip.
 
-    They are Chebyshev's; from five on two more are put around the one nearest to 2/3, where full slip begins without
-    spin.
+    It has more room than t for the magnitudes about `KNEE`, where full slip begins.
+
+    Parameters
+    ----------
+    t : float or ndarray
+        ``r/(r + 1.5)`` of a magnitude r.
+    """
+    rest = (1 - t) * (KNEE / HALFWAY)
+    cube = t * t * t
+    return t + ROOM * (cube / (cube + rest * rest * rest) - t)
+
+
+def magnitudes(count: int) -> np.ndarray:
+    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1: equal steps of `places`.
 
     Parameters
     ----------
     count : int
     """
-    usual = count - 2 if count > 4 else count
-    points = (1 - np.cos(math.pi * np.arange(1, usual + 1) / (usual + 1))) / 2
-    if count > usual:
-        nearest = min(max(int(np.abs(points - 2 / 3).argmin()), 1), usual - 2)
-        points = np.sort([*points, *(points[nearest - 1 : nearest + 1] + points[nearest : nearest + 2]) / 2])
-    return np.asarray(points)
+    low, high = np.zeros(count), np.ones(count)
+    wanted = np.arange(1, count + 1) / (count + 1)
+    for _ in range(60):
+        middle = (low + high) / 2
+        below = places(middle) < wanted
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return (low + high) / 2
 
 
 def ratio_nodes(least: float, greatest: float, count: int) -> np.ndarray:
@@ -373,4 +409,4 @@ def _in_rows(splines: np.ndarray) -> np.ndarray:
 def _rows_of(book: TableBook, ratio: float) -> np.ndarray:
     """The rows of one ratio."""
     first, values = book._near(ratio)
-    return _in_rows(np.tensordot(values, book._by_ratio[first : first + 4], 1))
+    return _in_rows(np.tensordot(values, book.splines[first : first + 4], 1))
