@@ -121,7 +121,7 @@ def test_what_the_table_has_not_is_refused():
     flange = next(each for each in manchester() if (each["side"], each["y_ws"]) == ("right", 9.0))
     with pytest.raises(SceneError, match=r'a/b = 9\.\d+ .* the range of the book \(outside="clamp" takes the nearest'):
         benchmark(flange).estimate(tangential="table")
-    with pytest.raises(SceneError, match="outside = 'nearest' .* refuse, clamp"):
+    with pytest.raises(SceneError, match=r"outside = 'nearest' .* refuse, clamp"):
         circles().estimate(tangential="table", outside="nearest")
     with pytest.raises(SceneError, match=r"nu = 0\.3 .* within 0\.01 of the book's, 0\.28"):
         circles(bodies=Bodies(G=82e3, nu=0.3)).estimate(tangential="table")

@@ -16,4 +16,6 @@ def test_the_page(tmp_path, monkeypatch, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["wheel.png"]
     patch, fast = capsys.readouterr().out.splitlines()
     assert re.match(r"\d+ N at y = 7[1234]\d\.\d mm, angle -0\.\d+, Creepages", patch)
-    assert np.array(fast.strip("[]").split(), dtype=float)[2] == pytest.approx(80e3, rel=0.05)  # normal forces bear all of it
+    assert np.array(fast.strip("[]").split(), dtype=float)[2] == pytest.approx(
+        80e3, rel=0.05
+    )  # normal forces bear all of it
