@@ -14,8 +14,9 @@ def test_the_page(tmp_path, monkeypatch, capsys):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     exec("".join(blocks), {})
     assert [path.name for path in tmp_path.iterdir()] == ["wheel.png"]
-    patch, fast = capsys.readouterr().out.splitlines()
+    patch, fast, steering = capsys.readouterr().out.splitlines()
     assert re.match(r"\d+ N at y = 7[1234]\d\.\d mm, angle -0\.\d+, Creepages", patch)
     assert np.array(fast.strip("[]").split(), dtype=float)[2] == pytest.approx(
         80e3, rel=0.05
     )  # normal forces bear all of it
+    assert f"```text\n{steering}\n```" in PAGE.read_text()
