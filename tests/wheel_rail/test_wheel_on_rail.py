@@ -250,6 +250,22 @@ def test_conformal_contact_is_said_with_its_numbers():
         wheel(vertical_force=20e3).solve()
 
 
+@pytest.mark.parametrize("with_friction", [False, True])
+def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
+    """With overlaps that feel each other in part, and a certificate that only the last solution has."""
+    case = wheel(
+        5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, with_friction=with_friction,
+        join=1.0, separate=20.0,
+    )  # fmt: skip
+    found = case.solve(certify="gap")
+    again = replace(case, vertical_force=None, z=found.z).solve()
+    assert len(found.patches[0].patch.seams) == 1
+    assert found.force == pytest.approx(again.force, rel=1e-12)
+    assert found.patches[0].solution.certificate.relative_gap < 1e-8
+    bearing = found.force[2] if with_friction else found.patches[0].normal_force * np.cos(found.patches[0].patch.angle)
+    assert bearing == pytest.approx(10e3, rel=1e-6)
+
+
 def test_methods_reach_the_patches():
     found = wheel(2.0).solve(tangential="tang", certify="gap")
     solution = found.patches[0].solution

@@ -3,6 +3,7 @@
 Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in radians, velocities in mm/s.
 """
 
+from varcontact.wheel_rail.conicity import equivalent_conicity, rolling_radius_difference
 from varcontact.wheel_rail.fast import FastPatch, FastWheel
 from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, geometry_table
 from varcontact.wheel_rail.profile import Profile
@@ -31,6 +32,8 @@ __all__ = [
     "WheelRailSolution",
     "WheelSet",
     "WheelSetForces",
+    "equivalent_conicity",
     "geometry_table",
+    "rolling_radius_difference",
     "wear",
 ]

@@ -16,7 +16,7 @@ The ellipse of the same area, and the same length by width, goes into the fast t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -116,7 +116,9 @@ class FastWheel:
         return np.sum([each.force_on_track for each in self.patches], axis=0)
 
 
-def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol: float) -> FastWheel:
+def estimate_wheel_on_rail(
+    case: WheelOnRail, normal: str, tangential: str, tol: float, options: dict[str, Any]
+) -> FastWheel:
     """The fast way: see `WheelOnRail.estimate`.
 
     Parameters
@@ -124,6 +126,8 @@ def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol:
     case : WheelOnRail
     normal, tangential : str
     tol : float
+    options : dict
+        Of the theory.
 
     Returns
     -------
@@ -135,7 +139,7 @@ def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol:
 
     def patches(z: float) -> tuple[FastPatch, ...]:
         groups = joined(case.locus.overlaps(z), case.separate)
-        return tuple(_patch(case, group, z, normal, tangential) for group in groups)
+        return tuple(_patch(case, group, z, normal, tangential, options) for group in groups)
 
     def vertical(z: float) -> float:
         if case.with_friction:
@@ -149,7 +153,9 @@ def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol:
     return FastWheel(case, z, patches(z))
 
 
-def _patch(case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str) -> FastPatch:
+def _patch(
+    case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str, options: dict[str, Any]
+) -> FastPatch:
     frame, angle, _ = frame_of(group, case.rail)
     approach = max(float(each.depth.max()) for each in group) * np.cos(angle)
     rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
@@ -163,6 +169,7 @@ def _patch(case: WheelOnRail, group: list[Overlap], z: float, normal: str, tange
         vy=rolled.vy,
         spin=rolled.spin,
         bodies=case.bodies,
+        **options,
     )
     force = np.array([found.Fx, found.Fy, ellipse.normal_force])
     return FastPatch(frame, angle, rolled, approach, ellipse, force, found.Mz)

@@ -315,7 +315,12 @@ class WheelOnRail:
         return solve_wheel_on_rail(self, tol, certify, methods)
 
     def estimate(
-        self, normal: str = "virtual-penetration", tangential: str = "fastsim", *, tol: float = 1e-6
+        self,
+        normal: str = "virtual-penetration",
+        tangential: str = "fastsim",
+        *,
+        tol: float = 1e-6,
+        **options: Any,
     ) -> FastWheel:
         """The fast way: an ellipse for each patch and the forces of a fast theory, see `varcontact.wheel_rail.fast`.
 
@@ -326,7 +331,10 @@ class WheelOnRail:
         tangential : str
             A theory of `varcontact.creep_forces`.
         tol : float
-            How near the vertical force comes to the one that is given, relative. Normal forces bear all of it.
+            How near the vertical force comes to the one that is given, relative.
+        **options
+            Of the theory, see `varcontact.creep_forces`. Patches at the flange are longer than the ellipses of "table":
+            ``outside="clamp"`` takes the nearest it has.
 
         Returns
         -------
@@ -335,11 +343,12 @@ class WheelOnRail:
         Raises
         ------
         NoContact, SceneError
-            See `patches`; where a profile has no curvature for Hertz; for friction that is no number.
+            See `patches`; where a profile has no curvature for Hertz; for friction that is no number; for what the
+            theory refuses.
         """
         from varcontact.wheel_rail.fast import estimate_wheel_on_rail
 
-        return estimate_wheel_on_rail(self, normal, tangential, tol)
+        return estimate_wheel_on_rail(self, normal, tangential, tol, options)
 
 
 def _check_smooth(found: Place) -> None:
