@@ -152,7 +152,7 @@ class Sublattice:
         return np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)
 
     def sticks(self, traction: np.ndarray) -> bool:
-        """Whether nothing slips at any trailing edge, as far as it is known how tractions grow there: in Hertz's contact.
+        """Whether nothing slips at any trailing edge, in Hertz's contact: there it is known how tractions grow.
 
         Parameters
         ----------
