@@ -32,7 +32,7 @@ class Sublattice:
     Attributes
     ----------
     disc : Discretisation
-        Of the coarse elements, in steady rolling, with quasi-identical bodies and finite coefficients of friction.
+        Of the coarse elements, in steady rolling, with quasi-identical bodies.
     cells : tuple of int
         (rows, columns): parts of an element along y and x.
     elements : ndarray, shape (ny, nx)
