@@ -8,10 +8,11 @@ from varcontact.wheel_rail.fast import FastPatch, FastWheel
 from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, geometry_table
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.rough import RoughProfile
 from varcontact.wheel_rail.solve import ConformalContact
 from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wear import Archard, PatchWear, Wear, wear
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, RoughProfile, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 __all__ = [
     "Archard",

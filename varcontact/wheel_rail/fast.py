@@ -110,6 +110,13 @@ class FastWheel:
     z: float
     patches: tuple[FastPatch, ...]
 
+    def __repr__(self) -> str:
+        Fx, Fy, Fz = self.force
+        return (
+            f"FastWheel({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
+            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
+        )
+
     @property
     def force(self) -> np.ndarray:
         """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
@@ -157,7 +164,7 @@ def _patch(
     case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str, options: dict[str, Any]
 ) -> FastPatch:
     frame, angle, _ = frame_of(group, case.rail)
-    approach = max(float(each.depth.max()) for each in group) * np.cos(angle)
+    approach = max(float(each.depth.max()) for each in group) * float(np.cos(angle))
     rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
     found = creep_forces(
         tangential,

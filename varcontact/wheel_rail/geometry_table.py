@@ -80,6 +80,12 @@ class GeometryTable:
     bodies: Bodies
     friction: float
 
+    def __repr__(self) -> str:
+        sizes = f"{self.y.size} x {self.yaw.size} positions"
+        return (
+            f"GeometryTable({sizes}, y {self.y[0]:g} to {self.y[-1]:g} mm, yaw {self.yaw[0]:g} to {self.yaw[-1]:g} rad)"
+        )
+
     def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
         """Height of the axle and the contacts of a wheel.
 

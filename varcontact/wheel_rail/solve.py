@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,9 @@ from varcontact.results.solution import Solution
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import weakened
-
-if TYPE_CHECKING:
-    from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 ROUNDS = 30
 """Heights that are tried."""
@@ -55,7 +54,7 @@ def solve_wheel_on_rail(
 
     @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
-        return tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in case.patches(z))
+        return tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in case.patches(z, warn=False))
 
     def vertical(z: float) -> float:
         if case.with_friction or case.bodies.K != 0:  # tractions bear a part, or change the pressure
@@ -65,6 +64,7 @@ def solve_wheel_on_rail(
     z, rounds = (case.z, 0) if case.z is not None else bearing_height(case, tol, vertical)
     found = solved(z, certify)
     for each in found:
+        check_smooth(each.patch, stacklevel=4)
         _check_half_space(case, each)
     return WheelRailSolution(case, z, found, rounds)
 
@@ -127,7 +127,8 @@ def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
 def _pressed(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     """The vertical force of the pressures at a height of the axle, which tractions do not change."""
     normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
-    patches = [replace(patch, scene=replace(patch.scene, motion=None, friction=None)) for patch in case.patches(z)]
+    at = case.patches(z, warn=False)
+    patches = [replace(patch, scene=replace(patch.scene, motion=None, friction=None)) for patch in at]
     return _vertical(case, tuple(PatchSolution(patch, _solved(patch, None, normal)) for patch in patches))
 
 
