@@ -16,7 +16,8 @@ import numpy as np
 import varcontact as vc
 from varcontact.reference import no_slip_coefficients
 from varcontact.theories import table_forces
-from varcontact.theories.table_book import shipped, spin_scale
+from varcontact.theories.table_book import shipped
+from varcontact.theories.table_nodes import spin_scale
 
 
 def least(work: Callable[[], object], times: int) -> float:

@@ -22,15 +22,8 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
-from varcontact.theories.table_book import (
-    HALFWAY,
-    TableBook,
-    direction_nodes,
-    in_units,
-    magnitudes,
-    ratio_nodes,
-    spin_scale,
-)
+from varcontact.theories.table_book import TableBook, packed, unpacked
+from varcontact.theories.table_nodes import HALFWAY, direction_nodes, magnitudes, ratio_nodes, spin_scale
 from varcontact.theories.table_splines import local_law, quadrature, splines_through
 
 GRIDS = Grid(nx=12, ny=8), Grid(nx=24, ny=16), Grid(nx=48, ny=32)
@@ -141,7 +134,7 @@ def make_table_book(
     left, values, accuracy = (np.moveaxis(array, 1, 2) for array in (left, values, accuracy))
     size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
     provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
-    splines = in_units(splines_through(nu, nodes, directions, left))
+    splines = unpacked(**packed(splines_through(nu, nodes, directions, left)))
     values, accuracy = values.astype(np.float32), accuracy.astype(np.float32)
     book = TableBook(nu, nodes, directions, values, accuracy, splines, provenance)
     if path is not None:

@@ -15,7 +15,8 @@ from varcontact.checks import numbers, positive
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.theories.inputs import Resultants, triples
-from varcontact.theories.table_book import TableBook, scales, shipped
+from varcontact.theories.table_book import TableBook, shipped
+from varcontact.theories.table_nodes import scales
 
 if TYPE_CHECKING:
     from varcontact.scene.grid import Grid
@@ -134,14 +135,13 @@ def interpolated(
         return book.normalised(x, y, z, ratio, C)
     shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
     if np.size(ratio) > 1:
-        ratio, *each = (np.broadcast_to(value, shape).ravel() for value in (ratio, C.C11, C.C22, C.C23, C.C33))
+        ratio = np.broadcast_to(ratio, shape).ravel()
+        C = CreepageCoefficients(*(np.broadcast_to(each, shape).ravel() for each in (C.C11, C.C22, C.C23, C.C33)))
     elif np.ndim(ratio):
-        ratio, *each = (float(np.ravel(value)[0]) for value in (ratio, C.C11, C.C22, C.C23, C.C33))
-    else:
-        each = [C.C11, C.C22, C.C23, C.C33]
-    places = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
-    found = book.normalised(*places, ratio, CreepageCoefficients(*each))
-    return tuple(part.reshape(shape) for part in found)
+        ratio = float(ratio.item())
+        C = CreepageCoefficients(*(float(np.ravel(each)[0]) for each in (C.C11, C.C22, C.C23, C.C33)))
+    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
+    return tuple(part.reshape(shape) for part in book.normalised(x, y, z, ratio, C))
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:

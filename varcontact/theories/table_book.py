@@ -16,21 +16,18 @@ import numpy as np
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
+from varcontact.theories.table_nodes import HALFWAY, linear_part, places
 
 FORMAT = "varcontact table 3"
-HALFWAY = 1.5
-"""The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
-KNEE, ROOM = 1.8, 0.35
-"""A magnitude about which full slip begins, and what part of the way to full slip is kept for those about it."""
-SPIN = 0.5
-"""Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
 AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
-TINY = 1e-200
+AT_FULL, MORE = 3, 2.0**15
+"""B-splines of t that are not zero at full slip, and by what part finer than the others a file has them."""
 FEW = 64
 """Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
 Near = tuple[Any, tuple[Any, ...]]
 """The first of the splines that are not zero at a place, and their values there."""
+TINY = 1e-200
 ONE: Near = 0, (1.0,)
 """The place in rows of one ratio."""
 _SINGLE, _MANY = (math.sqrt, math.atan2, max), (np.sqrt, np.arctan2, np.maximum)
@@ -48,7 +45,8 @@ class TableBook:
     see `magnitudes`; t = 0 is the linear theory, t = 1 full slip. The ratios a/b are Chebyshev's points in log(a/b).
 
     With the linear theory's forces L(u), what is interpolated is S in ``F = (1 - t)^2 L(u) + t^2 S``: by cubic splines
-    in t and in the two angles of the direction (that from vx, and that of (vy, spin)), and by a polynomial in log(a/b).
+    in log(a/b), in the place of t (see `places`), and in the two angles of the direction (that from vx, and that of
+    (vy, spin)).
 
     Attributes
     ----------
@@ -172,8 +170,8 @@ class TableBook:
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
         file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self._digest()
-        names = ("ratio", "magnitude", "direction", "component", *_SPLINE)
-        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:4]), strict=True):
+        names = ("ratio", "magnitude", "direction", "component", *_SPLINE, "spline at full slip")
+        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:4], AT_FULL), strict=True):
             file.createDimension(name, size)
         for name, (kind, dims, words) in _VARIABLES.items():
             variable = file.createVariable(name, kind, dims)
@@ -201,7 +199,7 @@ class TableBook:
                 found = getattr(file, "format", b"").decode()
                 if found == FORMAT:
                     arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
-                    arrays["splines"] *= arrays.pop("units")[:, None, None]
+                    arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
                     book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
                     whole = book._digest() == file.digest.decode()
         except FileNotFoundError:
@@ -218,9 +216,7 @@ class TableBook:
 
     def _packed(self, name: str) -> np.ndarray:
         """A variable as the file has it."""
-        units = units_of(self.splines)
-        special = {"units": units[0, :, 0, 0], "splines": np.rint(self.splines / units)}
-        array = special[name] if name in special else getattr(self, name)
+        array = packed(self.splines)[name] if name in _PACKED else getattr(self, name)
         return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
 
     def _digest(self) -> str:
@@ -228,43 +224,54 @@ class TableBook:
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 
 
+_PACKED = ("units", "splines", "full_slip")
 _ENTRY = ("ratio", "magnitude", "direction")
-_SPLINE = ("spline in a/b", "spline in t", "spline in the angle from vx", "spline in the angle of vy and spin")
+_SPLINE = (
+    "spline in a/b",
+    "spline in the place of t",
+    "spline in the angle from vx",
+    "spline in the angle of vy and spin",
+)
 _VARIABLES: dict[str, tuple[str, tuple[str, ...], str]] = {
     "ratios": ("d", ("ratio",), "a/b"),
     "directions": ("d", ("direction", "component"), "direction of reduced creepage: vx, vy, spin"),
     "values": ("f", (*_ENTRY, "component"), "Fx/(f Fz), Fy/(f Fz), Mz/(f Fz sqrt(ab))"),
     "accuracy": ("f", _ENTRY, "estimated error, in parts of f Fz"),
-    "units": ("d", ("spline in t", "component"), "of the splines"),
+    "units": ("d", ("spline in the place of t", "component"), "of the splines"),
     "splines": ("h", (*_SPLINE, "component"), "coefficients of B-splines, in whole units"),
+    "full_slip": ("h", (_SPLINE[0], "spline at full slip", *_SPLINE[2:], "component"), "to be added, in units by 2^15"),
 }
 """By name: kind of number (d, f: floating; h: whole), dimensions, and what they are."""
 
 
-def units_of(splines: np.ndarray) -> np.ndarray:
-    """Powers of two of which coefficients are whole multiples in a file, with 15 binary digits and a sign.
+def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
+    """Coefficients as a file has them: whole multiples of powers of two, with 15 binary digits and a sign.
 
-    Parameters
-    ----------
-    splines : ndarray, shape (h, i, j, k, 3)
-
-    Returns
-    -------
-    ndarray, shape (1, i, 1, 1, 3)
-    """
-    largest = np.maximum(np.abs(splines).max(axis=(0, 2, 3), keepdims=True), TINY)
-    return np.asarray(np.ldexp(1.0, np.ceil(np.log2(largest / 32767)).astype(int)))
-
-
-def in_units(splines: np.ndarray) -> np.ndarray:
-    """Coefficients as a file can have them.
+    Those at full slip have 15 more digits: without spin it is known exactly.
 
     Parameters
     ----------
     splines : ndarray, shape (h, i, j, k, 3)
     """
-    units = units_of(splines)
-    return np.asarray(np.rint(splines / units) * units)
+    largest = np.maximum(np.abs(splines).max(axis=(0, 2, 3)), TINY)
+    units = np.ldexp(1.0, np.ceil(np.log2(largest / 32767)).astype(int))
+    multiples = splines / units[:, None, None]
+    whole = np.rint(multiples)
+    return {"units": units, "splines": whole, "full_slip": np.rint((multiples - whole)[:, -AT_FULL:] * MORE)}
+
+
+def unpacked(units: np.ndarray, splines: np.ndarray, full_slip: np.ndarray) -> np.ndarray:
+    """Coefficients from what `packed` gives.
+
+    Parameters
+    ----------
+    units : ndarray, shape (i, 3)
+    splines : ndarray, shape (h, i, j, k, 3)
+    full_slip : ndarray, shape (h, 3, j, k, 3)
+    """
+    multiples = np.array(splines)
+    multiples[:, -AT_FULL:] += full_slip / MORE
+    return multiples * units[:, None, None]
 
 
 @cache
@@ -272,131 +279,6 @@ def shipped() -> TableBook:
     """The book that comes with the package: nu = 0.28, steel."""
     with as_file(files("varcontact.theories") / "table_book.nc") as path:
         return TableBook.read(path)
-
-
-def spin_scale(coefficients: CreepageCoefficients, ratio: Any) -> np.ndarray:
-    """Scales of vx, vy and spin times sqrt(ab) in the reduced creepage, but for G ab / (f Fz).
-
-    Parameters
-    ----------
-    coefficients : CreepageCoefficients
-    ratio : float or ndarray, shape (n,)
-        a/b.
-
-    Returns
-    -------
-    ndarray, shape (3, ...)
-    """
-    return np.array(scales(coefficients, ratio))
-
-
-def scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any, Any, Any]:
-    """Those of `spin_scale`, each by itself."""
-    C = coefficients
-    return C.C11, C.C22, SPIN * C.C11 * (ratio + 1 / ratio) ** 0.5
-
-
-def linear_part(x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, Any, Any]:
-    """Normalised forces of the linear theory for reduced creepages.
-
-    Parameters
-    ----------
-    x, y, z : float or ndarray
-        Along vx, vy and the spin.
-    ratio : float or ndarray
-        a/b.
-    coefficients : CreepageCoefficients
-
-    Returns
-    -------
-    tuple of three floats or ndarrays
-        Fx, Fy, Mz.
-    """
-    C, by_spin = coefficients, scales(coefficients, ratio)[2]
-    return -x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
-
-
-def places(t: Any) -> Any:
-    """Where a magnitude stands among the splines, from 0, no slip, to 1, full slip.
-
-    It has more room than t for the magnitudes about `KNEE`, where full slip begins.
-
-    Parameters
-    ----------
-    t : float or ndarray
-        ``r/(r + 1.5)`` of a magnitude r.
-    """
-    rest = (1 - t) * (KNEE / HALFWAY)
-    cube = t * t * t
-    return t + ROOM * (cube / (cube + rest * rest * rest) - t)
-
-
-def magnitudes(count: int) -> np.ndarray:
-    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1: equal steps of `places`.
-
-    Parameters
-    ----------
-    count : int
-    """
-    low, high = np.zeros(count), np.ones(count)
-    wanted = np.arange(1, count + 1) / (count + 1)
-    for _ in range(60):
-        middle = (low + high) / 2
-        below = places(middle) < wanted
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return (low + high) / 2
-
-
-def ratio_nodes(least: float, greatest: float, count: int) -> np.ndarray:
-    """Chebyshev's points in log(a/b), both ends included.
-
-    Parameters
-    ----------
-    least, greatest : float
-    count : int
-    """
-    middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
-    return np.asarray(np.exp(middle - half * np.cos(math.pi * np.arange(count) / (count - 1))))
-
-
-def direction_nodes(degree: int) -> np.ndarray:
-    """Directions that determine polynomials of the direction: circles of (vy, spin), half of each.
-
-    Parameters
-    ----------
-    degree : int
-        Odd.
-
-    Returns
-    -------
-    ndarray, shape (d, 3)
-        From pure vx to none of it.
-    """
-    circles = (degree + 3) // 2
-    found = [np.array([[1.0, 0.0, 0.0]])]
-    for k in range(1, circles + 1):
-        count = min(4 + 2 * k, degree + 3)
-        angle, radius = math.pi * np.arange(count) / count, math.sin(math.pi * k / (2 * circles))
-        height = math.cos(math.pi * k / (2 * circles)) if k < circles else 0.0
-        found.append(np.stack([np.full(count, height), radius * np.cos(angle), radius * np.sin(angle)], axis=1))
-    return np.concatenate(found)
-
-
-def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Weights of values at some nodes in the values of the polynomial through them.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (r,)
-    at : ndarray, shape (n,)
-
-    Returns
-    -------
-    ndarray, shape (n, r)
-    """
-    same = np.eye(len(nodes), dtype=bool)
-    parts = np.where(same, 1.0, at[:, None, None] - nodes) / np.where(same, 1.0, nodes[:, None] - nodes)
-    return np.asarray(parts.prod(axis=-1))
 
 
 def _in_rows(splines: np.ndarray) -> np.ndarray:

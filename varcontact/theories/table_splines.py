@@ -13,7 +13,7 @@ import numpy as np
 
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.reference.equal_splines import splines_at_knots
-from varcontact.theories.table_book import HALFWAY, lagrange, linear_part, magnitudes, spin_scale
+from varcontact.theories.table_nodes import HALFWAY, lagrange, linear_part, magnitudes, spin_scale
 
 POLAR, ANGLES = 16, 32
 """Intervals of the splines: of the angle from vx up to pi/2, of the angle of (vy, spin) up to pi."""
@@ -114,7 +114,7 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
     knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
     between = _between_directions(directions, knots.reshape(-1, 3))
     least, greatest = np.log(ratios[[0, -1]])
-    places = np.linspace(least, greatest, max(3, 3 * (len(ratios) - 1) // 2) + 1)
+    places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
     each = np.einsum("ikd,hr,rtdi->htki", between, lagrange(np.log(ratios), places), left, optimize=True)
     S = np.stack(
         [_at_knots(nu, ratio, knots.reshape(-1, 3), rest) for ratio, rest in zip(np.exp(places), each, strict=True)]
@@ -126,14 +126,15 @@ def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> n
     """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
     coefficients, rough, fine = no_slip_coefficients(float(ratio), nu), quadrature(ratio), quadrature(ratio, 80)
     t = magnitudes(len(left))
-    found = [
+    finite = [
         local_law(HALFWAY * each / (1 - each) * knots, ratio, coefficients, *rough) + rest
         for each, rest in zip(t, left, strict=True)
     ]
-    found.append(local_law(FULL * knots, ratio, coefficients, *fine))
-    found = _rising(np.stack(found), knots / spin_scale(coefficients, ratio))
+    full = local_law(FULL * knots, ratio, coefficients, *fine)
+    found = _rising(np.stack([*finite, full]), knots / spin_scale(coefficients, ratio))
     t = np.append(t, 1.0)[:, None, None]
-    linear = np.stack(linear_part(*knots.T, ratio, coefficients), axis=-1)
+    x, y, z = knots.T
+    linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
     S = (found - (HALFWAY * t * (1 - t)) * linear) / t**2
     first = min(4, len(S))
     at_zero = lagrange(np.arange(1.0, first + 1), np.zeros(1))[0] @ S[:first].reshape(first, -1)
