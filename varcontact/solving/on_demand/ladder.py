@@ -10,6 +10,7 @@ from varcontact.planning.plan import Plan
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 
 @dataclass(frozen=True)
@@ -162,6 +163,18 @@ LADDERS = {
         "line contact, shifts under computed pressure", Law(2.0, 2.0, 0.013, 1.0, 0.021, 2.8), coarsest=8, line=True
     ),
     (True, False, "none"): Ladder("line contact, normal", Law(2.0, 1.0, 0.64, 1.0, 2.2, 6.6), coarsest=8, line=True),
+    (False, True, "history"): Ladder(
+        "histories under Hertz's pressure", Law(1.75, 3.0, 0.1, 1.5, 0.5, 2.5), coarsest=6, edge="touched"
+    ),
+    (False, False, "history"): Ladder(
+        "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.63, 7.1), coarsest=6
+    ),
+    (True, True, "history"): Ladder(
+        "line contact, histories under Hertz's pressure", Law(1.75, 2.0, 1.1, 2.0, 0.15, 1.5), coarsest=8, line=True
+    ),
+    (True, False, "history"): Ladder(
+        "line contact, histories under computed pressure", Law(1.75, 2.0, 1.1, 2.0, 0.15, 1.5), coarsest=8, line=True
+    ),
 }
 """By whether it is line contact, whether Hertz's pressure is taken, and motion."""
 
@@ -174,8 +187,9 @@ def kind_of(scene: Scene, plan: Plan) -> tuple[bool, bool, str]:
     scene : Scene
     plan : Plan
     """
-    moves = "none" if not plan.rubs else "steady" if isinstance(scene.motion, Steady) else "shift"
-    return scene.line, plan.closed_form, moves
+    motion = scene.motion
+    steps = "history" if isinstance(motion, Transient) else "steady" if isinstance(motion, Steady) else "shift"
+    return scene.line, plan.closed_form, steps if plan.rubs else "none"
 
 
 def ladder_of(scene: Scene, plan: Plan) -> Ladder:
