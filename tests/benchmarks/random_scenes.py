@@ -29,6 +29,10 @@ KINDS = (
     "line history",
     "line unlike history",
     "sampled history",
+    "line sampled",
+    "line sampled shift",
+    "slender",
+    "slender shift",
 )
 
 
@@ -83,8 +87,14 @@ def _drawn(rng: np.random.Generator) -> _Drawn:
     )
 
 
+def _slender(rng: np.random.Generator, drawn: _Drawn) -> _Drawn:
+    """The same with an a/b, or b/a, from 8 to 33, and Poisson's ratios down to -0.5."""
+    ratio = float(np.exp(rng.choice([-1, 1]) * rng.uniform(np.log(8), np.log(33))))
+    return replace(drawn, a=ratio**0.5, b=ratio**-0.5, nu=float(rng.choice([-0.5, 0.0, 0.28, 0.5])))
+
+
 def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
-    drawn = _drawn(rng)
+    drawn = _slender(rng, _drawn(rng)) if kind.startswith("slender") else _drawn(rng)
     if kind.startswith("line"):
         return _line(rng, kind, drawn)
     if kind.startswith("sampled"):
@@ -133,8 +143,10 @@ def _shift(drawn: _Drawn, bodies: vc.Bodies, limit: float, mean: float) -> vc.Sh
 
 def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     bodies, force = _unlike(rng) if "unlike" in kind else vc.Bodies(G=1.0, nu=drawn.nu), 0.01
-    surface = vc.Cylinders(1.0, reference_depth=5.0)
-    a = vc.Scene(bodies=bodies, surface=surface, normal_force=force).hertz.a
+    surface: vc.Cylinders | vc.SampledDistance = vc.Cylinders(1.0, reference_depth=5.0)
+    if "sampled" in kind:
+        surface, force = _sampled_line(rng), float(np.exp(rng.uniform(np.log(5e-3), np.log(5e-2))))
+    a = half_length(vc.Scene(bodies=bodies, surface=surface, normal_force=force))
     limit = drawn.f * force
     full = 4 * (1 - bodies.combined_nu) * limit / (np.pi * bodies.combined_G * a)  # Carter's
     vx, vy, _ = (float(v) for v in drawn.slip * full)
@@ -144,6 +156,15 @@ def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     elif kind.endswith("shift"):
         motion = vc.Shift(ux=3 * a * vx, uy=3 * a * vy)
     return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+
+
+def _sampled_line(rng: np.random.Generator) -> vc.SampledDistance:
+    """Between parabola and quartic, or with two summits."""
+    x = np.linspace(-3.0, 3.0, 601)
+    h = x**2 + float(rng.uniform(0.1, 1)) * x**4
+    if rng.random() < 0.5:
+        h = -0.1 * np.logaddexp(*(-((x - at) ** 2) / 0.1 for at in (-0.55, 0.5)))
+    return vc.SampledDistance(0.02 * h, x=x, reference_depth=5.0)
 
 
 def _sampled(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:

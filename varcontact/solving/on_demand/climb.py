@@ -16,9 +16,9 @@ from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
-from varcontact.solving.error_norm import creepage_names, friction_limit, units, values
+from varcontact.solving.error_norm import creepage_names, friction_limit, semi_axes, units, values
 from varcontact.solving.on_demand.asked import Asked
-from varcontact.solving.on_demand.ladder import Ladder, ladder_of
+from varcontact.solving.on_demand.ladder import Ladder, ladder_of, slenderness
 
 Progress = Callable[[str], None]
 Answer = Solution | History
@@ -102,7 +102,7 @@ class Climb:
         """
         accuracy, most = self.asked.accuracy, self.most()
         assert accuracy is not None
-        n = self.ladder.first(accuracy)
+        n = self.ladder.first(accuracy, self.slender)
         if n > most:
             raise self._out_of_reach(accuracy, most)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
@@ -150,6 +150,16 @@ class Climb:
         return with_values(fine.answer, ErrorEstimate(best, exact, how, solves, *self._asked))
 
     @property
+    def slender(self) -> float:
+        """How slender the contact is, as far as that is known: before the first answer by Hertz."""
+        hertz = self.scene.hertz
+        if self.scene.line:
+            return 1.0
+        if hertz is not None:
+            return slenderness(hertz.a, hertz.b)
+        return slenderness(*semi_axes(_largest(self.rungs[-1].answer))) if self.rungs else 1.0
+
+    @property
     def _asked(self) -> tuple[float | None, float | None]:
         return self.asked.accuracy, self.asked.time_budget
 
@@ -179,20 +189,20 @@ class Climb:
 
     def answer(self) -> Answer:
         """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
-        fine, law = self.rungs[-1], self.ladder.law
+        fine, law, slender = self.rungs[-1], self.ladder.law, self.slender
         solves = tuple(Solve(*_cells(rung.answer), rung.seconds) for rung in self.rungs)
         if len(self.rungs) == 1:
-            errors = {name: law.alone(fine.n) for name in fine.values}
+            errors = {name: law.alone(fine.n, slender) for name in fine.values}
             how = f"by the usual error on {fine.n} elements across the contact: there was no time for a second grid"
             best = fine.values
         else:
             coarse = min(self.rungs[:-1], key=lambda rung: abs(math.log(rung.n / (BESIDE * fine.n))))
             part = 1 / ((fine.n / coarse.n) ** law.order - 1)
             steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
-            errors = {name: law.error(step / fine.units[name], fine.n) for name, step in steps.items()}
+            errors = {name: law.error(step / fine.units[name], fine.n, slender) for name, step in steps.items()}
             best = {name: value + steps[name] for name, value in fine.values.items()}
             how = (
-                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n):.1e} "
+                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n, slender):.1e} "
                 f"(measured on {self.ladder.name}); extrapolated with order {law.order:g} "
                 f"from {coarse.n} and {fine.n} elements across the contact"
             )
@@ -227,7 +237,7 @@ class Climb:
         return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
 
     def _out_of_reach(self, accuracy: float, most: int) -> TooLarge:
-        n, reached = self.ladder.first(accuracy), self.ladder.law.expected(most)
+        n, reached = self.ladder.first(accuracy, self.slender), self.ladder.law.expected(most, self.slender)
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 
@@ -288,6 +298,11 @@ def _estimated(answer: Answer) -> float:
     estimate = answer.error_estimate
     assert estimate is not None
     return estimate.largest
+
+
+def _largest(answer: Answer) -> Solution:
+    """The solution, or that step of a history which has the largest contact."""
+    return max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
 
 
 def _cells(answer: Answer) -> tuple[int, int]:
