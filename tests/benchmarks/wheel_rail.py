@@ -1,16 +1,21 @@
 """Wheels on rails: against CONTACT on the Manchester benchmark, what noise does to the pressure, and the time it takes.
 
-python -m tests.benchmarks.wheel_rail
+python -m tests.benchmarks.wheel_rail [contact] [fast] [noise] [seconds]
+
+All four without a word: the exact way and the fast one against CONTACT, noise, and processor seconds of both ways.
 """
 
 import platform
+import sys
 import time
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from tests.wheel_rail.conditions import RAIL, WHEELSET, benchmark, manchester
-from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail
+from tests.wheel_rail.conditions import RAIL, TRACK, WHEELSET, benchmark, manchester
+from varcontact.wheel_rail import Position, Profile, Track, Velocity, WheelOnRail, geometry_table
 
 NOISE, SEEDS = 0.002, (3, 4)
 LENGTHS = (0.0, 2.0, 5.0, 10.0, 20.0)
@@ -76,29 +81,86 @@ def noise() -> None:
             )
 
 
-def seconds() -> None:
-    """Of the geometry of a position, and of the whole with the load given, with elements of 0.5 mm."""
-    geometry, whole = [], []
-    for row in manchester():
-        for _ in range(REPEATS):
-            case = benchmark(row, dx=0.5, dy=0.5)
-            assert case.rail.s.size
-            assert case.wheel.s.size
-            start = time.process_time()
-            case.patches(row["z_ws"])
-            middle = time.process_time()
-            case.solve()
-            geometry.append(middle - start)
-            whole.append(time.process_time() - middle)
-    print(
-        f"geometry {1e3 * np.median(geometry):.1f} ms (up to {1e3 * max(geometry):.1f}), "
-        f"whole {np.median(whole):.3f} s (up to {max(whole):.3f})"
-    )
+FAST = [
+    (normal, theory, {"outside": "clamp"} if theory == "table" else {})
+    for normal in ("virtual-penetration", "hertz")
+    for theory in ("fastsim", "fastrip", "table")
+]
 
+
+def fast_differences(row: dict, normal: str, theory: str, options: dict) -> list[float]:
+    """Tangential forces by f Fn, normal force and peak pressure [%], location [mm]."""
+    (each,) = benchmark(row).estimate(normal, theory, **options).patches
+    return [
+        100 * float(np.hypot(*(each.force[:2] - [row["fx"], row["fs"]]))) / (0.3 * row["fn"]),
+        100 * abs(each.force[2] / row["fn"] - 1),
+        100 * abs(each.ellipse.peak_pressure / row["pmax"] - 1),
+        float(np.abs(each.frame.origin - [row["x"], row["y"], row["z"]]).max()),
+    ]
+
+
+def fast_against_contact() -> None:
+    """Median and largest of the 26 wheels."""
+    print("the fast way: tangential, normal force, peak pressure [%], location [mm], median and largest")
+    for normal, theory, options in FAST:
+        found = np.array([fast_differences(row, normal, theory, options) for row in manchester()])
+        pairs = zip(np.median(found, axis=0), found.max(axis=0), strict=True)
+        print(f"{normal:20} {theory:8}" + "".join(f"  {middle:7.3f}, {most:6.2f}" for middle, most in pairs))
+
+
+def every_half_millimetre() -> list[dict]:
+    """Both wheels of 21 positions: roll, yaw and rate of pitch between those of the benchmark."""
+    found = []
+    for side in ("left", "right"):
+        known = [row for row in manchester() if row["side"] == side]
+        places = [row["y_ws"] for row in known]
+        for y in np.arange(0.0, 10.1, 0.5):
+            found.append({"side": side, "y_ws": float(y), "given": y in places})
+            for name in ("roll", "yaw", "pitch_rate", "z_ws"):
+                found[-1][name] = float(np.interp(y, places, [row[name] for row in known]))
+    return found
+
+
+def least(times: int, work: Callable[..., object], *arguments: Any, **options: Any) -> float:
+    """Processor seconds of the fastest of several calls."""
+    found = []
+    for _ in range(times):
+        begun = time.process_time()
+        work(*arguments, **options)
+        found.append(time.process_time() - begun)
+    return min(found)
+
+
+def seconds() -> None:
+    """Of the geometry of a position, of the whole with the load given on elements of 0.5 mm, and of the fast way."""
+
+    def way(row: dict, name: str, *arguments: Any, **options: Any) -> object:
+        return getattr(benchmark(row, dx=0.5, dy=0.5), name)(*arguments, **options)
+
+    rows = every_half_millimetre()
+    shown = {
+        "geometry": [least(REPEATS, way, row, "patches", row["z_ws"]) for row in rows if row["given"]],
+        "whole": [least(REPEATS, way, row, "solve") for row in rows],
+    }
+    for normal, theory, options in FAST:
+        shown[f"{normal}, {theory}"] = [least(REPEATS, way, row, "estimate", normal, theory, **options) for row in rows]
+    table = geometry_table(
+        TRACK, WHEELSET, y=np.linspace(-6.0, 6.0, 13), yaw=np.linspace(-0.01, 0.01, 5), vertical_force=50e3
+    )
+    velocity = Velocity(speed=20e3, lateral=12.0, yaw_rate=0.02)
+    for theory in ("fastsim", "fastrip", "table"):
+        shown[f"tabulated, both wheels, {theory}"] = [
+            least(20, table.forces, y, 2.4e-3 * y, velocity, theory) for y in np.linspace(-4.0, 4.0, 41)
+        ]
+    print("processor milliseconds: median, largest")
+    for name, found in shown.items():
+        print(f"{name:36} {1e3 * np.median(found):8.2f} {1e3 * max(found):8.2f}")
+
+
+PARTS = {"contact": against_contact, "fast": fast_against_contact, "noise": noise, "seconds": seconds}
 
 if __name__ == "__main__":
     print(platform.platform(), platform.python_version())
     warnings.simplefilter("ignore")
-    against_contact()
-    noise()
-    seconds()
+    for part in sys.argv[1:] or PARTS:
+        PARTS[part]()

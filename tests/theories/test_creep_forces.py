@@ -167,6 +167,18 @@ def test_contaminated_rails():
     assert wet.Fx == pytest.approx(0.2 * vc.creep_forces("linear", **CONTACT, vx=1e-9).Fx, rel=1e-6)
 
 
+def test_outside_the_table_book_the_ellipse_of_the_same_area_with_the_nearest_ratio_counts():
+    """Long and broad ellipses and one between, in one call, with reduced slopes; each as a call for its stand-in."""
+    a, b, within = np.array([12.0, 1.0, 0.3]), np.array([1.0, 0.8, 4.5]), np.array([5.0, 1.25, 0.2])
+    rest = {"G": 1.0, "nu": 0.28, "normal_force": 1.0, "friction": 0.3, "slope": 0.6}
+    rest |= {"vx": 0.1, "vy": -0.05, "spin": 0.03}
+    found = vc.creep_forces("table", a=a, b=b, outside="clamp", **rest)
+    nearest = vc.creep_forces("table", a=np.sqrt(a * b * within), b=np.sqrt(a * b / within), **rest)
+    np.testing.assert_allclose(parts(found), parts(nearest), rtol=1e-9)
+    single = vc.creep_forces("table", a=12.0, b=1.0, outside="clamp", **rest)
+    np.testing.assert_allclose(parts(single), parts(found)[:, 0], rtol=1e-9)
+
+
 def test_bodies_in_place_of_constants():
     given_ = {key: value for key, value in CONTACT.items() if key not in ("G", "nu")}
     by_bodies = vc.creep_forces("fastsim", **given_, bodies=vc.Bodies(G=1.0, nu=0.28), vx=0.1)
@@ -193,6 +205,8 @@ def test_bodies_in_place_of_constants():
         ({"theory": "strip", "slope": 0.5}, "no creepage coefficients"),
         ({"m": 1}, "m = 1 .*2 or more"),
         ({"k_A": 0.5}, "k_A is no option of fastsim: must be one of m, n"),
+        ({"theory": "table", "a": [1.0, 9.0], "b": 1.0}, r"a/b\[1\] = 9\.0 .*outside=.clamp. takes the nearest"),
+        ({"theory": "table", "outside": "extrapolate"}, "outside = 'extrapolate' .*refuse, clamp"),
         ({"theory": "linear", "m": 5}, "m is no option of linear: must be left out"),
         ({"theory": "polach", "k_A": 0.5, "k_S": 0.6}, "k_A, k_S"),
         ({"theory": "fastrip", "a": 0.01, "b": 1.0, "nu": -0.9, "spin": 1.0}, "C23 = -0.* must be positive"),

@@ -207,7 +207,7 @@ def test_it_is_smooth_enough_for_newtons_method():
 def test_outside_is_refused_or_clamped_as_asked():
     triple = creepages(1)[0]
     with pytest.raises(
-        vc.SceneError, match=r"a/b = 6\.0 .* in \[0\.2, 5\], the range of the book \(table_forces takes the nearest"
+        vc.SceneError, match=r"a/b = 6\.0 .* in \[0\.2, 5\], the range of the book \(outside=.clamp. takes the nearest"
     ):
         table_forces(6.0, 1.0, G, LIMIT, triple)
     clamped = table_forces(6.0, 1.0, G, LIMIT, triple, outside="clamp")

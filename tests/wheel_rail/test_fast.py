@@ -17,7 +17,9 @@ from tests.wheel_rail.conditions import (
 )
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import StaticKinetic
+from varcontact.theories import table_forces
 from varcontact.wheel_rail import Position, WheelOnRail, WheelSet
 
 
@@ -73,12 +75,23 @@ def test_virtual_penetration_is_rounder_than_hertz(radius, wider, lower):
     assert one.ellipse.a / one.ellipse.b == pytest.approx(np.sqrt(460.0 / Ry), rel=0.01)
 
 
-@pytest.mark.parametrize(("normal", "typical", "worst"), [("virtual-penetration", 0.035, 0.08), ("hertz", 0.035, 0.10)])
-def test_the_benchmarks_positions(normal, typical, worst):
+CLAMP = {"outside": "clamp"}
+
+
+@pytest.mark.parametrize(
+    ("normal", "theory", "options", "typical", "worst"),
+    [
+        ("virtual-penetration", "fastsim", {}, 0.035, 0.08),
+        ("hertz", "fastsim", {}, 0.035, 0.10),
+        ("virtual-penetration", "table", CLAMP, 0.0015, 0.08),
+        ("hertz", "table", CLAMP, 0.0015, 0.09),
+    ],
+)
+def test_the_benchmarks_positions(normal, theory, options, typical, worst):
     """All 26 of them against CONTACT: tangential forces by f Fn, normal force, location."""
     apart = []
     for row in manchester():
-        found = benchmark(row).estimate(normal)
+        found = benchmark(row).estimate(normal, theory, **options)
         (each,) = found.patches
         wanted = np.array([row["fx"], row["fs"], row["fn"]])
         apart.append(np.hypot(*(each.force - wanted)[:2]) / (0.3 * row["fn"]))
@@ -88,6 +101,34 @@ def test_the_benchmarks_positions(normal, typical, worst):
         assert found.z == pytest.approx(row["z_ws"], abs=0.01)
     assert np.median(apart) < typical
     assert max(apart) < worst
+
+
+@pytest.mark.parametrize(("y", "options"), [(2.0, {}), (9.0, CLAMP)])
+def test_forces_of_the_table_are_those_of_the_table_by_hand(y, options):
+    """On the tread, and at the flange, where patches are longer than the ellipses of the book."""
+    row = next(each for each in manchester() if (each["side"], each["y_ws"]) == ("right", y))
+    case = benchmark(row)
+    (each,) = case.estimate(tangential="table", **options).patches
+    rolled, ellipse = each.creepage, each.ellipse
+    assert (ellipse.a / ellipse.b > 5) == (options == CLAMP)
+    G, limit = case.bodies.combined_G, 0.3 * ellipse.normal_force
+    found = table_forces(ellipse.a, ellipse.b, G, limit, (rolled.vx, rolled.vy, rolled.spin), **options)
+    assert each.force[:2] == pytest.approx(found.force, rel=1e-9)
+    assert each.moment == pytest.approx(float(found.moment), rel=1e-9)
+
+
+def test_what_the_table_has_not_is_refused():
+    flange = next(each for each in manchester() if (each["side"], each["y_ws"]) == ("right", 9.0))
+    with pytest.raises(SceneError, match=r'a/b = 9\.\d+ .* the range of the book \(outside="clamp" takes the nearest'):
+        benchmark(flange).estimate(tangential="table")
+    with pytest.raises(SceneError, match=r"outside = 'nearest' .* refuse, clamp"):
+        circles().estimate(tangential="table", outside="nearest")
+    with pytest.raises(SceneError, match=r"nu = 0\.3 .* within 0\.01 of the book's, 0\.28"):
+        circles(bodies=Bodies(G=82e3, nu=0.3)).estimate(tangential="table")
+    with pytest.raises(SceneError, match="bodies: the fast theories hold for quasi-identical bodies"):
+        circles(bodies=Bodies(G=(82e3, 26e3), nu=(0.28, 0.33))).estimate(tangential="table")
+    with pytest.raises(SceneError, match="outside is no option of fastsim"):
+        circles().estimate(outside="clamp")
 
 
 def test_left_and_right_are_mirror_images():

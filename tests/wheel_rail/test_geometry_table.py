@@ -9,6 +9,7 @@ import pytest
 
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.errors import SceneError
+from varcontact.theories import table_forces
 from varcontact.wheel_rail import Position, Velocity, WheelOnRail, geometry_table
 
 LOAD = 50e3
@@ -68,11 +69,35 @@ def test_between_the_nodes_it_is_near_the_estimate(table):
     assert found.force == pytest.approx(direct, abs=0.01 * 2 * LOAD)
 
 
+def test_in_short(table):
+    assert repr(table) == "GeometryTable(13 x 5 positions, y -6 to 6 mm, yaw -0.01 to 0.01 rad)"
+
+
 def test_mirror_images(table):
     one = table.forces(2.3, 0.004, Velocity(speed=20e3, lateral=10.0, yaw_rate=0.01))
     other = table.forces(-2.3, -0.004, Velocity(speed=20e3, lateral=-10.0, yaw_rate=-0.01))
     assert other.force == pytest.approx(one.force * [1, -1, 1], rel=1e-9)
     assert other.moment == pytest.approx(one.moment * [-1, 1, -1], rel=1e-9)
+
+
+def test_forces_by_the_table_book_are_those_of_the_book_by_hand(table):
+    found = table.forces(2.3, 0.004, MOVING, "table")
+    for row, rolled, forces in zip(found.patches, found.creepages, found.creep_forces, strict=True):
+        by_hand = table_forces(row[4], row[5], table.bodies.combined_G, table.friction * row[6], rolled)
+        assert forces == pytest.approx(by_hand.force, rel=1e-9)
+
+
+def test_a_flange_longer_than_the_ellipses_of_the_book():
+    """Its a/b is refused by its place among the patches, and clamped as asked."""
+    table = geometry_table(TRACK, WHEELSET, y=[-8.0, 8.0], yaw=[-0.01, 0.01], vertical_force=LOAD)
+    with pytest.raises(SceneError, match=r"a/b\[1\] = \d+\.\d+ .* range of the book"):
+        table.forces(8.0, 0.01, MOVING, "table")
+    found = table.forces(8.0, 0.01, MOVING, "table", outside="clamp")
+    by_hand = [
+        table_forces(row[4], row[5], table.bodies.combined_G, table.friction * row[6], rolled, outside="clamp").force
+        for row, rolled in zip(found.patches, found.creepages, strict=True)
+    ]
+    assert found.creep_forces == pytest.approx(np.array(by_hand), rel=1e-9)
 
 
 def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):

@@ -224,8 +224,11 @@ def test_smoothing_mends_what_noise_does_to_the_pressure():
     rough = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
     common = {"vertical_force": 10e3, "dx": 0.5, "dy": 0.2}
     exact = wheel(2.0, **common).solve().patches[0].peak_pressure
-    with pytest.warns(RoughProfile, match=r"waves \d+ times across the patch at y = 7\d\d.* mm: a profile is rough"):
+    with pytest.warns(
+        RoughProfile, match=r"waves \d+ times across the patch at y = 7\d\d.* mm: a profile is rough"
+    ) as caught:
         noisy = wheel(2.0, track=Track(rail=rough), **common, join=1e3, separate=1e3).solve()
+    assert len(caught) == 1  # of the height that was found, not of all that were tried
     assert noisy.patches[0].peak_pressure > 2 * exact
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -248,6 +251,39 @@ def test_conformal_contact_is_said_with_its_numbers():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wheel(vertical_force=20e3).solve()
+
+
+@pytest.mark.parametrize("with_friction", [False, True])
+def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
+    """With overlaps that feel each other in part, and a certificate that only the last solution has."""
+    case = wheel(
+        5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, with_friction=with_friction,
+        join=1.0, separate=20.0,
+    )  # fmt: skip
+    found = case.solve(certify="gap")
+    again = replace(case, vertical_force=None, z=found.z).solve()
+    assert len(found.patches[0].patch.seams) == 1
+    assert found.force == pytest.approx(again.force, rel=1e-12)
+    assert found.patches[0].solution.certificate.relative_gap < 1e-8
+    bearing = found.force[2] if with_friction else found.patches[0].normal_force * np.cos(found.patches[0].patch.angle)
+    assert bearing == pytest.approx(10e3, rel=1e-6)
+
+
+def test_in_short():
+    """Representations for notebooks and error messages name what matters, without the arrays."""
+    case = WheelOnRail(
+        track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()), side="left",
+        vertical_force=20e3, dx=1.0, dy=1.0,
+    )  # fmt: skip
+    rail = "Profile(rail, '60E1', 517 points, y -37.08 to 37.08 mm)"
+    assert repr(case.track.rail) == rail
+    assert repr(Profile.s1002().smoothed(5.0)).endswith("60 mm, smoothing=5)")
+    assert repr(case).startswith(f"WheelOnRail(track=Track(rail={rail}, gauge=1435.0, ")
+    found = case.solve()
+    forces = ", ".join(f"{each:.6g}" for each in found.force)
+    assert repr(found) == f"WheelRailSolution(left wheel, 1 patch, force=({forces}), z={found.z:.6g})"
+    assert repr(found.patches[0]).startswith("PatchSolution(location=(0, -751.")
+    assert repr(case.estimate()).startswith("FastWheel(left wheel, 1 patch, force=(")
 
 
 def test_methods_reach_the_patches():

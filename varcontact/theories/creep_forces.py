@@ -19,7 +19,7 @@ from varcontact.theories.polach import polach_forces
 from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.strip_theory import fastrip_forces, strip_forces
 from varcontact.theories.strips import Strips, calibrated
-from varcontact.theories.table import check_nu, check_ratio, interpolated
+from varcontact.theories.table import OUTSIDE, check_nu, check_ratio, interpolated
 from varcontact.theories.table_book import TableBook, shipped
 
 
@@ -52,6 +52,7 @@ class _Contact:
     vx: Any
     vy: Any
     spin: Any
+    slope: Any
     table: CreepageCoefficients
 
 
@@ -93,7 +94,8 @@ def creep_forces(
         which has no coefficients.
     **options
         ``m`` and ``n``, the intervals along a strip and the strips (10 each), of FASTSIM, FaStrip and strip theory;
-        ``k_A`` and ``k_S`` of Polach's formula; ``book``, a `TableBook` in place of the package's, of ``table``.
+        ``k_A`` and ``k_S`` of Polach's formula; of ``table``: ``book``, a `TableBook` in place of the package's, and
+        ``outside="clamp"``, for an a/b outside the book the ellipse of the same area with the nearest a/b it has.
 
     Returns
     -------
@@ -145,10 +147,8 @@ def _checked(
     _check_shapes(
         {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope} | dict(zip(NAMES, creepages, strict=True))
     )
-    table = no_slip_coefficients(a / b, nu)
-    if not (isinstance(slope, int | float) and slope == 1):
-        table = _reduced(theory, table, slope)
-    return _Contact(a, b, G, nu, limit, *creepages, table)
+    slope = _part(theory, slope)
+    return _Contact(a, b, G, nu, limit, *creepages, slope, _coefficients(a / b, nu, slope))
 
 
 NAMES = ("vx", "vy", "spin")
@@ -195,13 +195,22 @@ def _check_shapes(arguments: dict[str, Any]) -> None:
         raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
 
 
-def _reduced(theory: str, table: CreepageCoefficients, slope: Any) -> CreepageCoefficients:
+def _part(theory: str, slope: Any) -> Any:
+    if isinstance(slope, int | float) and slope == 1:
+        return 1.0
     part = _positive("slope", slope)
     if np.any(np.asarray(part) > 1):
         raise SceneError("slope", float(np.max(part)), "in (0, 1]")
     if theory == "strip":
         raise SceneError("slope", slope, message="slope: strip theory has no creepage coefficients to reduce")
-    return CreepageCoefficients(part * table.C11, part * table.C22, part * table.C23, part * table.C33)
+    return part
+
+
+def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
+    table = no_slip_coefficients(ratio, nu)
+    if isinstance(slope, float) and slope == 1:
+        return table
+    return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
 def _unknown_option(theory: str, options: dict[str, Any], error: TypeError) -> Exception:
@@ -269,13 +278,16 @@ def _fastsim(bound: str, flexibility: str) -> Callable[..., CreepForces]:
     return forces
 
 
-def _table(c: _Contact, book: TableBook | None = None) -> CreepForces:
+def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") -> CreepForces:
     book = shipped() if book is None else book
-    ratio, ab = c.a / c.b, c.a * c.b
+    ratio, ab, coefficients = c.a / c.b, c.a * c.b, c.table
     check_nu(book, c.nu)
+    if checks.choice("outside", outside, OUTSIDE) == "clamp":
+        ratio = _floats(np.clip(ratio, book.ratios[0], book.ratios[-1]))
+        coefficients = _coefficients(ratio, c.nu, c.slope)
     check_ratio(book, ratio)
     size = math.sqrt(ab) if type(ab) is float else np.sqrt(ab)
-    Fx, Fy, Mz = interpolated(book, ratio, size, c.G * ab / c.limit, (c.vx, c.vy, c.spin), c.table)
+    Fx, Fy, Mz = interpolated(book, ratio, size, c.G * ab / c.limit, (c.vx, c.vy, c.spin), coefficients)
     return _finished(c, c.limit * Fx, c.limit * Fy, c.limit * size * Mz)
 
 
@@ -305,7 +317,7 @@ VECTORISED: dict[str, Callable[..., CreepForces]] = {
 }
 """The theories of `creep_forces` by name."""
 
-OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book",)} | {
+OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book", "outside")} | {
     name: ("m", "n") for name in VECTORISED if name[:4] in ("stri", "fast")
 }
 """Further arguments that a theory takes."""

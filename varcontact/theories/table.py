@@ -219,7 +219,7 @@ def check_ratio(book: TableBook, ratio: Any) -> None:
     out = np.flatnonzero((values < least * (1 - 1e-12)) | (values > greatest * (1 + 1e-12)))
     if out.size:
         field = f"a/b[{', '.join(map(str, np.unravel_index(out[0], np.shape(ratio))))}]" if np.ndim(ratio) else "a/b"
-        hint = 'table_forces takes the nearest if outside="clamp"'
+        hint = 'outside="clamp" takes the nearest'
         allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
         raise SceneError(field, float(values[out[0]]), allowed)
 

@@ -3,14 +3,16 @@
 Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in radians, velocities in mm/s.
 """
 
+from varcontact.wheel_rail.conicity import equivalent_conicity, rolling_radius_difference
 from varcontact.wheel_rail.fast import FastPatch, FastWheel
 from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, geometry_table
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.rough import RoughProfile
 from varcontact.wheel_rail.solve import ConformalContact
 from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wear import Archard, PatchWear, Wear, wear
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, RoughProfile, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 __all__ = [
     "Archard",
@@ -31,6 +33,8 @@ __all__ = [
     "WheelRailSolution",
     "WheelSet",
     "WheelSetForces",
+    "equivalent_conicity",
     "geometry_table",
+    "rolling_radius_difference",
     "wear",
 ]

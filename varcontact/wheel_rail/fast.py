@@ -16,7 +16,7 @@ The ellipse of the same area, and the same length by width, goes into the fast t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -110,13 +110,22 @@ class FastWheel:
     z: float
     patches: tuple[FastPatch, ...]
 
+    def __repr__(self) -> str:
+        Fx, Fy, Fz = self.force
+        return (
+            f"FastWheel({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
+            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
+        )
+
     @property
     def force(self) -> np.ndarray:
         """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
         return np.sum([each.force_on_track for each in self.patches], axis=0)
 
 
-def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol: float) -> FastWheel:
+def estimate_wheel_on_rail(
+    case: WheelOnRail, normal: str, tangential: str, tol: float, options: dict[str, Any]
+) -> FastWheel:
     """The fast way: see `WheelOnRail.estimate`.
 
     Parameters
@@ -124,6 +133,8 @@ def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol:
     case : WheelOnRail
     normal, tangential : str
     tol : float
+    options : dict
+        Of the theory.
 
     Returns
     -------
@@ -135,7 +146,7 @@ def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol:
 
     def patches(z: float) -> tuple[FastPatch, ...]:
         groups = joined(case.locus.overlaps(z), case.separate)
-        return tuple(_patch(case, group, z, normal, tangential) for group in groups)
+        return tuple(_patch(case, group, z, normal, tangential, options) for group in groups)
 
     def vertical(z: float) -> float:
         if case.with_friction:
@@ -149,9 +160,11 @@ def estimate_wheel_on_rail(case: WheelOnRail, normal: str, tangential: str, tol:
     return FastWheel(case, z, patches(z))
 
 
-def _patch(case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str) -> FastPatch:
+def _patch(
+    case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str, options: dict[str, Any]
+) -> FastPatch:
     frame, angle, _ = frame_of(group, case.rail)
-    approach = max(float(each.depth.max()) for each in group) * np.cos(angle)
+    approach = max(float(each.depth.max()) for each in group) * float(np.cos(angle))
     rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
     found = creep_forces(
         tangential,
@@ -163,6 +176,7 @@ def _patch(case: WheelOnRail, group: list[Overlap], z: float, normal: str, tange
         vy=rolled.vy,
         spin=rolled.spin,
         bodies=case.bodies,
+        **options,
     )
     force = np.array([found.Fx, found.Fy, ellipse.normal_force])
     return FastPatch(frame, angle, rolled, approach, ellipse, force, found.Mz)

@@ -80,6 +80,12 @@ class GeometryTable:
     bodies: Bodies
     friction: float
 
+    def __repr__(self) -> str:
+        sizes = f"{self.y.size} x {self.yaw.size} positions"
+        return (
+            f"GeometryTable({sizes}, y {self.y[0]:g} to {self.y[-1]:g} mm, yaw {self.yaw[0]:g} to {self.yaw[-1]:g} rad)"
+        )
+
     def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
         """Height of the axle and the contacts of a wheel.
 
@@ -113,7 +119,9 @@ class GeometryTable:
         found = np.tensordot(weights, self.patches[corner], 2)[:number]
         return float(np.sum(weights * self.z[corner])), found * MIRRORED if side == "left" else found
 
-    def forces(self, y: float, yaw: float, velocity: Velocity, theory: str = "fastsim") -> WheelSetForces:
+    def forces(
+        self, y: float, yaw: float, velocity: Velocity, theory: str = "fastsim", **options: Any
+    ) -> WheelSetForces:
         """Forces of both rails on the wheel set.
 
         Parameters
@@ -123,6 +131,8 @@ class GeometryTable:
         velocity : Velocity
         theory : str
             Of `varcontact.creep_forces`, with a moment.
+        **options
+            Of the theory: ``outside="clamp"`` of "table", as for `WheelOnRail.estimate`.
 
         Returns
         -------
@@ -143,7 +153,7 @@ class GeometryTable:
         rolled = _creepages(arms + patches[:, 7:] * inwards, lateral, inwards, yaw, velocity, self.wheelset.radius)
         normal, (vx, vy, spin) = patches[:, 6], rolled.T
         contact: dict[str, Any] = {"bodies": self.bodies, "normal_force": normal, "friction": self.friction}
-        found = creep_forces(theory, a=patches[:, 4], b=patches[:, 5], vx=vx, vy=vy, spin=spin, **contact)
+        found = creep_forces(theory, a=patches[:, 4], b=patches[:, 5], vx=vx, vy=vy, spin=spin, **contact, **options)
         on_wheel = -(normal[:, None] * inwards + found.Fy[:, None] * lateral)
         on_wheel[:, 0] = -found.Fx
         moment = _cross(arms, on_wheel) - found.Mz[:, None] * inwards

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.plotting.maps import box_of
+from varcontact.plotting.quantities import measure
 from varcontact.plotting.style import PAGE, colour, colour_bar, legend_below, new_figure, settle, styled
+from varcontact.scene.units import MM_N
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,7 +40,7 @@ OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
 )
 """Columns of the table of positions that are drawn, the factor and the words for each."""
 TITLES = {
-    "pressure": "Patch {0}: {1.normal_force:.4g} N, up to {1.peak_pressure:.4g} MPa",
+    "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
     "traction": "Traction on the rail",
 }
 
@@ -101,7 +103,9 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
             for column, panel in enumerate(("pressure", "traction")):
                 ax = figure.add_subplot(spaces[i, column])
                 each.solution.plot(panel, ax=ax)
-                ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]", title=TITLES[panel].format(i, each))
+                force = measure("force", MM_N, each.normal_force).text(each.normal_force, digits=4)
+                title = TITLES[panel].format(number=i, force=force, solved=each)
+                ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]", title=title)
         settle(figure)
     return figure
 

@@ -107,6 +107,11 @@ class Profile:
         elif self.kinks != "auto":
             raise SceneError("profile.kinks", self.kinks, 'y of the kinks [mm], or "auto"')
 
+    def __repr__(self) -> str:
+        name = f"{self.name!r}, " if self.name else ""
+        smoothed = f", smoothing={self.smoothing:g}" if self.smoothing else ""
+        return f"Profile({self.kind}, {name}{self.y.size} points, y {self.y[0]:.4g} to {self.y[-1]:.4g} mm{smoothed})"
+
     @classmethod
     def read(
         cls,

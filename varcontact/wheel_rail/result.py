@@ -29,6 +29,14 @@ class PatchSolution:
     patch: ContactPatch
     solution: Solution
 
+    def __repr__(self) -> str:
+        x, y, z = self.patch.location
+        Fx, Fs, FN = self.force
+        return (
+            f"PatchSolution(location=({x:.4g}, {y:.6g}, {z:.4g}), angle={self.patch.angle:.4g}, "
+            f"force=({Fx:.6g}, {Fs:.6g}, {FN:.6g}))"
+        )
+
     @property
     def normal_force(self) -> float:
         """FN [N]."""
@@ -95,6 +103,13 @@ class WheelRailSolution:
     z: float
     patches: tuple[PatchSolution, ...]
     rounds: int
+
+    def __repr__(self) -> str:
+        Fx, Fy, Fz = self.force
+        return (
+            f"WheelRailSolution({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
+            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
+        )
 
     @property
     def force(self) -> np.ndarray:

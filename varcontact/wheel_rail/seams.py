@@ -7,17 +7,20 @@ jump when a wheel moves and parts come nearer; CONTACT does the same (D_COMB, D_
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from varcontact.elasticity.operators import influence_operator
 from varcontact.errors import NotConverged
-from varcontact.results.solution import Solution
+from varcontact.problem.discretise import discretise
+from varcontact.problem.problem import NormalProblem, RawSolution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solvers.active_set.norm import norm
+from varcontact.solvers.matrix_free.drive import DENSE
+from varcontact.solvers.matrix_free.normal import newton_normal
+from varcontact.solvers.settings import Settings
 
 FALL = 0.8
 """Exponent of the weight's fall with the distance of the parts, CONTACT's."""
@@ -52,7 +55,7 @@ def seam_weight(apart: float, join: float, separate: float) -> float:
     return max(0.0, (separate - apart) / (separate - join)) ** FALL
 
 
-def weakened(scene: Scene, seams: Seams, solve_normal: Callable[[Scene], Solution]) -> Scene:
+def weakened(scene: Scene, seams: Seams) -> Scene:
     """The scene with the undeformed distance in which each part feels the others by their weights.
 
     What a part would feel too much of the others is taken off its distance, with the pressures of the round before.
@@ -63,8 +66,6 @@ def weakened(scene: Scene, seams: Seams, solve_normal: Callable[[Scene], Solutio
         With sampled distance and an explicit grid.
     seams : tuple of pairs of float
         Where they lie along y, ascending, and the weights across them.
-    solve_normal : callable
-        Solves a scene's normal problem.
 
     Returns
     -------
@@ -75,24 +76,32 @@ def weakened(scene: Scene, seams: Seams, solve_normal: Callable[[Scene], Solutio
     NotConverged
         If the rounds do not end.
     """
-    surface, grid, approach = scene.surface, scene.grid, scene.approach
+    surface, grid = scene.surface, scene.grid
     assert isinstance(surface, SampledDistance)
     assert isinstance(grid, Grid)
-    assert approach is not None
-    part, missing = _parts(grid, seams)
-    influence = influence_operator(grid, "z", "z", nu=scene.bodies.combined_nu)
-    taken = np.zeros(grid.shape)
+    assert scene.approach is not None
+    disc = discretise(replace(scene, motion=None, friction=None), grid, coupled=False)
+    problem, (part, missing) = disc.normal_problem(), _parts(grid, seams)
+    taken, raw = np.zeros(grid.shape), None
     for _ in range(ROUNDS):
-        scene = replace(scene, surface=SampledDistance(surface.h - taken))
-        pressure = solve_normal(scene).pressure / scene.bodies.combined_G
-        before, taken = taken, np.zeros(grid.shape)
-        for j in range(len(missing)):
-            felt = influence.apply((pressure * (part == j)[:, None])[None])[0]
-            taken += missing[part, j][:, None] * felt
-        change = float(np.abs(taken - before).max())
-        if change <= CLOSE * approach:
-            return scene
-    raise NotConverged("the parts of a patch were not brought to rest", change / approach)
+        raw = _pressed(replace(problem, distance=problem.distance - taken.ravel()), raw)
+        pressure, before = raw.traction.reshape(grid.shape), taken
+        parts = [disc.normal_operator.apply((pressure * (part == j)[:, None])[None])[0] for j in range(len(missing))]
+        taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
+        change = float(np.abs(taken - before).max()) * disc.displacement / scene.approach
+        if change <= CLOSE:
+            return replace(scene, surface=SampledDistance(surface.h - taken * disc.displacement))
+    raise NotConverged("the parts of a patch were not brought to rest", change)
+
+
+def _pressed(problem: NormalProblem, start: RawSolution | None) -> RawSolution:
+    """By NORM, the fastest where the contact hardly changes from round to round, or with many elements by Newton."""
+    assert problem.approach is not None
+    if np.count_nonzero(problem.distance < problem.approach) <= DENSE:
+        raw = norm(problem, start)
+        if raw.solved:
+            return raw
+    return newton_normal(problem, Settings(rough=True), start)
 
 
 def _parts(grid: Grid, seams: Seams) -> tuple[np.ndarray, np.ndarray]:

@@ -5,21 +5,20 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NotConverged
 from varcontact.results.solution import Solution
-from varcontact.scene.scene import Scene
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
+from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import weakened
-
-if TYPE_CHECKING:
-    from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 ROUNDS = 30
 """Heights that are tried."""
@@ -52,16 +51,22 @@ def solve_wheel_on_rail(
     WheelRailSolution
     """
     tol = checks.positive("tol", tol)
-    if case.z is not None:
-        z, rounds = case.z, 0
-        patches = case.patches(z)
-    else:
-        z, rounds = bearing_height(case, tol, lambda z: _vertical(case, z, methods))
-        patches = case.patches(z)
-    solved = tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in patches)
-    for each in solved:
+
+    @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
+    def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
+        return tuple(PatchSolution(patch, _solved(patch, certify, methods)) for patch in case.patches(z, warn=False))
+
+    def vertical(z: float) -> float:
+        if case.with_friction or case.bodies.K != 0:  # tractions bear a part, or change the pressure
+            return _vertical(case, solved(z, None))
+        return _pressed(case, z, methods)
+
+    z, rounds = (case.z, 0) if case.z is not None else bearing_height(case, tol, vertical)
+    found = solved(z, certify)
+    for each in found:
+        check_smooth(each.patch, stacklevel=4)
         _check_half_space(case, each)
-    return WheelRailSolution(case, z, solved, rounds)
+    return WheelRailSolution(case, z, found, rounds)
 
 
 def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], float]) -> tuple[float, int]:
@@ -112,36 +117,25 @@ def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], fl
     raise NotConverged(f"the height of the axle that bears {load:g} N was not found", abs(force - load) / load)
 
 
-def _vertical(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
-    """The vertical force on the rail at a height of the axle."""
-    total, pressed = 0.0, _presser(methods)
-    for patch in case.patches(z):
-        if case.with_friction:
-            total += PatchSolution(patch, _solved(patch, None, methods)).force_on_track[2]
-        elif case.bodies.K != 0:  # tractions change the pressure
-            total += _solved(patch, None, methods).normal_force * np.cos(patch.angle)
-        else:
-            scene = weakened(patch.scene, patch.seams, pressed) if patch.seams else patch.scene
-            total += pressed(scene).normal_force * np.cos(patch.angle)
-    return float(total)
+def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
+    """The vertical force on the rail, of normal forces alone unless friction counts."""
+    if case.with_friction:
+        return float(sum(each.force_on_track[2] for each in solved))
+    return float(sum(each.normal_force * np.cos(each.patch.angle) for each in solved))
+
+
+def _pressed(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
+    """The vertical force of the pressures at a height of the axle, which tractions do not change."""
+    normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
+    at = case.patches(z, warn=False)
+    patches = [replace(patch, scene=replace(patch.scene, motion=None, friction=None)) for patch in at]
+    return _vertical(case, tuple(PatchSolution(patch, _solved(patch, None, normal)) for patch in patches))
 
 
 def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
     """A patch; one in parts by what each feels of the others."""
-    scene = weakened(patch.scene, patch.seams, _presser(methods)) if patch.seams else patch.scene
+    scene = weakened(patch.scene, patch.seams) if patch.seams else patch.scene
     return solve(scene, certify=certify, **methods)
-
-
-def _presser(methods: dict[str, Any]) -> Callable[[Scene], Solution]:
-    """Solves the normal problem of a scene alone."""
-    normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
-
-    def pressed(scene: Scene) -> Solution:
-        found = solve(replace(scene, motion=None, friction=None), certify=None, **normal)
-        assert isinstance(found, Solution)
-        return found
-
-    return pressed
 
 
 def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import Place, joined, place
+from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import Seams
 from varcontact.wheel_rail.search import Locus, contact_locus
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
@@ -31,12 +31,6 @@ if TYPE_CHECKING:
 
 STEEL = Bodies(G=82000.0, nu=0.28)
 MIDDLE, ROLLING = Position(), Velocity()
-WAVES = 6
-"""Changes of sign of the curvature along the middle of a patch from which a profile is called rough."""
-
-
-class RoughProfile(UserWarning):
-    """The distance between the profiles waves within a patch: noise, which makes stripes of pressure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,13 +180,15 @@ class WheelOnRail:
         """The height of the axle at which the wheel just touches the rail [mm]."""
         return self.locus.touching
 
-    def patches(self, z: float) -> tuple[ContactPatch, ...]:
+    def patches(self, z: float, *, warn: bool = True) -> tuple[ContactPatch, ...]:
         """All contact patches at a height of the axle.
 
         Parameters
         ----------
         z : float
             Downwards, see `WheelOnRail` [mm].
+        warn : bool
+            Whether patches with a rough profile are warned of.
 
         Returns
         -------
@@ -210,16 +206,19 @@ class WheelOnRail:
         groups = joined(self.locus.overlaps(z), self.separate)
         body = self.velocity.body(self.wheelset, self.position, z)
         sides, distances = (self.dx, self.dy), (self.join, self.separate)
-        return tuple(
+        found = tuple(
             self._patch(place(group, self.wheel, self.rail, body.rotation, body.position, sides, distances), z, body)
             for group in groups
         )
+        if warn:
+            for patch in found:
+                check_smooth(patch, stacklevel=3)
+        return found
 
     def _patch(self, found: Place, z: float, body: RigidBody) -> ContactPatch:
         rolled = self.creepage(found.frame, found.approach, z)
         origin = found.frame.origin
         on_wheel = self.on_wheel(origin, body)
-        _check_smooth(found)
         scene = Scene(
             bodies=self.bodies,
             surface=SampledDistance(found.distance),
@@ -315,7 +314,12 @@ class WheelOnRail:
         return solve_wheel_on_rail(self, tol, certify, methods)
 
     def estimate(
-        self, normal: str = "virtual-penetration", tangential: str = "fastsim", *, tol: float = 1e-6
+        self,
+        normal: str = "virtual-penetration",
+        tangential: str = "fastsim",
+        *,
+        tol: float = 1e-6,
+        **options: Any,
     ) -> FastWheel:
         """The fast way: an ellipse for each patch and the forces of a fast theory, see `varcontact.wheel_rail.fast`.
 
@@ -326,7 +330,10 @@ class WheelOnRail:
         tangential : str
             A theory of `varcontact.creep_forces`.
         tol : float
-            How near the vertical force comes to the one that is given, relative. Normal forces bear all of it.
+            How near the vertical force comes to the one that is given, relative.
+        **options
+            Of the theory, see `varcontact.creep_forces`. Patches at the flange are longer than the ellipses of "table":
+            ``outside="clamp"`` takes the nearest it has.
 
         Returns
         -------
@@ -335,23 +342,9 @@ class WheelOnRail:
         Raises
         ------
         NoContact, SceneError
-            See `patches`; where a profile has no curvature for Hertz; for friction that is no number.
+            See `patches`; where a profile has no curvature for Hertz; for friction that is no number; for what the
+            theory refuses.
         """
         from varcontact.wheel_rail.fast import estimate_wheel_on_rail
 
-        return estimate_wheel_on_rail(self, normal, tangential, tol)
-
-
-def _check_smooth(found: Place) -> None:
-    """Warn where the distance across the middle of the patch waves."""
-    across = found.distance[:, np.unravel_index(found.distance.argmin(), found.distance.shape)[1]]
-    bend = np.diff(across[across < 2 * found.approach], 2)
-    waves = int(np.sum(bend[1:] * bend[:-1] < 0))
-    if waves >= WAVES:
-        warnings.warn(
-            f"the distance between wheel and rail waves {waves} times across the patch at y = "
-            f"{found.frame.origin[1]:.4g} mm: a profile is rough there, and the pressure will be in stripes; "
-            "smooth it, Profile(..., smoothing=...)",
-            RoughProfile,
-            stacklevel=4,
-        )
+        return estimate_wheel_on_rail(self, normal, tangential, tol, options)

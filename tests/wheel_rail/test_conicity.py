@@ -1,0 +1,192 @@
+"""Rolling radius difference and equivalent conicity: closed forms, and the published results of EN 15302.
+
+EN 15302:2021 has reference profiles, their rolling radius differences and equivalent conicities (appendices I, J and
+K), for a program to be judged by. They were taken from github.com/rohrbecka/EN15302; those of wheels A and B agree with
+the standard's edition of 2008 in github.com/criogenox/B_ECC-Equivalent-Conicity-Calculation but for 0.03 mm and, where
+contact jumps, 0.03.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import cone, flat_track, round_rail
+from varcontact.errors import NoContact, SceneError
+from varcontact.wheel_rail import (
+    Position,
+    Profile,
+    Track,
+    WheelOnRail,
+    WheelSet,
+    equivalent_conicity,
+    rolling_radius_difference,
+)
+
+STEP = 0.05
+
+
+def line(start, intercept, slope):
+    return start, lambda y: intercept - slope * y
+
+
+def arc(start, radius, y0, z0):
+    """Below its centre for a positive radius, above it for a negative."""
+    return start, lambda y: z0 + np.sign(radius) * np.sqrt(radius**2 - (y - y0) ** 2)
+
+
+def profile(kind, *sections, last):
+    """z down, from sections with the y at which they begin."""
+    starts = [start for start, _ in sections]
+    y = [np.arange(a, b - 0.5 * STEP, STEP) for a, b in zip(starts, [*starts[1:], last], strict=True)]
+    z = [shape(part) for part, (_, shape) in zip(y, sections, strict=True)]
+    return Profile(y=np.concatenate(y), z=np.concatenate(z), kind=kind)
+
+
+def wheel(third, throat, *tread):
+    """A wheel of the standard: the flange of S1002, a throat of 14 mm, and its own tread."""
+    flange = [arc(-70.0, 20.5, -49.5, 9.5193), arc(-62.7647, 12.0, -55.0, 16.0), arc(-49.6625, 20.0, -58.5583, 8.8349)]
+    return WheelSet(wheel=profile("wheel", *flange, line(third, -93.5767, 2.7475), throat, *tread, last=60.0))
+
+
+ROOT = np.sqrt(120.0**2 - 5.0**2)
+WHEELS = {
+    "A": wheel(
+        -39.7645,
+        arc(-38.7372, -14.0, -25.5816, 17.64215),
+        arc(-29.4591, -96.76055, -2.6594, 97.16493),
+        arc(-10.8749, -345.0, 18.4173, 344.50806),
+        line(18.4173, -0.49194, 0.0),
+        line(30.0, 1.50804, 0.066666),
+    ),
+    "B": wheel(
+        -39.764,
+        arc(-38.7879, -14.0, -25.6322, 17.7814),
+        arc(-29.3505, -120.0, 2.5204, 119.9745),
+        line(-0.4787, 0.0, 0.025),
+        line(30.0, 0.75, 0.05),
+    ),
+    "H": wheel(
+        -39.7645,
+        arc(-38.722, -14.0, -25.5663, 17.6003),
+        line(-28.3119, -1.7902, 0.2),
+        line(-10.2297, 0.0, 0.025),
+        line(30.0, 1.251, 0.0667),
+    ),
+    "I": wheel(
+        -39.764,
+        arc(-39.0486, -14.0, -25.8929, 18.49733),
+        arc(-29.9231, -120.0, 5.0, ROOT),
+        line(5.0, ROOT - 120.0, 0.0),
+        line(30.0, 1.89679, 0.0667),
+    ),
+}
+RAIL = profile(
+    "rail",
+    arc(-32.634, -13.0, -19.63949, 15.899044),
+    arc(-23.2401, -80.0, -1.0825, 80.277908),
+    arc(-7.8749, -300.0, 17.5966, 299.48349),
+    arc(13.0989, -80.0, 14.29829, 79.508225),
+    arc(28.6709, -13.0, 26.33535, 13.598369),
+    last=39.2705,
+)
+DIFFERENCES = {
+    "A": {
+        0.1: 0.028, 0.3: 0.071, 0.5: 0.116, 1.0: 0.259, 1.5: 0.442, 2.0: 0.667, 2.5: 0.934, 3.0: 1.243, 3.5: 1.534,
+        4.0: 1.913, 4.5: 2.379, 5.0: 2.936, 5.5: 3.584, 6.0: 4.327, 6.2: 4.650, 6.3: 5.061, 6.5: 6.515, 6.8: 10.940,
+    },
+    "B": {1.0: 0.050, 2.0: 0.100, 2.9: 0.145, 3.2: 2.055, 4.0: 2.515, 5.0: 3.160, 6.0: 3.886, 6.6: 7.076, 6.9: 12.319},
+    "H": {1.0: 0.050, 2.5: 0.125, 2.6: 2.402, 3.0: 2.492, 4.0: 2.717, 5.0: 2.942, 6.0: 3.167, 6.7: 3.324, 6.8: 11.199},
+    "I": {1.0: 0.0, 1.7: 0.0, 1.8: 2.353, 2.0: 2.475, 3.0: 3.134, 4.0: 3.875, 6.0: 5.025, 6.5: 5.194, 7.1: 11.150},
+}  # fmt: skip
+CONICITIES = {
+    "A": {1.0: 0.125, 2.0: 0.155, 3.0: 0.188, 4.0: 0.216, 5.0: 0.254, 6.0: 0.303, 6.6: 0.368, 7.0: 0.505},
+    "B": {1.0: 0.025, 2.0: 0.025, 2.8: 0.025, 3.6: 0.195, 4.0: 0.236, 5.0: 0.280, 6.0: 0.300, 6.6: 0.351, 7.0: 0.484},
+    "H": {1.0: 0.025, 2.0: 0.025, 3.0: 0.260, 4.0: 0.323, 5.0: 0.307, 6.0: 0.284, 6.6: 0.272, 7.0: 0.448},
+    "I": {1.0: 0.0, 1.8: 0.131, 3.0: 0.493, 4.0: 0.488, 5.0: 0.476, 6.0: 0.448, 7.0: 0.490},
+}
+
+
+@pytest.fixture(scope="module")
+def track():
+    """The rails' origins are 750 mm from the middle; the standard gives the gauge that makes as 1435.16 mm."""
+    gauge = 1500.0 - 2 * (Track(rail=RAIL).origin[0] - 1435.0 / 2)
+    assert gauge == pytest.approx(1435.16, abs=0.006)
+    return Track(rail=RAIL, gauge=gauge)
+
+
+@pytest.mark.parametrize("name", WHEELS)
+def test_rolling_radius_differences_of_the_standard(track, name):
+    """To 5 micrometres, and as close as to a displacement by so much where the flange touches, at some 70 degrees."""
+    y, wanted = np.array(list(DIFFERENCES[name].items())).T
+    found = rolling_radius_difference(track, WHEELS[name], y)
+    assert found == pytest.approx(wanted, abs=0.005, rel=5e-4)
+    assert rolling_radius_difference(track, WHEELS[name], -y) == pytest.approx(-found, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", WHEELS)
+def test_equivalent_conicities_of_the_standard(track, name):
+    """The standard allows 0.05, or half of the conicity. Those of B, H and I depend on where contact jumps."""
+    amplitudes, wanted = np.array(list(CONICITIES[name].items())).T
+    found = equivalent_conicity(track, WHEELS[name], amplitudes)
+    assert found == pytest.approx(wanted, abs=0.001 if name == "A" else 0.01)
+
+
+def test_cones_have_their_slope():
+    track, wheelset = flat_track(round_rail()), WheelSet(wheel=cone(0.05))
+    y = np.array([[-3.0, -0.2], [0.0, 2.5]])
+    assert rolling_radius_difference(track, wheelset, y) == pytest.approx(2 * 0.05 * y, abs=1e-9)
+    assert equivalent_conicity(track, wheelset, [0.5, 3.0, 8.0]) == pytest.approx(0.05, rel=1e-5)
+
+
+def hollow(radius, slope):
+    """A circular wheel, hollow, that falls to the outside in the middle of its tread."""
+    y, y0 = np.linspace(-35.0, 35.0, 701), radius * slope / np.sqrt(1 + slope**2)
+    return Profile(y=y, z=np.sqrt(radius**2 - y0**2) - np.sqrt(radius**2 - (y - y0) ** 2), kind="wheel", kinks=[])
+
+
+def test_circles_in_closed_form():
+    """They touch on the line through both centres; for small amplitudes the slope there counts R/(R - r) times."""
+    rail, radius, slope = 300.0, 500.0, 0.01
+    track, wheelset = flat_track(round_rail(rail)), WheelSet(wheel=hollow(radius, slope))
+    y = np.array([0.5, 2.0, 5.0])
+    y0 = radius * slope / np.sqrt(1 + slope**2)
+
+    def below(apart):
+        return np.sqrt(radius**2 - (radius / (radius - rail) * apart) ** 2)
+
+    assert rolling_radius_difference(track, wheelset, y) == pytest.approx(below(y0 - y) - below(y0 + y), abs=2e-5)
+    assert equivalent_conicity(track, wheelset, 0.1) == pytest.approx(slope * (radius / (radius - rail)) ** 2, rel=1e-3)
+
+
+def test_what_turns_away_from_the_middle_has_no_conicity():
+    track = flat_track(round_rail())
+    assert np.isnan(equivalent_conicity(track, WheelSet(wheel=cone(-0.05)), 2.0))
+    assert equivalent_conicity(track, WheelSet(wheel=cone(0.0)), 2.0) == 0.0
+
+
+def test_s1002_on_60e1():
+    """The difference is that of the patches when both wheels hardly touch; the conicity is measured, not published."""
+    track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
+    radii = []
+    for side in ("left", "right"):
+        case = WheelOnRail(track=track, wheelset=wheelset, side=side, position=Position(y=3.0), z=0.0)
+        (patch,) = case.patches(case.touching + 1e-4)
+        radii.append(patch.rolling_radius)
+    assert rolling_radius_difference(track, wheelset, 3.0) == pytest.approx(radii[1] - radii[0], abs=2e-3)
+    assert equivalent_conicity(track, wheelset, 3.0) == pytest.approx(0.174, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "said"),
+    [
+        (lambda t, w: rolling_radius_difference(t, w, [0.0, np.nan]), SceneError, r"y\[1\] = nan"),
+        (lambda t, w: rolling_radius_difference(t, w, 200.0), NoContact, "the wheel is beside the rail"),
+        (lambda t, w: rolling_radius_difference(t, w, 75.0), SceneError, "touches at the end of a profile"),
+        (lambda t, w: equivalent_conicity(t, w, 0.0), SceneError, "amplitude = 0"),
+        (lambda t, w: equivalent_conicity(t, w, "3 mm"), SceneError, "amplitude = '3 mm'"),
+    ],
+)
+def test_what_is_refused(call, error, said):
+    with pytest.raises(error, match=said):
+        call(flat_track(round_rail()), WheelSet(wheel=cone()))
