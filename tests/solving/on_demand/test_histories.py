@@ -73,10 +73,14 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     assert again.force.tolist() == history.force.tolist()
 
 
-def test_a_time_is_kept_to_with_one_grid_at_least():
-    quick, longer = vc.solve(ROLLING, time_budget=1e-9), vc.solve(ROLLING, time_budget=1.0)
-    assert len(quick.error_estimate.solves) == 1 and "no time" in quick.error_estimate.how
-    assert longer.error_estimate.largest < quick.error_estimate.largest
+def test_time_is_used():
+    history = vc.solve(ROLLING, time_budget=20.0)
+    assert len(history.error_estimate.solves) > 2 and history.error_estimate.largest < 0.01
+
+
+def test_too_many_steps_for_a_time_are_given_up():
+    with pytest.raises(vc.SceneError, match="the steps of this history take longer even on the coarsest grid"):
+        vc.solve(replace(ROLLING, motion=vc.Transient(steps=1000, dq=0.3, vx=0.1)), time_budget=1e-3)
 
 
 def test_without_friction_every_step_is_hertzs():
@@ -100,6 +104,13 @@ def test_refusals(changes, options, words):
     with pytest.raises(vc.SceneError) as refused:
         vc.solve(replace(ROLLING, motion=replace(ROLLING.motion, **changes)), **options)
     assert words in str(refused.value)
+
+
+def test_more_steps_than_fit_are_refused_before_any_is_solved(monkeypatch):
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e9)
+    motion = vc.Transient(steps=100_000, dq=0.3, vx=0.1)
+    with pytest.raises(vc.TooLarge, match=r"accuracy = 0\.001.*accuracy = .* fits"):
+        vc.solve(replace(ROLLING, motion=motion), accuracy=0.001)
 
 
 def test_a_start_has_its_own_grid():

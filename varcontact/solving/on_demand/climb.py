@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from varcontact.errors import NotConverged, TooLarge
+from varcontact.errors import NotConverged, SceneError, TooLarge
 from varcontact.machine import memory
 from varcontact.planning.costs import seconds_of
 from varcontact.planning.memory import peak
@@ -16,9 +16,11 @@ from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import creepage_names, friction_limit, semi_axes, units, values
 from varcontact.solving.on_demand.asked import Asked
 from varcontact.solving.on_demand.ladder import Ladder, ladder_of, slenderness
+from varcontact.solving.transient import bytes_of_steps
 
 Progress = Callable[[str], None]
 Answer = Solution | History
@@ -120,11 +122,17 @@ class Climb:
                 n = most
 
     def in_time(self) -> Answer:
-        """The answer on the finest grid that is expected to be solved in time."""
+        """The answer on the finest grid that is expected to be solved in time.
+
+        Raises
+        ------
+        SceneError
+            If not even the coarsest grid is: of a history with many steps.
+        """
         assert self.asked.time_budget is not None
         begun, budget, most = time.perf_counter(), self.asked.time_budget, self.most()
         coarsest = self.ladder.coarsest
-        self.on(coarsest)
+        self._begin(coarsest, begun, budget)
         n = math.ceil(coarsest * LEAST_STEP)
         try:
             while n <= most:
@@ -138,6 +146,18 @@ class Climb:
         except _TimeUp:
             pass
         return self.answer()
+
+    def _begin(self, coarsest: int, begun: float, budget: float) -> None:
+        """The first answer within a time: of a history only if its steps are done by then."""
+        motion = self.scene.motion
+        try:
+            self.on(coarsest, until=begun + LATE * budget if isinstance(motion, Transient) else math.inf)
+        except _TimeUp:
+            message = (
+                f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grid; "
+                "give more time, or an accuracy, which has no limit of time"
+            )
+            raise SceneError("time_budget", budget, "more seconds", message=message) from None
 
     def closed_form(self) -> Answer:
         """Hertz's contact, which needs no grid."""
@@ -219,7 +239,9 @@ class Climb:
         elements = self.ladder.elements(n)
         needed = 0.0 if self.plan.closed_form else peak(self.plan.normal, "", elements)
         tangential = peak(self.plan.tangential, self.plan.formulation, 2 * elements) if self.plan.rubs else 0.0
-        return max(needed, tangential)
+        motion = self.scene.motion
+        kept = bytes_of_steps(motion, elements) if isinstance(motion, Transient) else 0.0
+        return max(needed, tangential) + 2 * kept
 
     def _finest(self, left: float) -> int:
         """Elements across the contact on the finest of two more grids that are expected to be solved in time."""

@@ -51,11 +51,11 @@ class Law:
         return self.floor * slender * n**-self.fall
 
     def expected(self, n: float, slender: float = 1.0) -> float:
-        """The estimate of the error that `n` elements across a contact usually lead to; as of `remainder`."""
+        """The estimate of the error that `n` elements across a contact usually lead to, for `slender` ones, too."""
         return self.share * self.usual * n**-self.order + self.remainder(n, slender)
 
     def alone(self, n: float, slender: float = 1.0) -> float:
-        """Estimated error of an answer on a single grid; as of `remainder`."""
+        """Estimated error of an answer on a single grid of `n` elements across a contact, so `slender`."""
         return self.single * slender * n**-self.order
 
     def error(self, step: float, n: float, slender: float = 1.0) -> float:
@@ -131,7 +131,7 @@ class Ladder:
         return max(self.coarsest, math.ceil(part * n))
 
     def first(self, accuracy: float, slender: float) -> int:
-        """Fewest elements across the contact that usually reach an `accuracy` on two grids; as of `Law.remainder`."""
+        """Fewest elements across a contact, so `slender`, that usually reach an `accuracy` on two grids."""
         n = math.ceil(1.5 * self.coarsest)
         while self.law.expected(n, slender) > accuracy:
             n = math.ceil(1.05 * n)
