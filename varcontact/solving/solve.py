@@ -200,7 +200,7 @@ def solve(
     check_start(scene, start, plan.theory is not None)
     check_saturation(scene)
     asked = asked_for(scene, plan, accuracy, time_budget, start, store)
-    corrects = check_refine(scene, plan, refine, asked is not None)
+    corrects = check_refine(scene, plan, refine, asked is not None, start)
     if store is not None and not isinstance(scene.motion, Transient):
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
