@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 SLOTS = 3
@@ -143,6 +143,7 @@ class GeometryTable:
         SceneError
             See `contacts`.
         """
+        check_kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
         patches = np.concatenate([found for _, found in sides])
         # each wheel at its own height: of the roll that takes, this is what counts in the creepages
