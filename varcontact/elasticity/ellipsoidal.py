@@ -1,4 +1,4 @@
-"""The displacement gradient under a traction that is spread over an ellipse like Hertz's pressure."""
+"""Displacement gradients under tractions over an ellipse: one like Hertz's pressure, and those over its root."""
 
 from __future__ import annotations
 
@@ -45,6 +45,43 @@ def ellipsoidal_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, n
     along, across = _integrals(a, b)
     xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
     return np.array([[-x * xx, y * xy], [y * xy, -x * yy]]) / G
+
+
+def rooted_gradients(a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
+    """Derivatives along x of displacement differences by 1, x and y over ``sqrt(1 - (x/a)^2 - (y/b)^2)``.
+
+    Such tractions leave displacements that are constant or linear within the ellipse, so the derivatives are constant.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along x and y [length]; b may be infinite: a line contact.
+    nu, G : float
+        Combined constants (58), (59).
+
+    Returns
+    -------
+    ndarray, shape (3, 2, 2)
+        ``[k, i, j]``: of the displacement i by the traction j of size 1, x or y (k) over the root; within the ellipse.
+
+    Notes
+    -----
+    As for `ellipsoidal_gradients`: along a chord the tractions integrate to ``pi/sqrt(A)`` times 1, ``x - c H/A`` and
+    ``y - s H/A``. The derivatives of these along x are 0, ``s^2/(b^2 A)`` and ``-s c/(a^2 A)``.
+
+    Examples
+    --------
+    A line contact, in which x over the root leaves a uniform strain, ``2 (1 - nu)/G``:
+
+    >>> print(rooted_gradients(1.0, np.inf, nu=0.25)[1, 0, 0])
+    1.5
+    """
+    along, across = _integrals(a, b)
+    xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
+    linear_in_y = 0.0 if math.isinf(b) else -xy * b**2
+    found = np.zeros((3, 2, 2))
+    found[1], found[2] = np.diag([xx, yy]) * a**2, [[0.0, linear_in_y], [linear_in_y, 0.0]]
+    return found / G
 
 
 def _integrals(a: float, b: float) -> tuple[float, float]:

@@ -36,7 +36,8 @@ class ErrorEstimate:
         pressure.
     errors : dict of str to float
         Estimated error of each [-]: of a force by f Fz, of the moment by f Fz sqrt(ab), of a creepage by the
-        saturation creepage, of the rest by the value itself.
+        saturation creepage, of the rest by the value itself. With infinite friction the tangential force takes the
+        place of f Fz.
     how : str
         How it was estimated, in words.
     solves : tuple of Solve

@@ -164,7 +164,7 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     if estimate is None:
         return []
     errors = ", ".join(f"{name} to {error:.1e}" for name, error in estimate.errors.items())
-    kind = "of f Fz" if sol.plan.rubs else "of themselves"
+    kind = "of the tangential force" if sol.scene.no_slip else "of f Fz" if sol.plan.rubs else "of themselves"
     grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
     return [
         ("", ""),

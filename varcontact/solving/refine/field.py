@@ -22,21 +22,20 @@ class Shape:
     ----------
     bound : ndarray, shape (ny, nx)
         Traction bound, zero outside the contact.
-    behind : ndarray, shape (ny, nx)
-        Distance along x from the contact's trailing edge, and a part of an element more.
+    weight : ndarray, shape (ny, nx)
+        What tractions are in proportion to where nothing slips up to the trailing edge; zero outside the contact.
     """
 
     bound: np.ndarray
-    behind: np.ndarray
+    weight: np.ndarray
 
 
 def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells) -> np.ndarray:
     """A traction on the parts of elements, from that on the elements.
 
-    The ratio of traction to traction bound is interpolated between the centres of the elements in contact, its size and
-    its direction apart, and multiplied by the bound on the parts: that keeps the root at the contact's edge, and in the
-    slip area the traction on its bound. What is interpolated of the size is its product with the distance from the
-    trailing edge: where nothing slips, tractions grow there like one over the root of that distance.
+    Where elements stick, the ratio of traction to weight is interpolated between the centres of the elements in
+    contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges. Where an
+    element around slips, size and direction are interpolated apart, and between slipping ones the size is the bound.
 
     Parameters
     ----------
@@ -55,19 +54,23 @@ def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells
     --------
     Slip all over stays slip, and the total is that of the bound on the parts.
 
-    >>> elements = Shape(np.array([[1.0, 1.0]]), np.array([[1.0, 2.0]]))
-    >>> parts = Shape(np.array([[0.8, 1.1, 1.2, 0.9]]), np.array([[0.75, 1.25, 1.75, 2.25]]))
+    >>> elements = Shape(np.array([[1.0, 1.0]]), np.array([[1.0, 0.5]]))
+    >>> parts = Shape(np.array([[0.8, 1.1, 1.2, 0.9]]), np.array([[1.1, 0.9, 0.6, 0.4]]))
     >>> reconstructed(np.array([[[-1.0, -1.0]], [[0.0, 0.0]]]), elements, parts, (1, 2))[0]
     array([[-0.8, -1.1, -1.2, -0.9]])
     """
     contact = coarse.bound > 0
-    ratio = np.where(contact, traction / np.where(contact, coarse.bound, 1.0), 0.0)
-    size = np.minimum(np.hypot(*ratio), 1.0)
-    sticks = interpolated((size < SLIPS).astype(float), contact, cells) > 0
-    sized = np.where(sticks, np.minimum(interpolated(size * coarse.behind, contact, cells) / fine.behind, 1.0), 1.0)
-    direction = interpolated(ratio, contact, cells)
+    ratio, factor = (
+        np.where(contact, traction / np.where(contact, by, 1.0), 0.0) for by in (coarse.bound, coarse.weight)
+    )
+    slips = contact & (np.hypot(*ratio) >= SLIPS)
+    near_slip, near_stick = (interpolated(each.astype(float), contact, cells) > 0 for each in (slips, contact & ~slips))
+    smooth = interpolated(factor, contact, cells)
+    size = np.where(near_slip, interpolated(np.hypot(*factor), contact, cells), np.hypot(*smooth))
+    size = np.where(near_stick, np.minimum(size * fine.weight, fine.bound), fine.bound)
+    direction = np.where(near_slip, interpolated(ratio, contact, cells), smooth)
     length = np.hypot(*direction)
-    return np.asarray(direction * (sized * fine.bound / np.where(length > 0, length, 1.0)))
+    return np.asarray(direction * (size / np.where(length > 0, length, 1.0)))
 
 
 def held_behind(correction: np.ndarray, traction: np.ndarray, bound: np.ndarray) -> np.ndarray:

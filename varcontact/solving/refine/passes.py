@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,8 @@ PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
 PASSES = 3
 """Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
+STUCK = 6
+"""The same where nothing slips: what tractions do at the trailing edge is found more slowly."""
 
 Pass = Callable[[Discretisation, ContactState], ContactState]
 
@@ -57,29 +59,35 @@ class Corrected:
 def defect_corrected(
     disc: Discretisation,
     state: ContactState,
-    solves: Sequence[Pass],
+    rough: Pass,
+    last: Pass,
     parts: int = PARTS,
     finer: np.ndarray | None = None,
+    passes: int | None = None,
 ) -> Corrected:
     """Correct a coarse solution of steady rolling towards the continuum.
 
     In each pass the field on parts of the elements is reconstructed from the coarse tractions, and the continuum's slip
     under it averaged over the elements, weighted by the traction bound. The coarse problem's rigid shift is changed by
-    the difference to its own slip, and the problem solved again. Where forces are prescribed, those of the coarse
-    problem are changed by what its elements carry more than the field.
+    the difference to its own slip, and the problem solved again. Where nothing slips, the difference is
+    extrapolated from all passes so far. Where forces are prescribed, those of the coarse problem are
+    changed by what its elements carry more than the field.
 
     Parameters
     ----------
     disc : Discretisation
-        With quasi-identical bodies and finite coefficients of friction.
+        With quasi-identical bodies.
     state : ContactState
         Its solution.
-    solves : sequence of callable
-        For each pass, from a discretisation and a state to the state with the tractions that go with its pressure.
+    rough, last : callable
+        From a discretisation and a state to the state with the tractions that go with its pressure: in all passes but
+        the last, and in that.
     parts : int
         Of an element along each side.
     finer : ndarray, optional
         The pressure that was solved for, on parts of the parts, dimensionless. None: it is Hertz's.
+    passes : int, optional
+        `PASSES` if not given, or `STUCK`.
 
     Returns
     -------
@@ -90,22 +98,54 @@ def defect_corrected(
     posed, traction = disc, reconstructed(state.traction, coarse, parted, fine.cells)
     forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
     prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
-    seconds = []
-    for solve in solves:
+    stuck = fine.sticks(traction)
+    if passes is None:
+        passes = STUCK if stuck else PASSES
+    used, found, seconds = [np.zeros_like(state.traction)], [], []
+    for k in range(passes):
         begun = time.perf_counter()
         own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
-        correction = held_behind(lacking, state.traction, coarse.bound) * (coarse.bound > 0)
+        found.append((lacking if stuck else held_behind(lacking, state.traction, coarse.bound)) * (coarse.bound > 0))
+        used.append(extrapolated(used, found) if stuck else found[-1])
         more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
         motion = with_forces(disc.motion, prescribed + more[:2])
-        posed = replace(disc, motion=motion, carried=Carried(-correction, np.zeros(2)))
-        state = solve(posed, state)
+        posed = replace(disc, motion=motion, carried=Carried(-used[-1], np.zeros(2)))
+        state = (rough if k < passes - 1 else last)(posed, state)
         traction = reconstructed(state.traction, coarse, parted, fine.cells)
         forces.append(fine.forces(traction))
         creepages.append(_creepages(disc, state))
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
     return Corrected(posed, state, fine, traction, shift, np.array(forces), np.array(creepages), tuple(seconds))
+
+
+def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
+    """What to use next of a fixed point: that which would be found, if it changed as linearly as it did before.
+
+    Parameters
+    ----------
+    used, found : list of ndarray
+        Of all passes, what was used and what was found from it.
+
+    Returns
+    -------
+    ndarray
+        Anderson's mixing; what was found last, if it is the first.
+
+    Examples
+    --------
+    Of a linear map of one number the fixed point, 2, from two passes.
+
+    >>> extrapolated([np.array([0.0]), np.array([1.0])], [np.array([1.0]), np.array([1.5])])
+    array([2.])
+    """
+    if len(found) == 1:
+        return found[0]
+    came = np.array([each.ravel() for each in found])
+    residuals = came - [each.ravel() for each in used]
+    weights = np.linalg.lstsq(np.diff(residuals, axis=0).T, residuals[-1], rcond=1e-10)[0]
+    return np.asarray((came[-1] - weights @ np.diff(came, axis=0)).reshape(found[-1].shape))
 
 
 def with_forces(motion: Motion | None, forces: np.ndarray) -> Motion:

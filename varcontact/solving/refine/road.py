@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,7 +26,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import units
-from varcontact.solving.refine.passes import PARTS, PASSES, Corrected, Pass, defect_corrected
+from varcontact.solving.refine.passes import PARTS, Corrected, Pass, defect_corrected
 from varcontact.solving.refine.pressed import FINER, divided, within_parts
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
@@ -101,8 +100,10 @@ def _why_not(scene: Scene, plan: Plan) -> str:
         return "without friction there is nothing to correct: leave refine out"
     if scene.bodies.K != 0 and not plan.left_out:
         return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}: it may lose then; {instead}"
-    if isinstance(scene.friction, Law) or scene.no_slip:
-        return f"it is for finite coefficients of friction, by number or by element; {instead}"
+    if isinstance(scene.friction, Law):
+        return f"it is for coefficients of friction, by number or by element; {instead}"
+    if scene.no_slip and not plan.closed_form:
+        return f"with infinite friction it is for Hertz's pressure in closed form; {instead}"
     if plan.theory is not None:
         return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
     if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
@@ -133,7 +134,7 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         _check_count(scene, across(state.pressure))
     with steps.clock("refinement"):
         finer = _finer(scene, disc, steps)
-        found = _corrected(disc, state, (*[roughly(steps).traction] * (PASSES - 1), steps.traction), finer)
+        found = _corrected(disc, state, roughly(steps).traction, steps.traction, finer)
     with steps.clock("error estimate"):
         coarser = corrected_on(*_halved(scene, disc, state), steps)
     rolled = unit_slip(disc)
@@ -161,7 +162,8 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     solution : Solution
     found : Refinement
     """
-    scales, names = units(solution), ("Fx", "Fy", "Mz", "vx", "vy")
+    scales = _of_the_force(solution, found) if solution.scene.no_slip else units(solution)
+    names = ("Fx", "Fy", "Mz", "vx", "vy")
     last, open_ended = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
     values = {name: float(value) for name, value in zip(names, last, strict=True) if name in scales or name[0] in "FM"}
     errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}
@@ -171,6 +173,16 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     )
     nx, ny = across(solution.pressure)
     return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),))
+
+
+def _of_the_force(solution: Solution, found: Refinement) -> dict[str, float]:
+    """Units of errors without a friction limit: the tangential force itself, and that times sqrt(ab)."""
+    size, hertz = float(np.hypot(*found.force)), solution.scene.hertz
+    assert hertz is not None
+    if size == 0:
+        return {}
+    moment = {} if solution.scene.line else {"Mz": size * float(np.sqrt(hertz.a * hertz.b))}
+    return {"Fx": size, "Fy": size} | moment
 
 
 def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
@@ -192,17 +204,17 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
         state = rough.traction(disc, rough.pressure(disc, unloaded(grid)))
-        return _corrected(disc, state, [rough.traction] * PASSES, _finer(scene, disc, rough))
+        return _corrected(disc, state, rough.traction, rough.traction, _finer(scene, disc, rough))
     finally:
         disc.operators.forget()
 
 
 def _corrected(
-    disc: Discretisation, state: ContactState, solves: Sequence[Pass], finer: np.ndarray | None
+    disc: Discretisation, state: ContactState, rough: Pass, last: Pass, finer: np.ndarray | None
 ) -> Corrected:
     """The passes; forces so near to the limit that a corrected problem cannot carry them are refused."""
     try:
-        return defect_corrected(disc, state, solves, finer=finer)
+        return defect_corrected(disc, state, rough, last, finer=finer)
     except Saturated as beyond:
         raise SceneError(
             "refine",

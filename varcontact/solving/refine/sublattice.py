@@ -13,12 +13,10 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.solving.refine.field import Cells, Shape, means
 from varcontact.solving.refine.pressed import Pressed, derivative, divided, hertz_pressed, solved_pressed
+from varcontact.solving.refine.rooted import Rooted, rooted
 
-BEHIND = 0.25
-"""Part of an element that is added to distances from the trailing edge.
-
-With half of one, forces without slip are a third farther off, and with a thirtieth they are noise.
-"""
+UNBOUNDED = 1e9
+"""Coefficient that stands for infinite friction: tractions are far below the bound, and it stays a number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +26,13 @@ class Sublattice:
     Slip is that of the continuum, but for the tractions' constancy on each part: the derivative of displacement along x
     by each part in closed form, its mean over each part. What that misses near the contact's edge is known for the
     pressure, acting as a traction: in closed form for Hertz's, and from a finer lattice where it is solved for. It is
-    added in proportion to the traction's ratio to the pressure.
+    added in proportion to the traction's ratio to the pressure. In rows that stick up to their trailing edge, in
+    Hertz's contact, what is known there of tractions over the root of the distance takes its place.
 
     Attributes
     ----------
     disc : Discretisation
-        Of the coarse elements, in steady rolling, with quasi-identical bodies and finite coefficients of friction.
+        Of the coarse elements, in steady rolling, with quasi-identical bodies.
     cells : tuple of int
         (rows, columns): parts of an element along y and x.
     elements : ndarray, shape (ny, nx)
@@ -62,30 +61,30 @@ class Sublattice:
         """The pressure on the parts, and what it says of its edge."""
         if self.finer is None:
             return hertz_pressed(self.disc, self.cells)
-        return solved_pressed(self.disc, self.cells, self.finer)
+        return solved_pressed(self.disc, self.cells, self.elements, self.finer)
+
+    @cached_property
+    def rooted(self) -> Rooted | None:
+        """Tractions over the root of the distance from the edge, of Hertz's contact."""
+        return rooted(self.disc, self.lattice, self.derivative) if self.finer is None else None
 
     @cached_property
     def bound(self) -> np.ndarray:
         """Mean of the traction bound over each part, dimensionless."""
-        coefficient, (rows, columns) = np.asarray(self.disc.coefficient), self.cells
-        if coefficient.ndim:
-            coefficient = coefficient.reshape(self.disc.grid.shape).repeat(rows, axis=0).repeat(columns, axis=1)
-        return np.asarray(coefficient * self.pressed.pressure)
+        rows, columns = self.cells
+        return np.asarray(self._coefficient.repeat(rows, axis=0).repeat(columns, axis=1) * self.pressed.pressure)
+
+    @property
+    def _coefficient(self) -> np.ndarray:
+        """Of friction, on the elements."""
+        coefficient, shape = np.asarray(UNBOUNDED if self.disc.no_slip else self.disc.coefficient), self.disc.grid.shape
+        return coefficient.reshape(shape) if coefficient.ndim else np.full(shape, coefficient)
 
     @cached_property
     def shapes(self) -> tuple[Shape, Shape]:
         """What tractions are interpolated by, dimensionless: on the elements and on their parts."""
-        disc, (on_elements, on_parts) = self.disc, self.pressed.trailing
-        coefficient = np.broadcast_to(np.asarray(disc.coefficient), disc.grid.shape)
-        return (
-            Shape(coefficient * self.elements, self._behind(disc.grid, on_elements)),
-            Shape(self.bound, self._behind(self.grid, on_parts)),
-        )
-
-    def _behind(self, grid: Grid, trailing: np.ndarray) -> np.ndarray:
-        """Distance from the trailing edge, and a little more, dimensionless."""
-        behind = np.maximum(grid.x[None, :] - trailing, 0.0) + BEHIND * self.disc.grid.sides[0]
-        return np.asarray(behind / self.disc.length)
+        on_elements, on_parts = self.pressed.weights
+        return Shape(self._coefficient * self.elements, on_elements), Shape(self.bound, on_parts)
 
     @cached_property
     def rigid_shift(self) -> np.ndarray:
@@ -126,8 +125,42 @@ class Sublattice:
         assert self.disc.step is not None
         pressure = self.pressed.pressure
         ratio = traction / np.where(pressure > 0, pressure, 1.0)
-        elastic = self.derivative.apply(traction) + np.einsum("ij...,j...->i...", self.missing, ratio)
+        missing = np.einsum("ij...,j...->i...", self.missing, ratio)
+        if self.rooted is not None:
+            behind = self.sticking(traction)[:, None] * (self.lattice.x < 0)
+            missing += behind * (self.rooted.lacking(traction) - missing)
+        elastic = self.derivative.apply(traction) + missing
         return np.asarray(self.rigid_shift + rigid[:, None, None] + elastic * (self.disc.step / self.lattice.sides[0]))
+
+    def sticking(self, traction: np.ndarray) -> np.ndarray:
+        """How far each row is from slip at its trailing edge: one less the ratio of traction to bound there.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless, within the bound.
+
+        Returns
+        -------
+        ndarray, shape (ny rows,)
+            Zero where nothing is in contact.
+        """
+        contact, rows = self.bound > 0, np.arange(len(self.bound))
+        rearmost = contact.argmax(axis=1)
+        bound = self.bound[rows, rearmost]
+        ratio = np.hypot(*traction[:, rows, rearmost]) / np.where(bound > 0, bound, 1.0)
+        return np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)
+
+    def sticks(self, traction: np.ndarray) -> bool:
+        """Whether nothing slips at any trailing edge, in Hertz's contact: there it is known how tractions grow.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless, within the bound.
+        """
+        rows = (self.bound > 0).any(axis=1)
+        return self.rooted is not None and bool(self.sticking(traction)[rows].min() > 0.5)
 
     def on_elements(self, field: np.ndarray) -> np.ndarray:
         """Means over the elements, weighted by the traction bound.

@@ -1,16 +1,14 @@
-"""Defect correction of steady rolling: errors against references, beside plain grids and Richardson's extrapolation.
+"""Defect correction: what docs/refinement.md states, table by table.
 
-    python -m tests.benchmarks.refinement                  # the table of docs/refinement.md
+    python -m tests.benchmarks.refinement TABLE            # twelve, sixty, small, no-slip, ...: see `TABLES`
     python -m tests.benchmarks.refinement references FILE  # the references, tests/data/refined_references.csv
 
-The references are corrected solutions on 192 cells with elements in nine parts; their error is how far those on 160
-cells with four parts are from them. Beside them stands what plain grids of touched elements extrapolate to, from 96 to
-384 cells, with its own error: how much it changes when one term of the fit is left out.
+The references of the twelve scenes are corrected solutions on 192 cells with elements in nine parts; their error is how
+far those on 160 cells with four parts are from them. Beside them stands what plain grids of touched elements
+extrapolate to, from 96 to 384 cells, with its own error: how much it changes when one term of the fit is left out.
 """
 
 import csv
-import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,8 +21,7 @@ from varcontact.solving.refine.passes import PASSES, defect_corrected
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 
-REFERENCES = Path(__file__).parents[1] / "data" / "refined_references.csv"
-CELLS = (8, 16, 32, 64)
+REFERENCES = Path(__file__).parents[2] / "data" / "refined_references.csv"
 PLAIN = (96, 128, 192, 256, 384)
 FRICTION = 0.3
 VALUES = ("Fx", "Fy", "Mz")
@@ -72,7 +69,8 @@ def reference(case: dict[str, float]) -> tuple[np.ndarray, float]:
         steps = Steps(plan, 1e-7, False, Clock(), refined=False)
         disc = discretise(replace(posed, grid=lattice), lattice)
         state = steps.traction(disc, steps.pressure(disc, unloaded(lattice)))
-        found.append(defect_corrected(disc, state, [steps.traction] * (PASSES + 2), parts).forces[-1] / FRICTION)
+        passed = defect_corrected(disc, state, steps.traction, steps.traction, parts, passes=PASSES + 2)
+        found.append(passed.forces[-1] / FRICTION)
     return found[0], float(np.abs(found[0] - found[1]).max())
 
 
@@ -108,44 +106,3 @@ def read_references() -> list[tuple[dict[str, float], dict[str, float]]]:
     with REFERENCES.open(newline="") as file:
         rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
     return [({name: row[name] for name in NAMES}, row) for row in rows]
-
-
-def main() -> None:
-    """Print the table."""
-    errors: dict[str, list[list[float]]] = {name: [] for name in ("plain", "Richardson", "corrected", "estimate")}
-    seconds: dict[str, list[list[float]]] = {"plain": [], "corrected": []}
-    for case, row in read_references():
-        truth = np.array([row[name] for name in VALUES])
-        found: dict[str, list[float]] = {name: [] for name in errors}
-        taken: dict[str, list[float]] = {name: [] for name in seconds}
-        before = loads(vc.solve(scene(case, CELLS[0] // 2), certify=None))
-        for cells in CELLS:
-            begun = time.process_time()
-            plain = loads(vc.solve(scene(case, cells), certify=None))
-            middle = time.process_time()
-            sol = vc.solve(scene(case, cells), certify=None, refine="continuum")
-            taken["plain"].append(middle - begun)
-            taken["corrected"].append(time.process_time() - middle)
-            for name, value in (("plain", plain), ("Richardson", 2 * plain - before), ("corrected", loads(sol))):
-                found[name].append(float(np.abs(value - truth).max()))
-            found["estimate"].append(float(sol.refinement.estimate.max()) / FRICTION)
-            before = plain
-        for name in errors:
-            errors[name].append(found[name])
-        for name in seconds:
-            seconds[name].append(taken[name])
-    print(f"| median (largest) | {' | '.join(f'{cells} cells' for cells in CELLS)} |")
-    for name, all_found in errors.items():
-        middle, most = np.median(all_found, axis=0), np.max(all_found, axis=0)
-        print(f"| {name} | {' | '.join(f'{m:.1e} ({w:.1e})' for m, w in zip(middle, most, strict=True))} |")
-    for name, all_taken in seconds.items():
-        print(f"| seconds, {name} | {' | '.join(f'{value:.3f}' for value in np.median(all_taken, axis=0))} |")
-    corrected, estimate = np.array(errors["corrected"]), np.array(errors["estimate"])
-    print("error above its estimate:", (corrected > estimate).sum(axis=0), "of", len(corrected))
-
-
-if __name__ == "__main__":
-    if sys.argv[1:2] == ["references"]:
-        write_references(Path(sys.argv[2]))
-    else:
-        main()
