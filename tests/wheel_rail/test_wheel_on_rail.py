@@ -290,7 +290,7 @@ def test_few_elements_are_said_and_their_forces_hold(sides, said):
     assert [text[: len(start)] for text, start in zip(told, said, strict=True)] == said
     assert all(text.endswith("for 4 elements or more") for text in told)
     (each,) = found.patches
-    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=5e-3 * 0.3 * wanted["fn"])
+    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.01 * 0.3 * wanted["fn"])
 
 
 @pytest.mark.parametrize("name", ["accuracy", "time_budget", "refine", "store"])
