@@ -14,9 +14,9 @@ from varcontact.problem.discretise import discretise
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.refine.field import Shape, held_behind, interpolated, means, reconstructed
+from varcontact.solving.refine.parts import Parts
 from varcontact.solving.refine.passes import extrapolated
 from varcontact.solving.refine.rooted import over_root
-from varcontact.solving.refine.sublattice import Sublattice
 
 STEEL = vc.Bodies(G=1.0, nu=0.25)
 
@@ -373,11 +373,6 @@ def test_any_exact_method(sol, rolling):
         ({"friction": 0.0}, {}, "without friction there is nothing to correct"),
         ({"bodies": vc.Bodies(G=(1.0, 2.0), nu=(0.2, 0.3))}, {}, "it is for quasi-identical bodies, and here K ="),
         ({"friction": np.inf}, {"normal": "newton"}, "with infinite friction it is for Hertz's pressure in closed"),
-        (
-            {"friction": vc.StaticKinetic(0.3, 0.2)},
-            {},
-            "it is for coefficients of friction, by number or by element",
-        ),
         ({}, {"tangential": "fastsim"}, "it corrects exact methods, not the theory 'fastsim'"),
         ({"grid": vc.Grid(nx=12, ny=12, edge="touched")}, {}, 'with grid.edge = "touched" it gains less, or loses'),
         ({"grid": vc.Grid(nx=12, ny=12, edge="softened")}, {}, 'with grid.edge = "softened" it gains less, or loses'),
@@ -469,7 +464,7 @@ def test_what_parts_miss(line):
         posed, a = scene(cases()[0], 16), 1.0
         grid = vc.Grid(nx=16, ny=16, margin=1).spread((-a, a, -a, a))
     disc = discretise(dataclasses.replace(posed, grid=grid), grid)
-    fine = Sublattice(disc, (1 if line else 2, 2), posed.hertz.on_elements(grid) / disc.pressure)
+    fine = Parts(disc, (1 if line else 2, 2), posed.hertz.on_elements(grid) / disc.pressure)
     (root, x, y), unit = fine.rooted.means, a / disc.length
     inside, step = root > 0, fine.lattice.sides[0]
 

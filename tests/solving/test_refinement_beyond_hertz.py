@@ -106,6 +106,53 @@ def test_friction_by_element():
     np.testing.assert_allclose(*forces, rtol=1e-10)
 
 
+def three(one):
+    """Fx, Fy and Mz by the static limit."""
+    return np.array([*one.force, one.moment]) / 0.3
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.08),
+        vc.ExponentialFalling(static=0.3, kinetic=0.22, half_velocity=0.05),
+        vc.StaticKinetic(0.3, 0.25),
+    ],
+)
+def test_laws_of_friction(law, rolling, tmp_path):
+    """A tenth of the plain error, within the estimate; the truth is extrapolated from plain grids."""
+    posed = rolling(friction=law, motion=vc.Steady(vx=0.05, vy=-0.02, spin=0.05), grid=vc.Grid(nx=16, ny=16))
+    coarse, fine = (
+        three(vc.solve(dataclasses.replace(posed, grid=vc.Grid(nx=n, ny=n, edge="touched")), certify=None))
+        for n in (48, 96)
+    )
+    plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum")
+    error = np.abs(three(found) - (2 * fine - coarse)).max()
+    assert error < np.abs(three(plain) - (2 * fine - coarse)).max() / 8
+    assert error < max(found.error_estimate.errors.values())
+    assert found.certificate.residual < 1e-8
+    found.save(tmp_path / "law.nc")
+    again = vc.load(tmp_path / "law.nc")
+    assert again.note == ""
+    np.testing.assert_array_equal(again.force, found.force)
+
+
+def test_kinetic_friction_in_full_slip(rolling):
+    """All parts have the kinetic coefficient, those of elements beyond the contact, too."""
+    posed = rolling(friction=vc.StaticKinetic(0.3, 0.24), motion=vc.Steady(vx=50.0))
+    found = vc.solve(posed, refine="continuum", certify=None)
+    np.testing.assert_allclose(found.force, [-0.24, 0], atol=1e-8)
+
+
+def test_start_under_a_law(rolling):
+    """Of two solutions the one that is asked for; a start on one grid is refused, for the estimate takes another."""
+    posed = rolling(friction=vc.StaticKinetic(0.3, 0.1), motion=vc.Steady(vx=0.05))
+    stick, slip = (vc.solve(posed, refine="continuum", certify=None, start=start) for start in ("stick", "slip"))
+    assert abs(slip.force[0]) < 0.99 * abs(stick.force[0])
+    with pytest.raises(vc.SceneError, match='takes half as many elements, on which no start is known; give start = "'):
+        vc.solve(posed, refine="continuum", start=stick)
+
+
 def test_shares_keep_means():
     """Coefficients of coarser elements are means by overlap; beyond the given ones the nearest hold."""
     shares = _shares(np.array([-0.5, 1.0, 2.5, 4.5]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))

@@ -200,7 +200,7 @@ def solve(
     check_start(scene, start, plan.theory is not None)
     check_saturation(scene)
     asked = asked_for(scene, plan, accuracy, time_budget, start)
-    corrects = check_refine(scene, plan, refine, asked is not None)
+    corrects = check_refine(scene, plan, refine, asked is not None, start)
     if isinstance(scene.motion, Transient):
         check_fits(scene, plan)
         return solve_transient(scene, plan, tol, polish, progress, store, certify)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import varcontact as vc
+from tests.benchmarks.random_scenes import scenes as random_scenes
 from tests.benchmarks.refinement import FRICTION, VALUES, cases, loads, read_references, scene
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
@@ -213,6 +214,35 @@ def by_element() -> None:
                 print(f"{half:18s} a/b = {a / b:.1f} " + " ".join(f"{value:.1e}" for value in row), flush=True)
 
 
+def laws() -> None:
+    """Laws of friction: against corrected solutions on 64 cells, and these against plain ones on 40, 80 and 120."""
+    drawn_scenes, errors = random_scenes("law", 16, 3), []
+    for number, one in enumerate(drawn_scenes):
+        law = one.friction
+        if number % 4 == 3:
+            law = vc.StaticKinetic(law.static, law.kinetic)
+        limit, hertz = law.static * one.normal_force, one.hertz
+        units = limit * np.array([1, 1, math.sqrt(hertz.a * hertz.b)])
+
+        def three(sol: vc.Solution, units: np.ndarray = units) -> np.ndarray:
+            return np.array([*sol.force, sol.moment]) / units
+
+        posed = {n: replace(one, friction=law, grid=vc.Grid(nx=n, ny=n)) for n in (16, 32, 64)}
+        truth, sizes = three(corrected(posed[64])), 1 / np.array([40, 80, 120])
+        grids = [vc.Grid(nx=n, ny=n, edge="touched") for n in (40, 80, 120)]
+        fine = [three(plain(replace(posed[64], grid=grid))) for grid in grids]
+        limits = np.linalg.solve(np.vander(sizes, increasing=True), np.array(fine))[0]
+        row = [np.abs(limits - truth).max()]
+        for n in (16, 32):
+            after = corrected(posed[n])
+            row += [np.abs(three(sol) - truth).max() for sol in (plain(posed[n]), after)]
+            row.append(max(after.error_estimate.errors.values()))
+        errors.append(row)
+        print(f"{type(law).__name__:14s} a/b = {hertz.a / hertz.b:.2f} "
+              + " ".join(f"{value:.1e}" for value in row), flush=True)  # fmt: skip
+    print("median " + " ".join(f"{value:.1e}" for value in np.median(errors, axis=0)))
+
+
 TABLES: dict[str, Callable[[], None]] = {
     "twelve": twelve,
     "sixty": sixty,
@@ -222,4 +252,5 @@ TABLES: dict[str, Callable[[], None]] = {
     "forces": forces,
     "computed": computed,
     "by-element": by_element,
+    "laws": laws,
 }

@@ -114,6 +114,35 @@ def interpolated(values: np.ndarray, contact: np.ndarray, cells: Cells) -> np.nd
     return np.where(known, _bilinear(values * contact, cells) / np.where(known, weight, 1.0), 0.0)
 
 
+def continued(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Values in the contact, and around it the means of their neighbours in it.
+
+    Parameters
+    ----------
+    values : ndarray, shape (ny, nx)
+    contact : bool ndarray, shape (ny, nx)
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        As given where no neighbour is in contact.
+
+    Examples
+    --------
+    >>> continued(np.array([[0.0, 2.0, 4.0, 0.0, 0.0]]), np.array([[False, True, True, False, False]]))
+    array([[2., 2., 4., 4., 0.]])
+    """
+    sums, counts = (_around(each) for each in (values * contact, contact.astype(float)))
+    return np.where(contact | (counts == 0), values, sums / np.where(counts > 0, counts, 1.0))
+
+
+def _around(values: np.ndarray) -> np.ndarray:
+    """Sums over each element and its eight neighbours."""
+    padded = np.pad(values, 1)
+    rows = padded[:-2] + padded[1:-1] + padded[2:]
+    return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:])
+
+
 def means(values: np.ndarray, cells: Cells) -> np.ndarray:
     """Means over the parts of each element.
 

@@ -12,7 +12,9 @@ from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Motion, Steady
-from varcontact.solving.refine.field import held_behind, reconstructed
+from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.refine.field import continued, held_behind, reconstructed
+from varcontact.solving.refine.parts import Parts
 from varcontact.solving.refine.sublattice import Sublattice, loads
 
 PARTS = 2
@@ -21,6 +23,9 @@ PASSES = 3
 """Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
 STUCK = 6
 """The same where nothing slips: what tractions do at the trailing edge is found more slowly."""
+
+UNBOUNDED = 1e9
+"""Coefficient that stands for infinite friction: tractions are far below the bound, and it stays a number."""
 
 Pass = Callable[[Discretisation, ContactState], ContactState]
 
@@ -35,7 +40,7 @@ class Corrected:
         The coarse problem as it was solved last, with the correction of its rigid shift in `carried`.
     state : ContactState
         Its solution.
-    parts : Sublattice
+    parts : Parts
     traction, shift : ndarray, shape (2, ny rows, nx columns)
         The reconstructed field, and the continuum's local shift under it.
     forces : ndarray, shape (passes + 1, 3)
@@ -48,7 +53,7 @@ class Corrected:
 
     disc: Discretisation
     state: ContactState
-    parts: Sublattice
+    parts: Parts
     traction: np.ndarray
     shift: np.ndarray
     forces: np.ndarray
@@ -71,7 +76,8 @@ def defect_corrected(
     under it averaged over the elements, weighted by the traction bound. The coarse problem's rigid shift is changed by
     the difference to its own slip, and the problem solved again. Where nothing slips, the difference is
     extrapolated from all passes so far. Where forces are prescribed, those of the coarse problem are
-    changed by what its elements carry more than the field.
+    changed by what its elements carry more than the field. Under a law of friction each pass has the coefficients that
+    the law has at the corrected slip of the elements.
 
     Parameters
     ----------
@@ -93,9 +99,8 @@ def defect_corrected(
     -------
     Corrected
     """
-    fine = Sublattice(disc, (1 if disc.line else parts, parts), state.pressure, finer)
-    coarse, parted = fine.shapes
-    posed, traction = disc, reconstructed(state.traction, coarse, parted, fine.cells)
+    divided = Parts(disc, (1 if disc.line else parts, parts), state.pressure, finer)
+    posed, (fine, traction) = disc, _field(divided, disc, state)
     forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
     prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
     stuck = fine.sticks(traction)
@@ -106,18 +111,31 @@ def defect_corrected(
         begun = time.perf_counter()
         own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
-        found.append((lacking if stuck else held_behind(lacking, state.traction, coarse.bound)) * (coarse.bound > 0))
+        bound = fine.coefficient * state.pressure
+        found.append((lacking if stuck else held_behind(lacking, state.traction, bound)) * (bound > 0))
         used.append(extrapolated(used, found) if stuck else found[-1])
         more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
         motion = with_forces(disc.motion, prescribed + more[:2])
         posed = replace(disc, motion=motion, carried=Carried(-used[-1], np.zeros(2)))
         state = (rough if k < passes - 1 else last)(posed, state)
-        traction = reconstructed(state.traction, coarse, parted, fine.cells)
+        fine, traction = _field(divided, posed, state)
         forces.append(fine.forces(traction))
         creepages.append(_creepages(disc, state))
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
-    return Corrected(posed, state, fine, traction, shift, np.array(forces), np.array(creepages), tuple(seconds))
+    return Corrected(posed, state, divided, traction, shift, np.array(forces), np.array(creepages), tuple(seconds))
+
+
+def _field(parts: Parts, disc: Discretisation, state: ContactState) -> tuple[Sublattice, np.ndarray]:
+    """The parts with their bound, and the field reconstructed on them; under a law from the coefficients found."""
+    shape = disc.grid.shape
+    if disc.law is not None:
+        of_elements = continued(coefficient(disc, state), state.pressure > 0)
+    else:
+        known = np.asarray(UNBOUNDED if disc.no_slip else disc.coefficient)
+        of_elements = known.reshape(shape) if known.ndim else np.full(shape, known)
+    fine = Sublattice(parts, of_elements)
+    return fine, reconstructed(state.traction, *fine.shapes, fine.cells)
 
 
 def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:

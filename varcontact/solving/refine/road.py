@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,14 +22,13 @@ from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import units
-from varcontact.solving.refine.passes import PARTS, Corrected, Pass, defect_corrected
+from varcontact.solving.refine.passes import PARTS, Corrected, defect_corrected
 from varcontact.solving.refine.pressed import FINER, divided, within_parts
-from varcontact.solving.subproblems import Steps
+from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
 KINDS = ("continuum",)
@@ -39,7 +39,7 @@ ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
 
 
-def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool = False) -> bool:
+def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str | Solution | None) -> bool:
     """Whether defect correction is asked for; refused, before any work, where it does not hold.
 
     Parameters
@@ -50,6 +50,8 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool = False) ->
         As of `solve`.
     chosen : bool
         Whether the grid is to be chosen for an accuracy or a time.
+    start : str, Solution or None
+        As of `solve`.
 
     Raises
     ------
@@ -60,6 +62,8 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool = False) ->
         return False
     kind = checks.choice("refine", refine, KINDS)
     reason = _why_not(scene, plan)
+    if isinstance(start, Solution):
+        reason = 'the estimate takes half as many elements, on which no start is known; give start = "stick" or "slip"'
     if chosen:
         reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
     if reason:
@@ -100,8 +104,6 @@ def _why_not(scene: Scene, plan: Plan) -> str:
         return "without friction there is nothing to correct: leave refine out"
     if scene.bodies.K != 0 and not plan.left_out:
         return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}: it may lose then; {instead}"
-    if isinstance(scene.friction, Law):
-        return f"it is for coefficients of friction, by number or by element; {instead}"
     if scene.no_slip and not plan.closed_form:
         return f"with infinite friction it is for Hertz's pressure in closed form; {instead}"
     if plan.theory is not None:
@@ -134,7 +136,7 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         _check_count(scene, across(state.pressure))
     with steps.clock("refinement"):
         finer = _finer(scene, disc, steps)
-        found = _corrected(disc, state, roughly(steps).traction, steps.traction, finer)
+        found = _corrected(disc, state, roughly(steps), steps, finer)
     with steps.clock("error estimate"):
         coarser = corrected_on(*_halved(scene, disc, state), steps)
     rolled = unit_slip(disc)
@@ -203,18 +205,18 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
     rough = replace(roughly(steps), clock=Clock())
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
-        state = rough.traction(disc, rough.pressure(disc, unloaded(grid)))
-        return _corrected(disc, state, rough.traction, rough.traction, _finer(scene, disc, rough))
+        state = contact(disc, rough, rough.pressure(disc, unloaded(grid)))
+        return _corrected(disc, state, rough, rough, _finer(scene, disc, rough))
     finally:
         disc.operators.forget()
 
 
 def _corrected(
-    disc: Discretisation, state: ContactState, rough: Pass, last: Pass, finer: np.ndarray | None
+    disc: Discretisation, state: ContactState, rough: Steps, last: Steps, finer: np.ndarray | None
 ) -> Corrected:
     """The passes; forces so near to the limit that a corrected problem cannot carry them are refused."""
     try:
-        return defect_corrected(disc, state, rough, last, finer=finer)
+        return defect_corrected(disc, state, partial(_solved, rough), partial(_solved, last), finer=finer)
     except Saturated as beyond:
         raise SceneError(
             "refine",
@@ -223,6 +225,11 @@ def _corrected(
             message=f'refine = "{KINDS[0]}": the tangential force is so near to what friction carries that the '
             f"corrected problem cannot carry it ({beyond}); leave refine out",
         ) from None
+
+
+def _solved(steps: Steps, disc: Discretisation, state: ContactState) -> ContactState:
+    """The tractions that go with the pressure of a state, from those it has."""
+    return contact(disc, steps, state)
 
 
 def roughly(steps: Steps) -> Steps:
