@@ -275,8 +275,14 @@ def test_conformal_contact_is_said_with_its_numbers():
 @pytest.mark.parametrize(
     ("sides", "said"),
     [
-        ({"dx": 0.5, "dy": 0.5}, ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: forces hold, but"]),
-        ({"dx": 6.0, "dy": 0.2}, ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: forces hold, but"]),
+        (
+            {"dx": 0.5, "dy": 0.5},
+            ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: too few for its pressures"],
+        ),
+        (
+            {"dx": 6.0, "dy": 0.2},
+            ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: too few for its pressures"],
+        ),
         ({"dx": 0.4, "dy": 0.2}, []),
     ],
 )
@@ -290,7 +296,7 @@ def test_few_elements_are_said_and_their_forces_hold(sides, said):
     assert [text[: len(start)] for text, start in zip(told, said, strict=True)] == said
     assert all(text.endswith("for 4 elements or more") for text in told)
     (each,) = found.patches
-    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.01 * 0.3 * wanted["fn"])
+    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.02 * 0.3 * wanted["fn"])
 
 
 @pytest.mark.parametrize("name", ["accuracy", "time_budget", "refine", "store"])

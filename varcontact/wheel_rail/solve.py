@@ -161,8 +161,8 @@ def _check_elements(solved: PatchSolution) -> None:
         if 0 < count < FEWEST:
             warnings.warn(
                 f"with {what} = {side:g} mm the patch at y = {solved.patch.location[1]:.4g} mm is {count} "
-                f"element{'s' * (count > 1)} {('long', 'wide')[axis]}: forces hold, but pressures are rough; give a "
-                f"smaller {what}, for {FEWEST} elements or more",
+                f"element{'s' * (count > 1)} {('long', 'wide')[axis]}: too few for its pressures; give a smaller "
+                f"{what}, for {FEWEST} elements or more",
                 CoarseElements,
                 stacklevel=4,
             )
