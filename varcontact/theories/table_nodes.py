@@ -34,7 +34,14 @@ def spin_scale(coefficients: CreepageCoefficients, ratio: Any) -> np.ndarray:
 
 
 def scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any, Any, Any]:
-    """Those of `spin_scale`, each by itself."""
+    """Those of `spin_scale`, each by itself.
+
+    Parameters
+    ----------
+    coefficients : CreepageCoefficients
+    ratio : float or ndarray
+        a/b.
+    """
     C = coefficients
     return C.C11, C.C22, SPIN * C.C11 * (ratio + 1 / ratio) ** 0.5
 
