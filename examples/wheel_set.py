@@ -38,7 +38,14 @@ def wheel(side: str, y: float) -> WheelOnRail:
     """One wheel of case A."""
     position = Position(y=y, yaw=YAW * y)
     return WheelOnRail(
-        track=TRACK, wheelset=WHEELSET, side=side, position=position, velocity=Velocity(speed=2e3), vertical_force=10e3
+        track=TRACK,
+        wheelset=WHEELSET,
+        side=side,
+        position=position,
+        velocity=Velocity(speed=2e3),
+        vertical_force=10e3,
+        dx=0.5,
+        dy=0.2,  # the flange's patches are 1 mm wide
     )
 
 

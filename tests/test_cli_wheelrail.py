@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from tests.command import run
+from varcontact.wheel_rail import Profile
 
 CASE = """
 vertical_force = 20e3
@@ -33,6 +35,17 @@ def test_one_wheel_with_its_pictures(folder):
     assert heading.split()[:5] == ["position", "side", "y", "on_rail", "on_wheel"]
     assert row.split()[:3] == ["1", "right", "1"]
     assert all((folder / name).stat().st_size > 20_000 for name in ("wheel.png", "wear.png"))
+
+
+def test_a_rough_profile_is_told_once_with_the_table(folder):
+    rail = Profile.rail_60e1()
+    noise = 2e-3 * np.random.default_rng(1).normal(size=rail.z.size)
+    np.savetxt(folder / "rough.csv", np.column_stack([rail.y, rail.z + noise]), delimiter=",")
+    (folder / "rough.toml").write_text(CASE.replace('"60e1"', '"rough.csv"'))
+    done = run("wheelrail", "rough.toml", "--plot", "wheel.png", folder=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count("a profile is rough there") == 1
+    assert (folder / "wheel.png").stat().st_size > 20_000
 
 
 def test_a_sequence_into_a_table_and_on_from_there(folder):

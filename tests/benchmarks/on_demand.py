@@ -38,7 +38,7 @@ SURE = 3e-4
 """Largest uncertainty of the continuum's values with which a scene counts."""
 
 
-def ladder_for(scene: vc.Scene) -> tuple[tuple[bool, bool, str], Ladder]:
+def ladder_for(scene: vc.Scene) -> tuple[tuple[bool, str, str], Ladder]:
     """The ladder of a scene, and its key."""
     key = kind_of(scene, make_plan(scene))
     return key, LADDERS[key]

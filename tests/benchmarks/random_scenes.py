@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 import varcontact as vc
+from varcontact.study.converge import contact_of
 
 KINDS = (
     "steady",
@@ -23,11 +24,20 @@ KINDS = (
     "sampled shift",
     "sampled normal",
     "law",
+    "history",
+    "unlike history",
+    "line history",
+    "line unlike history",
+    "sampled history",
+    "line sampled",
+    "line sampled shift",
+    "slender",
+    "slender shift",
 )
 
 
 def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
-    """So many scenes of a kind; the same for the same seed.
+    """So many scenes of a kind; the same for the same seed. A history has the bodies and creepages of such a scene.
 
     Parameters
     ----------
@@ -37,7 +47,10 @@ def scenes(kind: str, count: int, seed: int) -> list[vc.Scene]:
     seed : int
     """
     rng = np.random.default_rng([seed, KINDS.index(kind)])
-    return [_scene(rng, kind) for _ in range(count)]
+    if not kind.endswith("history"):
+        return [_scene(rng, kind) for _ in range(count)]
+    like = kind.removesuffix("history").strip() or "steady"
+    return [_history(rng, _scene(rng, like)) for _ in range(count)]
 
 
 @dataclass(frozen=True)
@@ -74,8 +87,14 @@ def _drawn(rng: np.random.Generator) -> _Drawn:
     )
 
 
+def _slender(rng: np.random.Generator, drawn: _Drawn) -> _Drawn:
+    """The same with an a/b, or b/a, from 8 to 33, and Poisson's ratios down to -0.5."""
+    ratio = float(np.exp(rng.choice([-1, 1]) * rng.uniform(np.log(8), np.log(33))))
+    return replace(drawn, a=ratio**0.5, b=ratio**-0.5, nu=float(rng.choice([-0.5, 0.0, 0.28, 0.5])))
+
+
 def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
-    drawn = _drawn(rng)
+    drawn = _slender(rng, _drawn(rng)) if kind.startswith("slender") else _drawn(rng)
     if kind.startswith("line"):
         return _line(rng, kind, drawn)
     if kind.startswith("sampled"):
@@ -124,8 +143,10 @@ def _shift(drawn: _Drawn, bodies: vc.Bodies, limit: float, mean: float) -> vc.Sh
 
 def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     bodies, force = _unlike(rng) if "unlike" in kind else vc.Bodies(G=1.0, nu=drawn.nu), 0.01
-    surface = vc.Cylinders(1.0, reference_depth=5.0)
-    a = vc.Scene(bodies=bodies, surface=surface, normal_force=force).hertz.a
+    surface: vc.Cylinders | vc.SampledDistance = vc.Cylinders(1.0, reference_depth=5.0)
+    if "sampled" in kind:
+        surface, force = _sampled_line(rng), float(np.exp(rng.uniform(np.log(5e-3), np.log(5e-2))))
+    a = half_length(vc.Scene(bodies=bodies, surface=surface, normal_force=force))
     limit = drawn.f * force
     full = 4 * (1 - bodies.combined_nu) * limit / (np.pi * bodies.combined_G * a)  # Carter's
     vx, vy, _ = (float(v) for v in drawn.slip * full)
@@ -135,6 +156,15 @@ def _line(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     elif kind.endswith("shift"):
         motion = vc.Shift(ux=3 * a * vx, uy=3 * a * vy)
     return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+
+
+def _sampled_line(rng: np.random.Generator) -> vc.SampledDistance:
+    """Between parabola and quartic, or with two summits."""
+    x = np.linspace(-3.0, 3.0, 601)
+    h = x**2 + float(rng.uniform(0.1, 1)) * x**4
+    if rng.random() < 0.5:
+        h = -0.1 * np.logaddexp(*(-((x - at) ** 2) / 0.1 for at in (-0.55, 0.5)))
+    return vc.SampledDistance(0.02 * h, x=x, reference_depth=5.0)
 
 
 def _sampled(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
@@ -156,3 +186,37 @@ def _sampled(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     if kind == "sampled shift":
         motion = vc.Shift(ux=0.3 * vx, uy=0.3 * vy, rotation=0.3 * spin)
     return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+
+
+def _history(rng: np.random.Generator, steady: vc.Scene) -> vc.Scene:
+    """Steps of a length given: from rest, turned, under a load that swings, with a force from a shift to rolling, or
+    to and fro in place.
+    """
+    motion, steps = steady.motion, int(rng.integers(4, 11))
+    dq = float(np.exp(rng.uniform(np.log(0.03), np.log(0.8)))) * half_length(steady)
+    rigid: dict[str, float | list[float]] = {"vx": motion.vx, "vy": motion.vy, "spin": motion.spin}
+    way = rng.integers(5)
+    if way == 1:
+        turn = int(rng.integers(1, steps))
+        rigid = {name: [size] * turn + [-0.5 * size] * (steps - turn) for name, size in rigid.items()}
+    if way == 2:
+        load = steady.normal_force * (1 + 0.4 * np.sin(np.arange(steps) + rng.uniform(0, 6)))
+        return replace(steady, motion=vc.Transient(steps=steps, dq=dq, normal_force=load, **rigid))
+    if way == 3:
+        force = float(rng.uniform(-0.9, 0.9)) * steady.friction * steady.normal_force
+        return replace(
+            steady, motion=vc.Transient(steps=steps, dq=[0.0] + [dq] * (steps - 1), Fx=force, spin=0.3 * motion.spin)
+        )
+    if way == 4:
+        swing = 3 * half_length(steady) * np.cos(np.arange(steps) + rng.uniform(0, 6))
+        moved = {"ux": swing * motion.vx, "uy": swing * motion.vy, "rotation": swing * motion.spin}
+        return replace(steady, motion=vc.Transient(steps=steps, dq=0.0, **moved))
+    return replace(steady, motion=vc.Transient(steps=steps, dq=dq, **rigid))
+
+
+def half_length(scene: vc.Scene) -> float:
+    """Half the length of a scene's contact along x."""
+    if scene.hertz is not None:
+        return scene.hertz.a
+    left, right, _, _ = contact_of(replace(scene, motion=None, friction=None))
+    return (right - left) / 2

@@ -160,6 +160,20 @@ def test_one_wheel_alone_says_what_is_wrong_with_it(tmp_path):
         solve_cases(read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "900.0")))
 
 
+def test_solutions_are_handed_on_and_their_warnings_are_in_the_table(tmp_path):
+    rail = Profile.rail_60e1()
+    noise = 2e-3 * np.random.default_rng(1).normal(size=rail.z.size)
+    np.savetxt(tmp_path / "rough.csv", np.column_stack([rail.y, rail.z + noise]), delimiter=",")
+    file = read(tmp_path, CASE.replace('"60e1"', '"rough.csv"').replace("[1.0, 2.0, 9e2]", "1.0"))
+    seen = []
+    table = solve_cases(file, tmp_path / "table.csv", solved=seen.append)
+    assert [found.z for found in seen] == table["z"].tolist()
+    assert "a profile is rough there" in table["warnings"][0]
+    assert seen[0].patches[0].solution.warnings[0] in table["warnings"][0]
+    solve_cases(file, tmp_path / "table.csv", solved=seen.append)
+    assert len(seen) == 1  # the table had it
+
+
 def test_the_picture_over_the_positions(tmp_path):
     table = solve_cases(read(tmp_path, CASE))
     figure = plot_positions(table)

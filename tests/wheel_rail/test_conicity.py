@@ -183,6 +183,7 @@ def test_s1002_on_60e1():
         (lambda t, w: rolling_radius_difference(t, w, [0.0, np.nan]), SceneError, r"y\[1\] = nan"),
         (lambda t, w: rolling_radius_difference(t, w, 200.0), NoContact, "the wheel is beside the rail"),
         (lambda t, w: rolling_radius_difference(t, w, 75.0), SceneError, "touches at the end of a profile"),
+        (lambda t, w: rolling_radius_difference(w, t, 1.0), SceneError, "track = WheelSet.* must be a Track"),
         (lambda t, w: equivalent_conicity(t, w, 0.0), SceneError, "amplitude = 0"),
         (lambda t, w: equivalent_conicity(t, w, "3 mm"), SceneError, "amplitude = '3 mm'"),
     ],

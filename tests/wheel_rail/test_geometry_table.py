@@ -124,6 +124,17 @@ def test_what_is_refused(more, said):
         geometry_table(TRACK, WHEELSET, **(nodes | more))
 
 
+def test_a_wheel_rolls_forwards(table):
+    """Turned faster than it runs, one wheel goes backwards."""
+    with pytest.raises(SceneError, match=r"velocity: a wheel does not roll forwards, its rolling velocity is -\d+"):
+        table.forces(0.0, 0.0, Velocity(speed=100.0, yaw_rate=1.0))
+
+
+def test_a_velocity_is_one(table):
+    with pytest.raises(SceneError, match=r"velocity = 20000.0 is not allowed: must be a Velocity"):
+        table.forces(0.0, 0.0, 20e3)
+
+
 def test_beyond_the_table(table):
     with pytest.raises(SceneError, match=r"yaw = -0.02 .*within the table, -0.01 to 0.01"):
         table.forces(0.0, 0.02, MOVING)

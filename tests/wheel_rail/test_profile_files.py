@@ -111,7 +111,7 @@ def test_a_unit_of_length_by_hand(tmp_path):
 def test_z_up_is_turned_when_told(tmp_path):
     path = written(tmp_path / "up.txt", rows(RAIL_POINTS * [1, -1]))
     same(Profile.read(path, "rail", mirror_z=True), RAIL)
-    with pytest.raises(SceneError, match="upside down"):
+    with pytest.raises(SceneError, match=r"up\.txt: the rail's profile is upside down"):
         Profile.read(path, "rail")
 
 

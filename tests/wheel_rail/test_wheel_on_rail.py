@@ -20,10 +20,11 @@ from tests.wheel_rail.conditions import (
     round_wheel,
 )
 from varcontact import reference
-from varcontact.errors import NotConverged
+from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import rotation
 from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail import (
+    CoarseElements,
     ConformalContact,
     Position,
     Profile,
@@ -173,6 +174,24 @@ def test_forces_in_the_frames_belong_together():
     assert found.moment_on_wheelset == pytest.approx(axes.T @ moment, rel=1e-9)
 
 
+def test_solutions_of_left_and_right_are_mirror_images():
+    """Forces, moments and fields, with a seam between tread and flange root."""
+    right, left = (
+        wheel(
+            side=side, position=Position(y=5.0 * sign, roll=-3e-4 * sign, yaw=0.012 * sign), vertical_force=10e3,
+            velocity=Velocity(speed=2e3, lateral=3.0 * sign, yaw_rate=1e-3 * sign), dx=0.6, dy=0.6,
+        ).solve()
+        for side, sign in (("right", 1), ("left", -1))
+    )  # fmt: skip
+    assert len(right.patches[0].patch.seams) == len(left.patches[0].patch.seams) == 1
+    assert left.force == pytest.approx(right.force * [1, -1, 1], rel=1e-6)
+    assert left.moment_on_wheelset == pytest.approx(right.moment_on_wheelset * [-1, 1, -1], rel=1e-6)
+    one, other = right.patches[0].solution, left.patches[0].solution
+    assert other.pressure == pytest.approx(one.pressure[::-1], abs=1e-6 * one.pressure.max())
+    mirrored = one.traction[:, ::-1] * np.array([1, -1])[:, None, None]
+    assert other.traction == pytest.approx(mirrored, abs=1e-5 * one.traction_bound.max())
+
+
 def test_patches_nearer_than_the_distance_are_one():
     case = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012))
     z = case.touching + 0.03
@@ -251,6 +270,54 @@ def test_conformal_contact_is_said_with_its_numbers():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wheel(vertical_force=20e3).solve()
+
+
+@pytest.mark.parametrize(
+    ("sides", "said"),
+    [
+        (
+            {"dx": 0.5, "dy": 0.5},
+            ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: too few for its pressures"],
+        ),
+        (
+            {"dx": 6.0, "dy": 0.2},
+            ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: too few for its pressures"],
+        ),
+        ({"dx": 0.4, "dy": 0.2}, []),
+    ],
+)
+def test_few_elements_are_said_and_their_forces_hold(sides, said):
+    """A flange, some 1 mm wide: against CONTACT's forces on elements of 0.2 mm."""
+    wanted = row("right", 7.0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = benchmark(wanted, **sides).solve()
+    told = [str(each.message) for each in caught if each.category is CoarseElements]
+    assert [text[: len(start)] for text, start in zip(told, said, strict=True)] == said
+    assert all(text.endswith("for 4 elements or more") for text in told)
+    (each,) = found.patches
+    assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.02 * 0.3 * wanted["fn"])
+
+
+@pytest.mark.parametrize("name", ["accuracy", "time_budget", "refine", "store"])
+def test_what_chooses_a_grid_is_refused(name):
+    with pytest.raises(SceneError, match=f"{name} must be left out: dx and dy of a wheel on a rail make the grid"):
+        wheel().solve(**{name: 0.1})
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: wheel(load=1e4), "WheelOnRail has no load: write vertical_force"),
+        (lambda: Track(rail=RAIL, inclination=0.05), "Track has no inclination: write cant"),
+        (lambda: WheelSet(wheel=WHEEL, nominal_radius=1.0), "WheelSet has no nominal_radius: write radius"),
+        (lambda: Position(z=0.1), "Position has no z: write z, or vertical_force, of WheelOnRail"),
+        (lambda: Velocity(sped=1.0), r"Velocity has no sped \(did you mean speed\?\)"),
+    ],
+)
+def test_a_wrong_name_is_told_the_right_one(make, said):
+    with pytest.raises(SceneError, match=said):
+        make()
 
 
 @pytest.mark.parametrize("with_friction", [False, True])

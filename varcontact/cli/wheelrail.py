@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from varcontact.wheel_rail.case_file import CaseFile
+    from varcontact.wheel_rail.result import WheelRailSolution
 
 PRINTED = (
     "position",
@@ -65,20 +68,24 @@ def wheelrail(
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     written = table_as_json if as_json else _report
+    found: deque[WheelRailSolution] = deque(maxlen=1)
     try:
-        table = with_progress(lambda progress: solve_cases(read, out, progress))
+        table = with_progress(lambda progress: solve_cases(read, out, progress, found.append))
     except Interrupted as stopped:
         if len(stopped.partial):
             show(written(stopped.partial))
         stop(stopped, out, "--out FILE.csv", "wheels")
     show(written(table))
-    _draw(read, table, plot, plot_wear)
+    _draw(read, table, found, plot, plot_wear)
     failed = int((table["outcome"] != "solved").sum())
     if failed:
         fail(f"{failed} of {len(read.cases)} wheels are not solved, see the table", NOT_SOLVED)
 
 
-def _draw(read: CaseFile, table: pd.DataFrame, plot: Path | None, plot_wear: Path | None) -> None:
+def _draw(
+    read: CaseFile, table: pd.DataFrame, found: Sequence[WheelRailSolution], plot: Path | None, plot_wear: Path | None
+) -> None:
+    """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
     from varcontact.plotting.picture_file import write_picture
     from varcontact.wheel_rail.pictures import plot_positions
     from varcontact.wheel_rail.wear import wear
@@ -87,11 +94,11 @@ def _draw(read: CaseFile, table: pd.DataFrame, plot: Path | None, plot_wear: Pat
         if plot is not None:
             write_picture(plot_positions(table), plot)
     elif plot is not None or plot_wear is not None:
-        found = read.cases[0].solve(**read.options)  # the table has no tractions
+        solution = found[0] if found else read.cases[0].solve(**read.options)
         if plot is not None:
-            write_picture(found.plot(), plot)
+            write_picture(solution.plot(), plot)
         if plot_wear is not None:
-            write_picture(wear(found, read.archard).plot(), plot_wear)
+            write_picture(wear(solution, read.archard).plot(), plot_wear)
 
 
 def _report(table: pd.DataFrame) -> str:

@@ -27,8 +27,8 @@ MAGIC = b"CDF\x02"
 COUNT_AT = 4
 """Where a classic netCDF file has the number of its records: four bytes, the highest first."""
 RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
-"""Characters for what a step says of how it was found, without and with passes, of which the last are kept; and for a
-solver's word."""
+"""Characters for what a step says of how it was found, without and with passes, of which the last are kept, or an
+estimate of its error; and for a solver's word."""
 
 SERIES = {**FIELDS, "friction_work": ((), "1", "work lost by friction: by distance rolled, in a shift as it is")}
 """What the file has of each step: dimensions, quantity, and what it is."""
@@ -80,8 +80,8 @@ def _file_of(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, 
     file.format, file.first_step = FORMAT, f"{begin or 0:012d}"
     file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
     file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
-    loops = plan.loops or scene.under_law
-    length = RECORD_OF_PASSES if loops else RECORD
+    longer = plan.loops or scene.under_law or sol.error_estimate is not None
+    length = RECORD_OF_PASSES if longer else RECORD
     sizes = {
         "component": 2,
         "y": sol.grid.rows,

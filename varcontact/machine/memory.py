@@ -11,7 +11,7 @@ SMALLER = "a grid with fewer elements would fit"
 """What would fit, where it is the grid that takes the memory."""
 
 
-LITTLE = 2.0**20
+LITTLE = 2.0**23
 """Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that would be seen."""
 
 
@@ -76,6 +76,17 @@ def _left_by_ulimit() -> float:
         return math.inf
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     return math.inf if most == resource.RLIM_INFINITY else float(most - psutil.Process().memory_info().vms)
+
+
+def fits(size: float) -> bool:
+    """Whether so many bytes are there.
+
+    Parameters
+    ----------
+    size : float
+        Bytes.
+    """
+    return size < LITTLE or size <= available()
 
 
 def need(what: str, size: float, fits: str) -> None:

@@ -83,7 +83,7 @@ def check_fits(scene: Scene, plan: Plan) -> None:
     spec = wanted_grid(scene)
     more = 0 if spec.explicit else 2 * spec.margin
     shape = spec.rows + (0 if spec.line else more), spec.nx + more
-    if sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1])).peak <= memory.available():
+    if memory.fits(sizes_of(scene, plan, shape, None, _at_most(scene, plan, shape[0] * shape[1])).peak):
         return
     check_sizes(plan, expected_sizes(scene, plan))
 

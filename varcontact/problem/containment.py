@@ -140,13 +140,15 @@ def _raised_about(disc: Discretisation, state: ContactState, x: np.ndarray, y: n
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 2_000_000):
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
-        r = np.hypot(from_x, from_y)
+        square = from_x**2 + from_y**2
         if disc.line:
-            raised[part] = (1 - nu) * load_z @ (-2 * np.log(r / disc.operators.depth)) + np.pi * K * load_x @ np.sign(
-                from_x
-            )
+            raised[part] = -(1 - nu) * load_z @ np.log(square / disc.operators.depth**2)
+            if K != 0:
+                raised[part] += np.pi * K * load_x @ np.sign(from_x)
         else:
-            raised[part] = (1 - nu) * load_z @ (1 / r) + K * (load_x @ (from_x / r**2) + load_y @ (from_y / r**2))
+            raised[part] = (1 - nu) * load_z @ (1 / np.sqrt(square))
+            if K != 0:
+                raised[part] += K * (load_x @ (from_x / square) + load_y @ (from_y / square))
     return raised / np.pi
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 
@@ -44,6 +45,9 @@ class ErrorEstimate:
         What was solved for it, in this order.
     accuracy, time_budget : float or None
         What was asked for.
+    on_grid : dict of str to float
+        Of the finest grid's own answer, whose fields the solution has: the values before they were extrapolated. Empty
+        where nothing was.
 
     Examples
     --------
@@ -62,11 +66,41 @@ class ErrorEstimate:
     solves: tuple[Solve, ...]
     accuracy: float | None = None
     time_budget: float | None = None
+    on_grid: dict[str, float] = field(default_factory=dict)
 
     @property
     def largest(self) -> float:
         """The largest of the errors; 0 where nothing is open."""
         return max(self.errors.values(), default=0.0)
+
+    def of_step(self, k: int) -> ErrorEstimate:
+        """The part of a history's estimate that is for a step, under the names of one solution.
+
+        Parameters
+        ----------
+        k : int
+            Number of the step, from 0.
+        """
+        values, errors, on_grid = (
+            {name.removesuffix(f"[{k}]"): value for name, value in part.items() if name.endswith(f"[{k}]")}
+            for part in (self.values, self.errors, self.on_grid)
+        )
+        return replace(self, values=values, errors=errors, on_grid=on_grid)
+
+    @classmethod
+    def of_history(cls, steps: Sequence[ErrorEstimate]) -> ErrorEstimate:
+        """That of a history, from those of its steps: each name with its step, as ``Fx[3]``.
+
+        Parameters
+        ----------
+        steps : sequence of ErrorEstimate
+            One at least.
+        """
+        values, errors, on_grid = (
+            {f"{name}[{k}]": value for k, step in enumerate(steps) for name, value in getattr(step, part).items()}
+            for part in ("values", "errors", "on_grid")
+        )
+        return replace(steps[0], values=values, errors=errors, on_grid=on_grid)
 
     def plain(self) -> dict[str, Any]:
         """As dictionaries, lists and numbers: the record of a file, and what is printed as JSON."""
@@ -88,10 +122,13 @@ class ErrorEstimate:
         """
         try:
             solves = tuple(Solve(int(each["nx"]), int(each["ny"]), float(each["seconds"])) for each in record["solves"])
-            values, errors = (
-                {str(name): float(value) for name, value in record[part].items()} for part in ("values", "errors")
+            values, errors, on_grid = (
+                {str(name): float(value) for name, value in record.get(part, {}).items()}
+                for part in ("values", "errors", "on_grid")
             )
-            asked = (None if record[name] is None else float(record[name]) for name in ("accuracy", "time_budget"))
-            return cls(values, errors, str(record["how"]), solves, *asked)
+            accuracy, budget = (
+                None if record[name] is None else float(record[name]) for name in ("accuracy", "time_budget")
+            )
+            return cls(values, errors, str(record["how"]), solves, accuracy, budget, on_grid)
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"an estimate of the error that is none ({error})") from None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -111,6 +112,13 @@ class History(Sequence[Solution]):
         return self._series("friction_work") * np.where(dq > 0, dq, 1.0)
 
     @property
+    def error_estimate(self) -> ErrorEstimate | None:
+        """How far the steps are from the continuum, with names as ``Fx[3]``: where an accuracy or a time was given."""
+        if len(self) == 0 or self[0].error_estimate is None:
+            return None
+        return ErrorEstimate.of_history([sol.error_estimate for sol in self if sol.error_estimate is not None])
+
+    @property
     def _motion(self) -> Any:
         return self.scene.motion
 
@@ -148,6 +156,7 @@ class History(Sequence[Solution]):
             "creepage": [[known(v) for v in three] for three in self.creepage],
             "dissipation": [known(W) for W in self.dissipation],
             "last": self[-1].summary() if len(self) else None,
+            "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
         }
 
     def to_xarray(self) -> xr.Dataset:

@@ -277,4 +277,18 @@ def report_history(history: History) -> str:
     columns = [history.rolled, history.normal_force, *history.force.T, history.moment, history.dissipation]
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
+    lines += _estimate_of_all(history)
     return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1])}"])
+
+
+def _estimate_of_all(history: History) -> list[str]:
+    """How far the steps are from the continuum, at most."""
+    estimate = history.error_estimate
+    if estimate is None:
+        return []
+    largest: dict[str, float] = {}
+    for name, error in estimate.errors.items():
+        kind = name.partition("[")[0]
+        largest[kind] = max(largest.get(kind, 0.0), error)
+    errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
+    return ["", f"Against the continuum, with steps of this length, about: {errors}, in all steps."]

@@ -150,6 +150,17 @@ def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping
     return float(np.max([abs(found.get(name, math.nan) - value) / units[name] for name, value in exact.items()]))
 
 
+def creepage_names(sol: Solution) -> tuple[str, str, str]:
+    """What the entries of a solution's `creepage` are called.
+
+    Parameters
+    ----------
+    sol : Solution
+    """
+    rolls = sol.motion is not None and sol.motion.rolls
+    return ("vx", "vy", "spin") if rolls else ("ux", "uy", "rotation")
+
+
 def _normal(sol: Solution) -> dict[str, float]:
     load = {"approach": sol.approach} if sol.scene.approach is None else {"normal_force": sol.normal_force}
     return load | {"peak_pressure": sol.max_pressure}
@@ -157,9 +168,7 @@ def _normal(sol: Solution) -> dict[str, float]:
 
 def _frictional(sol: Solution) -> dict[str, float]:
     motion, found = sol.motion, {}
-    assert motion is not None
-    creepages = ("vx", "vy") if motion.rolls else ("ux", "uy")
-    for i, (name, creepage) in enumerate(zip(("Fx", "Fy"), creepages, strict=True)):
+    for i, (name, creepage) in enumerate(zip(("Fx", "Fy"), creepage_names(sol), strict=False)):
         prescribed = getattr(motion, name) is not None
         found[creepage if prescribed else name] = float(sol.creepage[i] if prescribed else sol.force[i])
     return found if sol.scene.line else found | {"Mz": sol.moment}

@@ -26,6 +26,7 @@ from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
+from varcontact.solving.error_norm import creepage_names
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.refine.passes import with_forces
 from varcontact.solving.subproblems import Steps
@@ -123,23 +124,32 @@ def _remeasured(sol: Solution) -> Solution:
     return _measured_on(disc, sol)
 
 
-def _measured_on(disc: Discretisation, sol: Solution) -> Solution:
+def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     """A solution from a file, with the discretisation of its scene, or of its step of a history."""
+    sol = _on_its_grid(stored)
     if not sol.pressure.any():
         if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
-        return sol
+        return stored
     state = _state(disc, sol)
     _check_fields(disc, sol, state)
     if disc.law is not None and sol.plan.rubs:
         disc = disc.rubbing(coefficient(disc, state))
     if _deserved(disc, sol, state):
-        return sol
+        return stored
     closed_form = sol.plan.closed_form
     certificate = certify_problems(
         disc, state.pressure, state.approach, state.traction, state.rigid, closed_form, sol.certificate.level
     )
-    return replace(sol, certificate=certificate, converged=False, note=ANEW)
+    return replace(stored, certificate=certificate, converged=False, note=ANEW)
+
+
+def _on_its_grid(sol: Solution) -> Solution:
+    """The solution with the creepages and the approach that its fields have, before they were extrapolated."""
+    known = {} if sol.error_estimate is None else sol.error_estimate.on_grid
+    creepages = zip(creepage_names(sol), sol.creepage, strict=True)
+    first, second, third = (known.get(name, own) for name, own in creepages)
+    return replace(sol, creepage=(first, second, third), approach=known.get("approach", sol.approach))
 
 
 def _state(disc: Discretisation, sol: Solution) -> ContactState:

@@ -199,18 +199,17 @@ def solve(
     certify = level(certify)
     check_start(scene, start, plan.theory is not None)
     check_saturation(scene)
-    asked = asked_for(scene, plan, accuracy, time_budget, start)
+    asked = asked_for(scene, plan, accuracy, time_budget, start, store)
     corrects = check_refine(scene, plan, refine, asked is not None, start)
-    if isinstance(scene.motion, Transient):
-        check_fits(scene, plan)
-        return solve_transient(scene, plan, tol, polish, progress, store, certify)
-    if store is not None:
+    if store is not None and not isinstance(scene.motion, Transient):
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
-    def on_its_grid(posed: Scene, told: Callable[[str], None] | None, certified: bool = True) -> Solution:
+    def on_its_grid(posed: Scene, told: Callable[[str], None] | None, certified: bool = True) -> Solution | History:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
         check_fits(posed, known)
         wanted = certify if certified else "none"
+        if isinstance(posed.motion, Transient):
+            return solve_transient(posed, known, tol, polish, told, store, wanted)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
         disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects and known.closed_form else steps)
@@ -218,6 +217,8 @@ def solve(
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
             last = (disc, state) if found is None else (found.disc, found.state)
             solution = judged(posed, *last, steps, refinement)
+            if not certified:
+                return solution
             warning = noise(posed, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
             return replace(solution, warnings=(warning,)) if warning else solution
         finally:

@@ -31,6 +31,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solving import start_grid
 from varcontact.solving.certify import judged
 from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
@@ -91,7 +92,7 @@ def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, 
     motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
     if stored is None:
         spec = wanted_grid(scene)
-        kept = motion.steps * (STEP_FIELDS * spec.nx * spec.rows + STEP_REST)
+        kept = bytes_of_steps(motion, spec.nx * spec.rows)
         need("the history in memory", kept, "with store = a file, the steps are kept there")
     contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
@@ -104,7 +105,7 @@ def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, 
             try:
                 if progress is not None:
                     progress(f"{k} of {motion.steps} steps")
-                before = march.step(k, before)
+                before = march.step(k, before, _within(progress, k, motion.steps))
                 if stored is None:
                     in_memory.append(before)
                 else:
@@ -116,6 +117,23 @@ def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, 
     finally:
         march.disc.operators.forget()
     return history
+
+
+def _within(progress: Callable[[str], None] | None, k: int, count: int) -> Callable[[str], None] | None:
+    """Tells the stages of step k of so many."""
+    return None if progress is None else lambda stage: progress(f"{k} of {count} steps: {stage}")
+
+
+def bytes_of_steps(motion: Transient, elements: int) -> float:
+    """What the answer of a history takes in memory, about.
+
+    Parameters
+    ----------
+    motion : Transient
+    elements : int
+        Of the potential contact.
+    """
+    return motion.steps * (STEP_FIELDS * elements + STEP_REST)
 
 
 def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: Steps) -> March:
@@ -164,23 +182,23 @@ class March:
         """
         motion, grid = _motion(self.scene), self.disc.grid
         start = cast(Solution | None, motion.start)
-        if start is None or _same(start.grid, grid):
+        if start is None or start_grid.same(start.grid, grid):
             return start
         if not motion.interpolate or start.grid.line != grid.line:
             remedy = "" if start.grid.line != grid.line else ", or interpolate = True"
             raise SceneError(
                 "motion.start",
-                f"Solution on {_words(start.grid)}",
+                f"Solution on {start_grid.words(start.grid)}",
                 f"on the grid of the history{remedy}",
-                message=f"motion.start is a solution on {_words(start.grid)}, and the history is "
-                f"on {_words(grid)}; use the same grid{remedy}",
+                message=f"motion.start is a solution on {start_grid.words(start.grid)}, and the history is "
+                f"on {start_grid.words(grid)}; use the same grid{remedy}",
             )
         fields = np.concatenate([start.traction, start.pressure[None]])
-        fields = _interpolated(start.grid, fields, grid)
-        state = _sampled(start.grid, start.state, grid)
+        fields = start_grid.interpolated(start.grid, fields, grid)
+        state = start_grid.sampled(start.grid, start.state, grid)
         return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state)
 
-    def step(self, k: int, before: Solution | None) -> Solution:
+    def step(self, k: int, before: Solution | None, told: Callable[[str], None] | None = None) -> Solution:
         """Solve step k.
 
         Parameters
@@ -189,8 +207,10 @@ class March:
             From 0.
         before : Solution or None
             The step before; None: bodies without tractions.
+        told : callable, optional
+            Called with the name of each stage.
         """
-        steps = replace(self.steps, clock=Clock())
+        steps = replace(self.steps, clock=Clock(told))
         with steps.clock("carried"):
             scene, disc = self.problem(k, before)
         state = _state(disc, before)
@@ -359,35 +379,3 @@ def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Soluti
     exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
-
-
-def _words(grid: Grid) -> str:
-    return f"{grid.nx} x {grid.rows} elements over {tuple(float(f'{side:.6g}') for side in grid.box)}"
-
-
-def _same(one: Grid, other: Grid) -> bool:
-    """Whether two lattices are the same but for rounding."""
-    size = max(abs(side) for side in other.box)
-    return one.shape == other.shape and bool(np.allclose(one.box, other.box, rtol=0, atol=1e-9 * size))
-
-
-def _sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
-    """A field (ny, nx) of one grid in the elements where the centres of another lie; zero outside."""
-    x0, _, y0, _ = grid.box
-    dx, dy = grid.sides
-    ix = np.floor((other.x - x0) / dx).astype(int)
-    iy = np.zeros(1, dtype=int) if grid.line else np.floor((other.y - y0) / dy).astype(int)
-    inside = ((iy >= 0) & (iy < grid.rows))[:, None] & ((ix >= 0) & (ix < grid.nx))
-    return np.where(inside, field[np.ix_(np.clip(iy, 0, grid.rows - 1), np.clip(ix, 0, grid.nx - 1))], 0)
-
-
-def _interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
-    """Fields (k, ny, nx) of one grid, linearly, at the element centres of another; zero outside."""
-    from scipy.interpolate import RegularGridInterpolator
-
-    if grid.line:
-        values = [np.interp(other.x, grid.x, each[0], left=0.0, right=0.0) for each in fields]
-        return np.array(values)[:, None, :]
-    y, x = np.meshgrid(other.y, other.x, indexing="ij")
-    known = RegularGridInterpolator((grid.y, grid.x), np.moveaxis(fields, 0, -1), bounds_error=False, fill_value=0.0)
-    return np.moveaxis(known(np.stack([y, x], axis=-1)), -1, 0)

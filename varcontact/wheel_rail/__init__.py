@@ -9,13 +9,14 @@ from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, 
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.rough import RoughProfile
-from varcontact.wheel_rail.solve import ConformalContact
+from varcontact.wheel_rail.solve import CoarseElements, ConformalContact
 from varcontact.wheel_rail.track import Position, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wear import Archard, PatchWear, Wear, wear
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 __all__ = [
     "Archard",
+    "CoarseElements",
     "ConformalContact",
     "ContactPatch",
     "FastPatch",

@@ -19,7 +19,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.search import contact_locus
-from varcontact.wheel_rail.track import Track, WheelSet
+from varcontact.wheel_rail.track import Track, WheelSet, check_kind
 
 NODES = 0.05
 """Between displacements whose difference is computed [mm]; between them it is linear."""
@@ -56,6 +56,8 @@ def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
     >>> print(rolling_radius_difference(track, wheelset, [0.0, 1.0, 3.0, 5.0]).round(2))
     [0.   0.61 0.94 1.45]
     """
+    check_kind("track", track, Track)
+    check_kind("wheelset", wheelset, WheelSet)
     places = checks.numbers("y", y)
     wheel, rail = wheelset.placed("right"), track.placed("right")
     radii = {each: _radius(wheel, rail, each, wheelset.radius) for each in {*places.flat, *(-places).flat}}

@@ -13,7 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 SLOTS = 3
@@ -141,8 +141,9 @@ class GeometryTable:
         Raises
         ------
         SceneError
-            See `contacts`.
+            See `contacts`; for a wheel that does not roll forwards, and for what the theory refuses.
         """
+        check_kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
         patches = np.concatenate([found for _, found in sides])
         # each wheel at its own height: of the roll that takes, this is what counts in the creepages
@@ -265,6 +266,10 @@ def _creepages(
     turning = carried + pitch * np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     particle = along + _cross(turning, arms)
     speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
+    if not (speed > 0).all():
+        slowest = float(speed.min())
+        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {slowest:.6g} mm/s"
+        raise SceneError("velocity", slowest, message=reason)
     sliding = [particle[:, 0], np.sum(particle * lateral, axis=1), inwards @ turning]
     return np.asarray(-np.stack(sliding, axis=1) / speed[:, None])
 

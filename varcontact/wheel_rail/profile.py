@@ -161,7 +161,11 @@ class Profile:
             z = -z
         if mirror_y is True or (mirror_y == "auto" and found.kind == "wheel" and _flange(y, z) > 0):
             y = -y
-        return cls(y=y, z=z, kind=found.kind, smoothing=smoothing, kinks=kinks, name=Path(path).name)
+        name = Path(path).name
+        try:
+            return cls(y=y, z=z, kind=found.kind, smoothing=smoothing, kinks=kinks, name=name)
+        except SceneError as error:
+            raise SceneError(error.field, error.value, message=f"{name}: {error}") from None
 
     @classmethod
     def s1002(cls, *, step: float = 0.25) -> Profile:

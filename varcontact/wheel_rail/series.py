@@ -23,6 +23,8 @@ from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 if TYPE_CHECKING:
     import pandas as pd
 
+Seen = Callable[[WheelRailSolution], None] | None
+
 WORDS = ("side", "outcome", "reason", "warnings", "identity")
 COLUMNS = (
     *("position", "side", "patch", "outcome", "reason", "warnings"),
@@ -37,7 +39,10 @@ COLUMNS = (
 
 
 def solve_cases(
-    file: CaseFile, store: str | Path | None = None, progress: Callable[[str], None] | None = None
+    file: CaseFile,
+    store: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    solved: Callable[[WheelRailSolution], None] | None = None,
 ) -> pd.DataFrame:
     """Solve all positions of a case file.
 
@@ -48,6 +53,8 @@ def solve_cases(
         A table (.csv), written after each wheel; wheels already in it are not solved again.
     progress : callable, optional
         Told how far it is before each wheel.
+    solved : callable, optional
+        Given each solution, but for wheels that the table has already.
 
     Returns
     -------
@@ -79,7 +86,7 @@ def solve_cases(
                     continue
                 if report is not None:
                     report(f"{k} of {total} wheels, y = {case.position.y:.4g} mm, {case.side}")
-                found = _rows(case, file) if total > 1 else _solved(case, file)
+                found = _rows(case, file, solved) if total > 1 else _solved(case, file, solved)
                 rows[k] = [{"position": file.numbers[k], **row, "identity": name} for row in found]
                 table.write([row for each in rows for row in each])
         except KeyboardInterrupt:
@@ -109,10 +116,10 @@ def _kept(table: Table, names: list[str], store: Any) -> list[list[dict[str, Any
     return [[row for row in table.rows if row["identity"] == name] for name in names]
 
 
-def _rows(case: WheelOnRail, file: CaseFile) -> list[dict[str, Any]]:
+def _rows(case: WheelOnRail, file: CaseFile, solved: Seen) -> list[dict[str, Any]]:
     """The rows of one of several wheels, also where it cannot be solved."""
     try:
-        return _solved(case, file)
+        return _solved(case, file, solved)
     except VarcontactError as error:
         outcome = "not converged" if isinstance(error, NotConverged) else "refused"
         blank = dict.fromkeys(COLUMNS[6:-1], float("nan"))
@@ -122,11 +129,14 @@ def _rows(case: WheelOnRail, file: CaseFile) -> list[dict[str, Any]]:
         ]
 
 
-def _solved(case: WheelOnRail, file: CaseFile) -> list[dict[str, Any]]:
+def _solved(case: WheelOnRail, file: CaseFile, solved: Seen) -> list[dict[str, Any]]:
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         found = case.solve(**file.options)
-    words = "; ".join(dict.fromkeys(str(each.message) for each in said))
+    if solved is not None:
+        solved(found)
+    told = [str(each.message) for each in said] + [text for each in found.patches for text in each.solution.warnings]
+    words = "; ".join(dict.fromkeys(told))
     return [{**row, "warnings": words} for row in patch_rows(found, file.archard)]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import NotConverged
+from varcontact.errors import NotConverged, SceneError
 from varcontact.results.solution import Solution
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
@@ -26,6 +26,16 @@ GROWTH = 10.0
 """How many times deeper the next height may be."""
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
+
+
+FEWEST = 4
+"""Elements of a patch either way, with fewer of which its pressures are rough."""
+OF_GRIDS = ("accuracy", "time_budget", "refine", "store")
+"""Arguments of `varcontact.solve` that are not for a patch, whose grid follows from dx and dy."""
+
+
+class CoarseElements(UserWarning):
+    """A patch of so few elements that its pressures are rough; its forces hardly are."""
 
 
 class ConformalContact(UserWarning):
@@ -51,6 +61,10 @@ def solve_wheel_on_rail(
     WheelRailSolution
     """
     tol = checks.positive("tol", tol)
+    for name in OF_GRIDS:
+        if methods.get(name) is not None:
+            reason = f"{name} must be left out: dx and dy of a wheel on a rail make the grid of its patches"
+            raise SceneError(name, methods[name], message=reason)
 
     @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
@@ -65,6 +79,7 @@ def solve_wheel_on_rail(
     found = solved(z, certify)
     for each in found:
         check_smooth(each.patch, stacklevel=4)
+        _check_elements(each)
         _check_half_space(case, each)
     return WheelRailSolution(case, z, found, rounds)
 
@@ -136,6 +151,21 @@ def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str,
     """A patch; one in parts by what each feels of the others."""
     scene = weakened(patch.scene, patch.seams) if patch.seams else patch.scene
     return solve(scene, certify=certify, **methods)
+
+
+def _check_elements(solved: PatchSolution) -> None:
+    """Warn where a patch has few elements."""
+    contact, sides = solved.solution.pressure > 0, solved.solution.grid.sides
+    for axis, (side, what) in enumerate(zip(sides, ("dx", "dy"), strict=True)):
+        count = int(np.count_nonzero(contact.any(axis=axis)))
+        if 0 < count < FEWEST:
+            warnings.warn(
+                f"with {what} = {side:g} mm the patch at y = {solved.patch.location[1]:.4g} mm is {count} "
+                f"element{'s' * (count > 1)} {('long', 'wide')[axis]}: too few for its pressures; give a smaller "
+                f"{what}, for {FEWEST} elements or more",
+                CoarseElements,
+                stacklevel=4,
+            )
 
 
 def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:

@@ -26,6 +26,7 @@ FINE = 0.02
 """Step along the profile in which the gauge point is looked for [mm]."""
 
 
+@checks.named({"inclination": "cant", "profile": "rail", "width": "gauge"})
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Track:
     """Two rails of the same profile.
@@ -131,6 +132,7 @@ class Track:
         return np.asarray((point * [SIGN[side], 1.0] - self.origin) @ self._turn)
 
 
+@checks.named({"profile": "wheel", "nominal_radius": "radius", "back_to_back": "inside_distance"})
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WheelSet:
     """Two wheels of the same profile on an axle.
@@ -192,6 +194,7 @@ class WheelSet:
         return _both_sides(self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius])))
 
 
+@checks.named({"z": "z, or vertical_force, of WheelOnRail", "lateral": "y"})
 @dataclass(frozen=True, kw_only=True)
 class Position:
     """Where a wheel set is in the track, but for its height.
@@ -224,6 +227,7 @@ class Position:
         return rotation(roll=self.roll, yaw=self.yaw)
 
 
+@checks.named({"vx": "speed", "vy": "lateral", "vz": "vertical", "pitch": "pitch_rate", "yaw": "yaw_rate"})
 @dataclass(frozen=True, kw_only=True)
 class Velocity:
     """How a wheel set moves.
@@ -290,6 +294,23 @@ class Velocity:
 def _both_sides(right: Curve) -> dict[Side, Curve]:
     """A curve of the right side, and its mirror image, y growing along both."""
     return {"right": right, "left": right.moved(np.diag([-1.0, 1.0]), np.zeros(2)).reversed()}
+
+
+def check_kind(field: str, value: Any, kind: type[Any]) -> None:
+    """Refuse what is not of a class.
+
+    Parameters
+    ----------
+    field : str
+    value : object
+    kind : type
+
+    Raises
+    ------
+    SceneError
+    """
+    if not isinstance(value, kind):
+        raise SceneError(field, value, f"a {kind.__name__}")
 
 
 def _check_profile(field: str, profile: Any, kind: str) -> None:

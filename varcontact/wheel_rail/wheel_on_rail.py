@@ -22,7 +22,7 @@ from varcontact.wheel_rail.patches import Place, joined, place
 from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import Seams
 from varcontact.wheel_rail.search import Locus, contact_locus
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
@@ -73,6 +73,7 @@ class ContactPatch:
     seams: Seams = ()
 
 
+@checks.named({"load": "vertical_force", "normal_force": "vertical_force", "rail": "track", "wheel": "wheelset"})
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WheelOnRail:
     """A wheel of a wheel set on its rail.
@@ -138,8 +139,7 @@ class WheelOnRail:
         set_ = object.__setattr__
         parts = (("track", Track), ("wheelset", WheelSet), ("position", Position), ("velocity", Velocity))
         for name, kind in (*parts, ("bodies", Bodies)):
-            if not isinstance(getattr(self, name), kind):
-                raise SceneError(name, getattr(self, name), f"a {kind.__name__}")
+            check_kind(name, getattr(self, name), kind)
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         if self.vertical_force is not None:
@@ -296,7 +296,7 @@ class WheelOnRail:
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
         **methods
-            Other arguments of `varcontact.solve`, for all patches.
+            Other arguments of `varcontact.solve`, for all patches; none that choose a grid of their own.
 
         Returns
         -------

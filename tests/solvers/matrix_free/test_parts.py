@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from varcontact.elasticity.operators import influence_operator
+from varcontact.scene.grid import Grid
 from varcontact.solvers.matrix_free import krylov
 from varcontact.solvers.matrix_free.kernel import kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces, Room, gcr
@@ -144,6 +146,29 @@ def test_from_coarse_to_fine():
     reached = doubled(np.ones((2, 2)), np.array([[True, False], [True, True]]), (3, 4))
     np.testing.assert_array_equal(reached == 0, [[False, False, False, True], [False] * 4, [False] * 4])
     np.testing.assert_array_equal(reached[reached != 0], 1.0)
+
+
+@pytest.mark.parametrize("lag", [None, 0.7])
+def test_strips_of_twice_the_width(lag):
+    """The kernel of coarser strips is that of a lattice of them, also of a difference, which lacks the constant."""
+
+    def operator(dx, n):
+        return influence_operator(
+            Grid(nx=n, dx=dx, x0=0.0), "xy", "xy", nu=0.3, depth=50.0, lag=None if lag is None else lag * dx
+        )
+
+    fine, coarse = operator(0.1, 65), operator(0.2, 33)
+    found = kernel(fine, (1, 33), halvings=1).numbers * unit(fine) * 2
+    exact = kernel(coarse, (1, 33)).numbers * unit(coarse)
+    np.testing.assert_allclose(found, exact, atol=1e-3 * np.abs(exact).max())
+    plain = kernel(fine, (1, 33)).numbers * unit(fine) * 2
+    assert lag is not None or np.abs(plain - exact).max() > 0.05 * np.abs(exact).max(), "the constant counts"
+
+
+def test_from_coarse_to_fine_along_a_line():
+    field = np.arange(5.0)[None]
+    np.testing.assert_array_equal(halved(field), [[1.0, 5.0, 4.0]])
+    np.testing.assert_allclose(doubled(halved(field) / 2, np.ones((1, 3), bool), (1, 6))[0, 1:3], [1.0, 2.0])
 
 
 def test_box_of_elements(tangential_problem):

@@ -138,6 +138,24 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     assert vc.solve(replace(ROLLING, grid=vc.Grid(nx=8, ny=8))).error_estimate is None
 
 
+@pytest.mark.parametrize(
+    ("changes", "options"),
+    [
+        ({"motion": vc.Steady(Fx=-0.15, vy=0.1)}, {}),
+        ({"motion": vc.Shift(Fx=-0.15)}, {}),
+        ({"motion": None, "friction": None, "surface": vc.Paraboloids(Rx=1.0, Ry=1.0)}, {"normal": "norm"}),
+    ],
+)
+def test_a_file_is_measured_by_the_values_of_its_grid(tmp_path, changes, options):
+    """Extrapolated creepages and approaches are not those of the fields."""
+    sol = vc.solve(replace(ROLLING, **changes), accuracy=0.01, **options)
+    sol.save(tmp_path / "answer.nc")
+    again = vc.load(tmp_path / "answer.nc")
+    assert again.note == "" and again.converged
+    assert (again.creepage, again.approach) == (sol.creepage, sol.approach)
+    assert again.error_estimate == sol.error_estimate != replace(sol.error_estimate, on_grid={})
+
+
 def test_a_little_time_gives_the_usual_error_of_one_grid():
     sol = vc.solve(ROLLING, time_budget=1e-9)
     assert len(sol.error_estimate.solves) == 1 and "no time" in sol.error_estimate.how
@@ -165,7 +183,6 @@ def test_time_is_used():
         ),
         ({"friction": np.inf}, {"accuracy": 0.01}, "friction = inf: errors are measured by the friction limit"),
         ({"motion": vc.Steady(vx=0.1, dq=0.1)}, {"accuracy": 0.01}, "motion.dq: the step is chosen for the accuracy"),
-        ({"motion": vc.Transient(steps=2, dq=0.1)}, {"time_budget": 1.0}, "motion: time_budget is for one contact"),
         ({}, {"accuracy": 0.1, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
         ({"motion": vc.Steady(Fx=0.31)}, {"accuracy": 0.01}, "cannot be carried"),
     ],

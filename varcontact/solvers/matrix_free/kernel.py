@@ -1,7 +1,7 @@
 """Products with influence numbers on a box of equal elements, in single precision, by FFT.
 
 All is dimensionless: influence numbers count in a unit of the operator, so that the numbers of a grid twice as coarse
-are the first of the same table.
+are the first of the same table. Those of strips are so but for a constant, as a logarithm grows by one.
 """
 
 from __future__ import annotations
@@ -182,7 +182,7 @@ def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
     return np.asarray(fft.fft(fft.rfft(wrapped, axis=-1), axis=-2, overwrite_x=True))
 
 
-def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
+def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) -> Kernel:
     """The kernel of a box, from the first offsets of an operator's table; remembered by the operator.
 
     Parameters
@@ -190,21 +190,36 @@ def kernel(operator: GridOperator, shape: tuple[int, int]) -> Kernel:
     operator : GridOperator
     shape : tuple of int
         (ny, nx) of the box; no larger than the operator's grid.
+    halvings : int
+        How often the operator's elements are doubled in size on the box.
 
     Returns
     -------
     Kernel
         In the operator's `unit`, single precision.
     """
-    kept: dict[tuple[int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
-    if shape not in kept:
+    kept: dict[tuple[int, int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
+    key = *shape, halvings
+    if key not in kept:
         (ny, nx), (rows, columns) = shape, operator.shape
         table = operator.table[:, :, rows - ny : rows + ny - 1, columns - nx : columns + nx - 1]
+        if halvings and rows == 1:
+            table = table - halvings * _fall(operator.table)
         blocks = [table[0, 0]] if len(table) == 1 else [table[0, 0], table[0, 1], table[1, 1]]
-        kept[shape] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
+        kept[key] = Kernel((np.array(blocks) / unit(operator)).astype(np.float32))
         for oldest in list(kept)[:-KERNELS]:
             del kept[oldest]
-    return kept[shape]
+    return kept[key]
+
+
+def _fall(table: np.ndarray) -> np.ndarray:
+    """By how much the even part of a line contact's influence falls from a distance to twice of it, (c, c, 1, 1).
+
+    A logarithm falls by as much from any distance; differences of it, of steady rolling, have no even part far away.
+    """
+    middle = table.shape[-1] // 2
+    far, half = (table[..., middle - at] + table[..., middle + at] for at in (middle // 2 * 2, middle // 2))
+    return ((half - far) / 2)[..., None]
 
 
 def unit(operator: GridOperator) -> float:

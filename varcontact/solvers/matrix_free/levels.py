@@ -9,7 +9,8 @@ import numpy as np
 from varcontact.elasticity.operators import RestrictedOperator
 
 LEAST_SIDE = 12
-"""Least number of elements along the smaller side of the coarsest grid; it has less than twice as many."""
+"""Least number of elements along the smaller side of the coarsest grid, or along a line contact; it has less than
+twice as many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +80,38 @@ def has_coarser(shape: tuple[int, int]) -> bool:
     shape : tuple of int
         (ny, nx).
     """
-    return min(shape) >= 2 * LEAST_SIDE
+    return min(_sides(shape)) >= 2 * LEAST_SIDE
+
+
+def parts(shape: tuple[int, int]) -> int:
+    """Elements that make one of twice the size: four, or two strips of a line contact.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        (ny, nx) of the finer grid.
+    """
+    return 2 ** len(_sides(shape))
+
+
+def halvings(shape: tuple[int, int], coarse: tuple[int, int]) -> int:
+    """How often a grid was halved to become a coarse one.
+
+    Parameters
+    ----------
+    shape, coarse : tuple of int
+        (ny, nx) of both.
+    """
+    return round(np.log2(shape[1] / coarse[1]))
+
+
+def _sides(shape: tuple[int, int]) -> tuple[int, ...]:
+    """Numbers of elements along the sides that are halved: a line contact has one."""
+    return shape if shape[0] > 1 else shape[1:]
 
 
 def halved(field: np.ndarray) -> np.ndarray:
-    """Sums over two by two elements, zero beyond the edge.
+    """Sums over two by two elements, or over two strips of a line contact; zero beyond the edge.
 
     Parameters
     ----------
@@ -95,14 +123,15 @@ def halved(field: np.ndarray) -> np.ndarray:
     ndarray
         Half as many rows and columns, rounded up.
     """
-    around = [(0, 0)] * (field.ndim - 2) + [(0, field.shape[-2] % 2), (0, field.shape[-1] % 2)]
+    line = field.shape[-2] == 1
+    around = [(0, 0)] * (field.ndim - 2) + [(0, 0 if line else field.shape[-2] % 2), (0, field.shape[-1] % 2)]
     field = np.pad(field, around)
-    rows = field[..., ::2, :] + field[..., 1::2, :]
+    rows = field if line else field[..., ::2, :] + field[..., 1::2, :]
     return rows[..., ::2] + rows[..., 1::2]
 
 
 def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Means over those of two by two elements that are in contact; zero where none is.
+    """Means over those of the elements that `halved` adds up that are in contact; zero where none is.
 
     Parameters
     ----------

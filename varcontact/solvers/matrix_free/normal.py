@@ -17,7 +17,7 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import Kernel, kernel, unit
 from varcontact.solvers.matrix_free.krylov import Forces, Step
-from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
+from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
 from varcontact.solvers.matrix_free.newton import EXACT, MAX_STEPS, newton, point
 from varcontact.solvers.matrix_free.preconditioner import Circulant, circulant
 from varcontact.solvers.matrix_free.safeguard import Point
@@ -219,9 +219,13 @@ class _Posed:
     def coarser(self, fine: NormalConditions) -> NormalConditions:
         """The problem with elements twice as large, in units of displacement that are so, too."""
         known, within = halved_mean(fine.known, fine.within) / 2, halved(fine.within.astype(float)) > 0
-        forces = Forces(fine.forces.components, fine.forces.sums / 4, 1 / np.sqrt(np.count_nonzero(within)))
+        sums = fine.forces.sums / parts(fine.within.shape)
+        forces = Forces(fine.forces.components, sums, 1 / np.sqrt(np.count_nonzero(within)))
         operator, shape = self.problem.operator.grid_operator, within.shape
-        return NormalConditions(kernel(operator, shape), circulant(operator, shape), known, within, forces)
+        times = halvings(self.box.shape, shape)
+        return NormalConditions(
+            kernel(operator, shape, times), circulant(operator, shape, times), known, within, forces
+        )
 
     def begun(self, start: RawSolution) -> Point:
         """From given pressures, which may be near the solution: their distance is in double precision."""

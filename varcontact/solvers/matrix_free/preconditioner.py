@@ -136,7 +136,7 @@ class Circulant:
         return fft.irfft(image, columns, axis=-1)[..., :nx]
 
 
-def circulant(operator: GridOperator, shape: tuple[int, int]) -> Circulant:
+def circulant(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) -> Circulant:
     """That of the kernel of a box; remembered with it.
 
     Parameters
@@ -144,8 +144,10 @@ def circulant(operator: GridOperator, shape: tuple[int, int]) -> Circulant:
     operator : GridOperator
     shape : tuple of int
         (ny, nx) of the box.
+    halvings : int
+        As of `kernel`.
     """
-    of_box = kernel(operator, shape)
+    of_box = kernel(operator, shape, halvings)
     found: Circulant = of_box.__dict__.setdefault("_circulant", Circulant(of_box))
     return found
 

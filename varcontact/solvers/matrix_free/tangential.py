@@ -14,7 +14,7 @@ from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.matrix_free.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.matrix_free.kernel import SoftenedKernel, kernel, softened, unit
 from varcontact.solvers.matrix_free.krylov import Forces
-from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, has_coarser
+from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
 from varcontact.solvers.matrix_free.linearisation import TangentialConditions
 from varcontact.solvers.matrix_free.newton import EXACT, MAX_STEPS, newton, point
 from varcontact.solvers.matrix_free.preconditioner import circulant
@@ -126,12 +126,14 @@ class _Posed:
         In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
         """
         known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if fine.circulant.rolling else 0.5)
-        bound = halved(fine.bound * fine.scale) / 4
-        forces = Forces(fine.forces.components, fine.forces.sums / 4, 1 / np.sqrt(np.count_nonzero(bound)))
+        each = parts(fine.bound.shape)
+        bound = halved(fine.bound * fine.scale) / each
+        forces = Forces(fine.forces.components, fine.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound)))
         operator, shape = self.problem.operator.grid_operator, bound.shape
+        times = halvings(self.box.shape, shape)
         own = fine.kernel.softening if isinstance(fine.kernel, SoftenedKernel) else None
-        soft = softened(kernel(operator, shape), None if own is None else halved_mean(own, fine.contact))
-        return _scaled(TangentialConditions(soft, circulant(operator, shape), known, bound, forces))
+        soft = softened(kernel(operator, shape, times), None if own is None else halved_mean(own, fine.contact))
+        return _scaled(TangentialConditions(soft, circulant(operator, shape, times), known, bound, forces))
 
     def begun(self, start: RawSolution) -> Point:
         """From given tractions, which may be near the solution: their shift is in double precision."""

@@ -32,7 +32,12 @@ class Asked:
 
 
 def asked_for(
-    scene: Scene, plan: Plan, accuracy: float | None, time_budget: float | None, start: Any = None
+    scene: Scene,
+    plan: Plan,
+    accuracy: float | None,
+    time_budget: float | None,
+    start: Any = None,
+    store: Any = None,
 ) -> Asked | None:
     """What is asked for, checked against the scene; None where nothing is.
 
@@ -40,7 +45,7 @@ def asked_for(
     ----------
     scene : Scene
     plan : Plan
-    accuracy, time_budget, start
+    accuracy, time_budget, start, store
         As of `solve`.
 
     Raises
@@ -57,20 +62,32 @@ def asked_for(
         field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
     else:
         field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
-    _check_choice(scene, plan, field, start)
+    _check_choice(scene, plan, field, start, store)
     check_measurable(scene)
     return Asked(accuracy, time_budget)
 
 
-def _check_choice(scene: Scene, plan: Plan, field: str, start: Any) -> None:
+def _check_history(motion: Transient, field: str, store: Any) -> None:
+    """Refuse histories whose steps depend on a grid, and their files, which have one grid."""
+    if motion.dq is None:
+        message = f"motion.dq: the length of the steps is an element's, unless it is given; with {field} give it"
+        raise SceneError("motion.dq", None, "a length, or one for each step", message=message)
+    if motion.start is not None:
+        message = f"motion.start: a solution belongs to its own grid, and {field} chooses one; leave one of them out"
+        raise SceneError("motion.start", motion.start, "left out", message=message)
+    if store is not None:
+        message = f"store: with {field} a history is solved on several grids; leave store out, and save the answer"
+        raise SceneError("store", store, "left out", message=message)
+
+
+def _check_choice(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> None:
     """Refuse what is a grid, or needs one, and methods whose error is not that of a grid."""
     motion = scene.motion
     if isinstance(scene.grid, Grid):
         message = f"grid: the grid is chosen for the {field}; leave the grid out, or {field}"
         raise SceneError("grid", scene.grid, '"auto"', message=message)
     if isinstance(motion, Transient):
-        message = f"motion: {field} is for one contact problem; for a history give the grid, and compare a finer one"
-        raise SceneError("motion", motion, "Steady, Shift or None", message=message)
+        _check_history(motion, field, store)
     if isinstance(motion, Steady) and motion.dq is not None:
         message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
         raise SceneError("motion.dq", motion.dq, "left out", message=message)

@@ -7,26 +7,32 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from varcontact.errors import NotConverged, TooLarge
+from varcontact.errors import NotConverged, SceneError, TooLarge
 from varcontact.machine import memory
 from varcontact.planning.costs import seconds_of
 from varcontact.planning.memory import peak
 from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
-from varcontact.solving.error_norm import units, values
+from varcontact.scene.transient import Transient
+from varcontact.solving.error_norm import creepage_names, friction_limit, semi_axes, units, values
 from varcontact.solving.on_demand.asked import Asked
-from varcontact.solving.on_demand.ladder import Ladder, ladder_of
+from varcontact.solving.on_demand.ladder import Ladder, ladder_of, slenderness
+from varcontact.solving.transient import bytes_of_steps
 
 Progress = Callable[[str], None]
-Solver = Callable[[Scene, Progress | None, bool], Solution]
+Answer = Solution | History
+Solver = Callable[[Scene, Progress | None, bool], Answer]
 """Solves a scene as `solve` does, on its own grid; with the certificate asked for, or without one."""
 
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
 COARSER = 0.35
 """Elements across the contact on the first of two grids, by those on the second."""
+BESIDE = 0.5
+"""The same for the best grid to extrapolate with, of all that were solved before the finest."""
 LEAST_STEP, GREATEST_STEP = 1.5, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""
 USED = 0.7
@@ -43,14 +49,14 @@ class Rung:
     ----------
     n : int
         Elements across the contact.
-    solution : Solution
+    answer : Solution or History
     values, units : dict of str to float
         As of `varcontact.solving.error_norm`.
     seconds : float
     """
 
     n: int
-    solution: Solution
+    answer: Answer
     values: dict[str, float]
     units: dict[str, float]
     seconds: float
@@ -86,7 +92,7 @@ class Climb:
     progress: Progress | None
     rungs: list[Rung]
 
-    def to_accuracy(self) -> Solution:
+    def to_accuracy(self) -> Answer:
         """The answer on the first grid whose estimate is below the accuracy.
 
         Raises
@@ -98,30 +104,35 @@ class Climb:
         """
         accuracy, most = self.asked.accuracy, self.most()
         assert accuracy is not None
-        n = self.ladder.first(accuracy)
+        n = self.ladder.first(accuracy, self.slender)
         if n > most:
             raise self._out_of_reach(accuracy, most)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
         while True:
             self.on(n)
             answer = self.answer()
-            estimate = answer.error_estimate
-            assert estimate is not None
-            if estimate.largest <= accuracy:
+            estimated = _estimated(answer)
+            if estimated <= accuracy:
                 return answer
-            step = (estimate.largest / accuracy) ** (1 / self.ladder.law.order)
+            step = (estimated / accuracy) ** (1 / self.ladder.law.order)
             n, before = math.ceil(n * min(max(step, LEAST_STEP), GREATEST_STEP)), n
             if n > most:
                 if before >= most / LEAST_STEP:
                     raise self._out_of_memory(accuracy, answer)
                 n = most
 
-    def in_time(self) -> Solution:
-        """The answer on the finest grid that is expected to be solved in time."""
+    def in_time(self) -> Answer:
+        """The answer on the finest grid that is expected to be solved in time.
+
+        Raises
+        ------
+        SceneError
+            If not even the coarsest grid is: of a history with many steps.
+        """
         assert self.asked.time_budget is not None
         begun, budget, most = time.perf_counter(), self.asked.time_budget, self.most()
         coarsest = self.ladder.coarsest
-        self.on(coarsest)
+        self._begin(coarsest, begun, budget)
         n = math.ceil(coarsest * LEAST_STEP)
         try:
             while n <= most:
@@ -136,16 +147,37 @@ class Climb:
             pass
         return self.answer()
 
-    def closed_form(self) -> Solution:
+    def _begin(self, coarsest: int, begun: float, budget: float) -> None:
+        """The first answer within a time: of a history only if its steps are done by then."""
+        motion = self.scene.motion
+        try:
+            self.on(coarsest, until=begun + LATE * budget if isinstance(motion, Transient) else math.inf)
+        except _TimeUp:
+            message = (
+                f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grid; "
+                "give more time, or an accuracy, which has no limit of time"
+            )
+            raise SceneError("time_budget", budget, "more seconds", message=message) from None
+
+    def closed_form(self) -> Answer:
         """Hertz's contact, which needs no grid."""
         self.on(SHOWN)
-        fine, hertz = self.rungs[-1], self.scene.hertz
-        assert hertz is not None
-        best = {**fine.values, "peak_pressure": hertz.peak_pressure}
-        solves = (Solve(*_cells(fine.solution), fine.seconds),)
+        fine = self.rungs[-1]
+        best = fine.values | peaks_by_hertz(fine.answer)
+        solves = (Solve(*_cells(fine.answer), fine.seconds),)
         how = "Hertz's pressure and approach are exact in the continuum"
         exact = dict.fromkeys(best, 0.0)
-        return replace(fine.solution, error_estimate=ErrorEstimate(best, exact, how, solves, *self._asked))
+        return with_values(fine.answer, ErrorEstimate(best, exact, how, solves, *self._asked))
+
+    @property
+    def slender(self) -> float:
+        """How slender the contact is, as far as that is known: before the first answer by Hertz."""
+        hertz = self.scene.hertz
+        if self.scene.line:
+            return 1.0
+        if hertz is not None:
+            return slenderness(hertz.a, hertz.b)
+        return slenderness(*semi_axes(_largest(self.rungs[-1].answer))) if self.rungs else 1.0
 
     @property
     def _asked(self) -> tuple[float | None, float | None]:
@@ -168,34 +200,33 @@ class Climb:
         begun = time.perf_counter()
         heard = told if until < math.inf or self.progress is not None else None
         try:
-            solution = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+            found = self.solve(self.ladder.posed(self.scene, n), heard, certified)
         except NotConverged:  # where a lattice does not, another usually does
             n += math.ceil(n / 20)
-            solution = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+            found = self.solve(self.ladder.posed(self.scene, n), heard, certified)
         taken = time.perf_counter() - begun
-        self.rungs.append(Rung(n, solution, values(solution), units(solution), taken))
+        self.rungs.append(Rung(n, found, values(found), units(found), taken))
 
-    def answer(self) -> Solution:
+    def answer(self) -> Answer:
         """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
-        fine, law = self.rungs[-1], self.ladder.law
-        solves = tuple(Solve(*_cells(rung.solution), rung.seconds) for rung in self.rungs)
+        fine, law, slender = self.rungs[-1], self.ladder.law, self.slender
+        solves = tuple(Solve(*_cells(rung.answer), rung.seconds) for rung in self.rungs)
         if len(self.rungs) == 1:
-            errors = {name: law.alone(fine.n) for name in fine.values}
+            errors = {name: law.alone(fine.n, slender) for name in fine.values}
             how = f"by the usual error on {fine.n} elements across the contact: there was no time for a second grid"
             best = fine.values
         else:
-            coarse = self.rungs[-2]
+            coarse = min(self.rungs[:-1], key=lambda rung: abs(math.log(rung.n / (BESIDE * fine.n))))
             part = 1 / ((fine.n / coarse.n) ** law.order - 1)
             steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
-            errors = {name: law.error(step / fine.units[name], fine.n) for name, step in steps.items()}
-            best = carried({name: value + steps[name] for name, value in fine.values.items()}, fine.units)
+            errors = {name: law.error(step / fine.units[name], fine.n, slender) for name, step in steps.items()}
+            best = {name: value + steps[name] for name, value in fine.values.items()}
             how = (
-                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n):.1e} "
+                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n, slender):.1e} "
                 f"(measured on {self.ladder.name}); extrapolated with order {law.order:g} "
                 f"from {coarse.n} and {fine.n} elements across the contact"
             )
-        estimate = ErrorEstimate(best, errors, how, solves, *self._asked)
-        return with_values(fine.solution, estimate)
+        return with_values(fine.answer, ErrorEstimate(best, errors, how, solves, *self._asked, fine.values))
 
     def most(self) -> int:
         """Most elements across the contact that fit into memory."""
@@ -208,7 +239,9 @@ class Climb:
         elements = self.ladder.elements(n)
         needed = 0.0 if self.plan.closed_form else peak(self.plan.normal, "", elements)
         tangential = peak(self.plan.tangential, self.plan.formulation, 2 * elements) if self.plan.rubs else 0.0
-        return max(needed, tangential)
+        motion = self.scene.motion
+        kept = bytes_of_steps(motion, elements) if isinstance(motion, Transient) else 0.0
+        return max(needed, tangential) + 2 * kept
 
     def _finest(self, left: float) -> int:
         """Elements across the contact on the finest of two more grids that are expected to be solved in time."""
@@ -226,51 +259,79 @@ class Climb:
         return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
 
     def _out_of_reach(self, accuracy: float, most: int) -> TooLarge:
-        n, reached = self.ladder.first(accuracy), self.ladder.law.expected(most)
+        n, reached = self.ladder.first(accuracy, self.slender), self.ladder.law.expected(most, self.slender)
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 
-    def _out_of_memory(self, accuracy: float, answer: Solution) -> NotConverged:
-        assert answer.error_estimate is not None
-        reached = answer.error_estimate.largest
+    def _out_of_memory(self, accuracy: float, answer: Answer) -> NotConverged:
+        reached = _estimated(answer)
         words = f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and a finer grid does not fit"
         return NotConverged(words, reached, answer)
 
 
-def carried(values: dict[str, float], units: dict[str, float]) -> dict[str, float]:
-    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little.
+def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
+    """An answer with an estimate, whose values become its own; of a history each step with those of the step.
 
     Parameters
     ----------
-    values, units : dict of str to float
-        As of `varcontact.solving.error_norm`.
+    answer : Solution or History
+    estimate : ErrorEstimate
+        With the names of `values`.
     """
+    if isinstance(answer, History):
+        steps = [_with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)]
+        return replace(answer, solutions=steps)
+    return _with_values(answer, estimate)
+
+
+def _with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
+    estimate = replace(estimate, values=_carried(estimate.values, solution))
+    known = estimate.values
+    names = creepage_names(solution)
+    first, second, third = (known.get(name, own) for name, own in zip(names, solution.creepage, strict=True))
+    approach = known.get("approach", solution.approach)
+    return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
+
+
+def _carried(values: dict[str, float], solution: Solution) -> dict[str, float]:
+    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little."""
     if not {"Fx", "Fy"} <= set(values):
         return values
-    size, limit = math.hypot(values["Fx"], values["Fy"]), units["Fx"]
+    size, limit = math.hypot(values["Fx"], values["Fy"]), friction_limit(solution)
     part = limit / size if size > limit else 1.0
     return values | {name: part * values[name] for name in ("Fx", "Fy")}
 
 
-def with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
-    """A solution with an estimate, whose values become its own.
+def peaks_by_hertz(answer: Answer) -> dict[str, float]:
+    """Hertz's largest pressure of a solution, or of each step of a history in which the bodies touch.
 
     Parameters
     ----------
-    solution : Solution
-    estimate : ErrorEstimate
+    answer : Solution or History
     """
-    names = ("vx", "vy", "spin") if solution.motion is not None and solution.motion.rolls else ("ux", "uy", "rotation")
-    first, second, third = (estimate.values.get(n, own) for n, own in zip(names, solution.creepage, strict=True))
-    approach = estimate.values.get("approach", solution.approach)
-    return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
+    if isinstance(answer, History):
+        return {f"{name}[{k}]": peak for k, sol in enumerate(answer) for name, peak in peaks_by_hertz(sol).items()}
+    hertz = answer.scene.hertz if answer.pressure.any() else None
+    return {} if hertz is None else {"peak_pressure": hertz.peak_pressure}
 
 
-def _cells(solution: Solution) -> tuple[int, int]:
-    return solution.grid.nx, solution.grid.rows
+def _estimated(answer: Answer) -> float:
+    """The largest error that is estimated."""
+    estimate = answer.error_estimate
+    assert estimate is not None
+    return estimate.largest
 
 
-def on_demand(scene: Scene, plan: Plan, asked: Asked, solve: Solver, progress: Progress | None = None) -> Solution:
+def _largest(answer: Answer) -> Solution:
+    """The solution, or that step of a history which has the largest contact."""
+    return max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
+
+
+def _cells(answer: Answer) -> tuple[int, int]:
+    return answer.grid.nx, answer.grid.rows
+
+
+def on_demand(scene: Scene, plan: Plan, asked: Asked, solve: Solver, progress: Progress | None = None) -> Answer:
     """Solve a scene to an accuracy, or within a time.
 
     Parameters
@@ -285,7 +346,7 @@ def on_demand(scene: Scene, plan: Plan, asked: Asked, solve: Solver, progress: P
 
     Returns
     -------
-    Solution
+    Solution or History
         On the finest grid that was solved, with its `error_estimate`.
 
     Raises

@@ -10,6 +10,7 @@ from varcontact.planning.plan import Plan
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,11 @@ class Law:
     share : float
         Largest error of the extrapolated value by the step to it from the finer grid's.
     floor, fall : float
-        What is added to that: ``floor n^-fall``.
+        What is added to that: ``floor s n^-fall``, s for slender contacts, see `slenderness`.
     usual : float
         The step to the extrapolated value, usually: ``usual n^-order``.
     single : float
-        Largest error of an answer on one grid: ``single n^-order``.
+        Largest error of an answer on one grid: ``single s n^-order``.
     """
 
     order: float
@@ -37,29 +38,50 @@ class Law:
     usual: float
     single: float
 
-    def remainder(self, n: float) -> float:
-        """The part of the estimate that two answers do not show, with `n` elements across the contact."""
-        return self.floor * n**-self.fall
+    def remainder(self, n: float, slender: float = 1.0) -> float:
+        """The part of the estimate that two answers do not show.
 
-    def expected(self, n: float) -> float:
-        """The estimate of the error that `n` elements across the contact usually lead to."""
-        return self.share * self.usual * n**-self.order + self.remainder(n)
+        Parameters
+        ----------
+        n : float
+            Elements across the contact.
+        slender : float
+            As of `slenderness`.
+        """
+        return self.floor * slender * n**-self.fall
 
-    def alone(self, n: float) -> float:
-        """Estimated error of an answer on a single grid of `n` elements across the contact."""
-        return self.single * n**-self.order
+    def expected(self, n: float, slender: float = 1.0) -> float:
+        """The estimate of the error that `n` elements across a contact usually lead to, for `slender` ones, too."""
+        return self.share * self.usual * n**-self.order + self.remainder(n, slender)
 
-    def error(self, step: float, n: int) -> float:
+    def alone(self, n: float, slender: float = 1.0) -> float:
+        """Estimated error of an answer on a single grid of `n` elements across a contact, so `slender`."""
+        return self.single * slender * n**-self.order
+
+    def error(self, step: float, n: float, slender: float = 1.0) -> float:
         """Estimated error of an extrapolated value.
 
         Parameters
         ----------
         step : float
             Its distance from the value on the finer grid.
-        n : int
+        n : float
             Elements across the contact on that grid.
+        slender : float
+            As of `slenderness`.
         """
-        return self.share * abs(step) + self.remainder(n)
+        return self.share * abs(step) + self.remainder(n, slender)
+
+
+def slenderness(a: float, b: float) -> float:
+    """The longer semi-axis of a contact by the mean of both: by so much the arms of moments are longer.
+
+    Parameters
+    ----------
+    a, b : float
+        [length]
+    """
+    return math.sqrt(max(a / b, b / a))
 
 
 @dataclass(frozen=True)
@@ -108,10 +130,10 @@ class Ladder:
         """Elements across the contact on the first of two grids, `part` of the `n` on the second."""
         return max(self.coarsest, math.ceil(part * n))
 
-    def first(self, accuracy: float) -> int:
-        """Fewest elements across the contact that usually reach an `accuracy`, on two grids."""
+    def first(self, accuracy: float, slender: float) -> int:
+        """Fewest elements across a contact, so `slender`, that usually reach an `accuracy` on two grids."""
         n = math.ceil(1.5 * self.coarsest)
-        while self.law.expected(n) > accuracy:
+        while self.law.expected(n, slender) > accuracy:
             n = math.ceil(1.05 * n)
         return n
 
@@ -119,54 +141,92 @@ class Ladder:
 EXACT = Law(1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 """The law of what has no error."""
 LADDERS = {
-    (False, True, "none"): Ladder("Hertz's contact", EXACT, 24),
-    (True, True, "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
-    (False, True, "steady"): Ladder(
+    (False, "hertz", "none"): Ladder("Hertz's contact", EXACT, 24),
+    (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
+    (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(1.75, 1.0, 0.029, 1.0, 0.13, 1.0),
+        Law(1.75, 1.5, 0.113, 1.5, 0.147, 1.0),
         coarsest=4,
         along=1.5,
         edge="softened",
         second_order=True,
     ),
-    (False, True, "shift"): Ladder(
-        "shifts under Hertz's pressure", Law(2.0, 0.25, 1.6, 2.0, 0.53, 1.9), coarsest=4, edge="touched"
+    (False, "hertz", "shift"): Ladder(
+        "shifts under Hertz's pressure", Law(1.75, 1.0, 1.14, 2.0, 0.327, 1.9), coarsest=4, edge="touched"
     ),
-    (False, False, "steady"): Ladder(
+    (False, "hertz", "history"): Ladder(
+        "histories under Hertz's pressure", Law(1.75, 2.0, 0.14, 1.5, 0.47, 1.2), coarsest=6, edge="touched"
+    ),
+    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.0, 2.0, 0.77, 3.2), coarsest=6),
+    (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
-        Law(2.0, 0.25, 1.6, 1.5, 0.47, 3.1),
+        Law(2.0, 2.0, 0.32, 1.5, 0.65, 1.7),
         coarsest=6,
         along=1.5,
         second_order=True,
     ),
-    (False, False, "shift"): Ladder("shifts under computed pressure", Law(2.0, 3.0, 0.39, 2.0, 0.23, 1.2), coarsest=6),
-    (False, False, "none"): Ladder("normal contact", Law(2.0, 3.0, 4.4, 2.0, 0.76, 7.1), coarsest=6),
-    (True, True, "steady"): Ladder(
+    (False, "computed", "shift"): Ladder(
+        "shifts under computed pressure", Law(2.0, 1.5, 0.35, 2.0, 0.28, 1.0), coarsest=6
+    ),
+    (False, "computed", "history"): Ladder(
+        "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=6
+    ),
+    (False, "coupled", "steady"): Ladder(
+        "rolling of unlike bodies",
+        Law(2.0, 0.5, 1.05, 1.5, 0.5, 2.0),
+        coarsest=6,
+        along=1.5,
+        second_order=True,
+    ),
+    (False, "coupled", "shift"): Ladder("shifts of unlike bodies", Law(2.0, 2.0, 0.35, 2.0, 0.23, 0.6), coarsest=6),
+    (False, "coupled", "history"): Ladder("histories of unlike bodies", Law(2.0, 2.0, 0.4, 2.0, 0.7, 1.5), coarsest=6),
+    (True, "hertz", "steady"): Ladder(
         "line contact, rolling under Hertz's pressure",
         Law(1.75, 0.5, 0.12, 1.25, 0.077, 0.67),
         coarsest=8,
         second_order=True,
         line=True,
     ),
-    (True, True, "shift"): Ladder(
+    (True, "hertz", "shift"): Ladder(
         "line contact, shifts under Hertz's pressure", Law(2.0, 0.25, 0.43, 2.0, 0.084, 0.41), coarsest=8, line=True
     ),
-    (True, False, "steady"): Ladder(
+    (True, "hertz", "history"): Ladder(
+        "line contact, histories under Hertz's pressure", Law(1.75, 3.0, 1.0, 2.0, 0.14, 3.0), coarsest=8, line=True
+    ),
+    (True, "computed", "none"): Ladder(
+        "line contact, normal", Law(2.0, 1.0, 0.64, 1.0, 2.2, 6.6), coarsest=8, line=True
+    ),
+    (True, "computed", "steady"): Ladder(
         "line contact, rolling under computed pressure",
+        Law(2.0, 1.5, 3.5, 1.5, 2.7, 9.8),
+        coarsest=12,
+        second_order=True,
+        line=True,
+    ),
+    (True, "computed", "shift"): Ladder(
+        "line contact, shifts under computed pressure", Law(2.0, 1.5, 1.0, 2.0, 0.067, 1.2), coarsest=8, line=True
+    ),
+    (True, "computed", "history"): Ladder(
+        "line contact, histories under computed pressure", Law(2.0, 1.5, 3.5, 1.5, 2.7, 9.8), coarsest=8, line=True
+    ),
+    (True, "coupled", "steady"): Ladder(
+        "line contact, rolling of unlike bodies",
         Law(2.0, 1.0, 0.64, 1.0, 2.2, 6.6),
         coarsest=12,
         second_order=True,
         line=True,
     ),
-    (True, False, "shift"): Ladder(
-        "line contact, shifts under computed pressure", Law(2.0, 2.0, 0.013, 1.0, 0.021, 2.8), coarsest=8, line=True
+    (True, "coupled", "shift"): Ladder(
+        "line contact, shifts of unlike bodies", Law(2.0, 2.0, 0.013, 1.0, 0.021, 2.8), coarsest=8, line=True
     ),
-    (True, False, "none"): Ladder("line contact, normal", Law(2.0, 1.0, 0.64, 1.0, 2.2, 6.6), coarsest=8, line=True),
+    (True, "coupled", "history"): Ladder(
+        "line contact, histories of unlike bodies", Law(2.0, 1.5, 3.5, 1.5, 2.7, 9.8), coarsest=8, line=True
+    ),
 }
-"""By whether it is line contact, whether Hertz's pressure is taken, and motion."""
+"""By whether it is line contact, pressure ("coupled": computed, and changed by tractions), and motion."""
 
 
-def kind_of(scene: Scene, plan: Plan) -> tuple[bool, bool, str]:
+def kind_of(scene: Scene, plan: Plan) -> tuple[bool, str, str]:
     """The key of a scene's ladder.
 
     Parameters
@@ -174,8 +234,10 @@ def kind_of(scene: Scene, plan: Plan) -> tuple[bool, bool, str]:
     scene : Scene
     plan : Plan
     """
-    moves = "none" if not plan.rubs else "steady" if isinstance(scene.motion, Steady) else "shift"
-    return scene.line, plan.closed_form, moves
+    motion = scene.motion
+    moves = "history" if isinstance(motion, Transient) else "steady" if isinstance(motion, Steady) else "shift"
+    pressure = "hertz" if plan.closed_form else "coupled" if plan.coupling != "none" else "computed"
+    return scene.line, pressure, moves if plan.rubs else "none"
 
 
 def ladder_of(scene: Scene, plan: Plan) -> Ladder:

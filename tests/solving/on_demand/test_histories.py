@@ -1,0 +1,131 @@
+"""Histories to an accuracy: against references and Cattaneo, in any units; estimates, files, words, refusals."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+import varcontact as vc
+from tests.command import run
+from varcontact.reference import cattaneo_mindlin
+from varcontact.solving.error_norm import units, values
+
+REFERENCES = {name: each for name, each in vc.references().items() if each.kind == "transient"}
+ROLLING = vc.Scene(
+    bodies=vc.Bodies(G=1.0, nu=0.28),
+    surface=vc.Ellipse(a=1.0, b=0.7),
+    normal_force=1.0,
+    friction=0.3,
+    motion=vc.Transient(steps=3, dq=[0.0, 0.3, 0.3], Fx=-0.15, vy=0.05),
+)
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_the_error_is_below_the_accuracy(name):
+    reference = REFERENCES[name]
+    history = vc.solve(reference.scene, accuracy=0.02)
+    assert reference.error(values(history)) <= 0.02 + reference.bar
+    assert history.error_estimate.largest <= 0.02
+
+
+@pytest.mark.parametrize("accuracy", [0.03, 0.005])
+def test_cattaneos_shift_to_and_fro(accuracy):
+    """A force in place, then half of it: unloading is Cattaneo's problem with twice the friction."""
+    scene = replace(ROLLING, surface=vc.Ellipse(a=1.0, b=1.0), bodies=vc.Bodies(G=1.0, nu=0.0))
+    history = vc.solve(replace(scene, motion=vc.Transient(steps=2, dq=0.0, Fx=[0.2, 0.1])), accuracy=accuracy)
+    loading = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, force=0.2).shift
+    back = -cattaneo_mindlin(scene.hertz, scene.bodies, 0.6, force=0.1).shift
+    allowed = accuracy * units(history)["ux[0]"]
+    assert history[0].creepage[0] == pytest.approx(loading, abs=allowed)
+    assert history[1].creepage[0] == pytest.approx(back, abs=allowed)
+
+
+def test_units_do_not_matter():
+    """Millimetres and newtons with G = 8e10 Pa: the same grids, and the same errors."""
+    length, force = 1e-3, 1e5
+    motion = vc.Transient(
+        steps=3, dq=[0.0, 0.3 * length, 0.3 * length], Fx=-0.15 * force, vy=0.05 * force / (8e10 * length**2)
+    )
+    scene = replace(
+        ROLLING,
+        bodies=vc.Bodies(G=8e10, nu=0.28),
+        surface=vc.Ellipse(a=length, b=0.7 * length),
+        normal_force=force,
+        motion=motion,
+    )
+    one, other = (vc.solve(each, accuracy=0.03) for each in (ROLLING, scene))
+    assert other.force / force == pytest.approx(one.force, abs=1e-6)
+    assert other.error_estimate.errors == pytest.approx(one.error_estimate.errors, rel=1e-4)
+
+
+def test_the_estimate_is_told_and_kept(tmp_path):
+    history = vc.solve(ROLLING, accuracy=0.03)
+    estimate = history.error_estimate
+    assert set(estimate.values) == {"ux[0]", "Fy[0]", "Mz[0]"} | {
+        f"{name}[{k}]" for name in ("vx", "Fy", "Mz") for k in (1, 2)
+    }
+    assert history[1].creepage[0] == estimate.values["vx[1]"] != estimate.on_grid["vx[1]"]
+    assert "Against the continuum, with steps of this length" in history.report()
+    assert history.summary()["error_estimate"]["errors"] == estimate.errors
+    history.save(tmp_path / "history.nc")
+    again = vc.load(tmp_path / "history.nc")
+    assert again.error_estimate == estimate and [step.note for step in again] == [""] * 3
+    assert again.force.tolist() == history.force.tolist()
+
+
+def test_time_is_used():
+    history = vc.solve(ROLLING, time_budget=20.0)
+    assert len(history.error_estimate.solves) > 2 and history.error_estimate.largest < 0.01
+
+
+def test_too_many_steps_for_a_time_are_given_up():
+    with pytest.raises(vc.SceneError, match="the steps of this history take longer even on the coarsest grid"):
+        vc.solve(replace(ROLLING, motion=vc.Transient(steps=1000, dq=0.3, vx=0.1)), time_budget=1e-3)
+
+
+def test_without_friction_every_step_is_hertzs():
+    motion = vc.Transient(steps=3, dq=0.1, normal_force=[1.0, 0.0, 2.0])
+    scene = replace(ROLLING, surface=vc.Paraboloids(Rx=1.0, Ry=1.0), normal_force=1.0, friction=0.0, motion=motion)
+    history = vc.solve(scene, accuracy=0.01)
+    peaks = [history.error_estimate.values[f"peak_pressure[{k}]"] for k in range(3)]
+    exact = [replace(scene, normal_force=F, motion=None).hertz.peak_pressure for F in (1.0, 2.0)]
+    assert peaks == pytest.approx([exact[0], 0.0, exact[1]], rel=1e-12)
+    assert history.error_estimate.largest == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "words"),
+    [
+        ({"dq": None}, {"accuracy": 0.01}, "motion.dq: the length of the steps is an element's, unless it is given"),
+        ({}, {"accuracy": 0.01, "store": "steps.nc"}, "store: with accuracy a history is solved on several grids"),
+    ],
+)
+def test_refusals(changes, options, words):
+    with pytest.raises(vc.SceneError) as refused:
+        vc.solve(replace(ROLLING, motion=replace(ROLLING.motion, **changes)), **options)
+    assert words in str(refused.value)
+
+
+def test_more_steps_than_fit_are_refused_before_any_is_solved(monkeypatch):
+    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e9)
+    motion = vc.Transient(steps=100_000, dq=0.3, vx=0.1)
+    with pytest.raises(vc.TooLarge, match=r"accuracy = 0\.001.*accuracy = .* fits"):
+        vc.solve(replace(ROLLING, motion=motion), accuracy=0.001)
+
+
+def test_a_start_has_its_own_grid():
+    start = vc.solve(replace(ROLLING, motion=vc.Steady(vx=0.1), grid=vc.Grid(nx=8, ny=8)))
+    scene = replace(ROLLING, motion=replace(ROLLING.motion, start=start))
+    with pytest.raises(vc.SceneError, match=r"motion.start: a solution belongs to its own grid, and time_budget"):
+        vc.solve(scene, time_budget=1.0)
+
+
+def test_the_command(tmp_path):
+    (tmp_path / "history.toml").write_text(
+        "normal_force = 1.0\nfriction = 0.3\n[bodies]\nG = 1.0\nnu = 0.28\n"
+        '[surface]\nkind = "ellipse"\na = 1.0\nb = 0.7\n'
+        '[motion]\nkind = "transient"\nsteps = 3\ndq = 0.3\nvx = 0.1\n[solve]\naccuracy = 0.05\n'
+    )
+    done = run("solve", "history.toml", "--json", folder=tmp_path)
+    estimate = json.loads(done.stdout)["error_estimate"]
+    assert estimate["accuracy"] == 0.05 and max(estimate["errors"].values()) <= 0.05
