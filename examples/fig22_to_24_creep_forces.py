@@ -56,7 +56,7 @@ LINEAR = {"color": "0.55", "linewidth": 1.0}
 
 
 def scene(cells: int) -> vc.Scene:
-    """The circle, so many elements across; to be scanned over creepages."""
+    """The circle, so many elements across, in rolling with any creepages."""
     return vc.Scene(
         bodies=vc.Bodies(G=1.0, nu=NU),
         surface=vc.Ellipse(a=1.0, b=1.0),
@@ -90,13 +90,15 @@ def line(variables: np.ndarray, own: bool = False) -> np.ndarray:
 
 
 def exact(cells: int, points: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """For each case the places along it, and the forces there: one scan for all."""
+    """For each case the places along it, and the forces there: one curve through all of them."""
     slopes = -vc.solve(scene(cells)).sensitivity()  # everything sticks: the linear theory of this grid
     table = CreepageCoefficients(slopes[0, 0], slopes[1, 1], slopes[1, 2], np.nan)
     # closer where the curves bend
     places = {name: far * (np.arange(1, points + 1) / points) ** 1.3 for name, (_, far) in CASES.items()}
     variables = [np.outer(places[name], CASES[name][0]) for name in CASES]
-    forces = np.array([sol.force for sol in vc.scan(scene(cells), creepages(np.concatenate(variables), table))])
+    vx, vy, spin = creepages(np.concatenate(variables), table).T
+    curve = vc.creep_curve(scene(cells), ["auto"], vx=vx, vy=vy, spin=spin).isel(theory=0)
+    forces = np.stack([curve.Fx, curve.Fy], axis=-1)
     return dict(zip(CASES, zip(places.values(), np.split(forces, len(CASES)), strict=True), strict=True))
 
 

@@ -20,12 +20,12 @@ def test_bad_input(tmp_path):
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "varcontact: bodies.nu = 0.7 is not allowed: must be a Poisson's ratio in (-1, 0.5]\n"
     done = run("table", "make", "--nu", "0.4", "--out", "book.csv", *SIZE, folder=tmp_path)
-    assert "--out" in done.stderr or "the name must end in .nc" in done.stderr
+    assert "--out" in done.stderr and "the name must end in .nc" in done.stderr
 
 
 def test_a_file_that_is_no_book_stays(tmp_path):
     (tmp_path / "book.nc").write_text("words")
     done = run("table", "make", "--nu", "0.4", "--out", "book.nc", *SIZE, folder=tmp_path)
     assert done.returncode == 2
-    assert "exists already and is no table book of varcontact's" in done.stderr
+    assert "exists already and is no table book of varcontact's; name another file, or add --force" in done.stderr
     assert (tmp_path / "book.nc").read_text() == "words"

@@ -7,6 +7,7 @@ import pickle
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
@@ -19,6 +20,7 @@ import xarray as xr
 import varcontact as vc
 from varcontact.io.sweep_file import RECORD
 from varcontact.study import sweep as module
+from varcontact.study.engine import START, processes, results
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
@@ -114,6 +116,45 @@ def test_all_executors_give_the_same_bytes(scene, alone, tmp_path):
         "threads.nc": True,
         "cluster.nc": True,
     }
+
+
+class Beginning(ThreadPoolExecutor):
+    """A pool that begins while four tasks are asked for."""
+
+    def __init__(self):
+        super().__init__(1)
+        self.left = 4
+
+    @property
+    def beginning(self):
+        self.left -= 1
+        return self.left >= 0
+
+
+def test_while_processes_begin_tasks_are_done_here():
+    here = threading.get_ident()
+    with Beginning() as pool:
+        found = dict(results(lambda task: (task, threading.get_ident() == here), range(10), pool, meanwhile=True))
+    assert [found[k][0] for k in range(10)] == list(range(10))
+    assert [found[k][1] for k in range(10)] == 4 * [True] + 6 * [False]
+    with Beginning() as pool:
+        assert not any(
+            done_here for _, (_, done_here) in results(lambda k: (k, threading.get_ident() == here), range(3), pool)
+        )
+
+
+def test_own_processes_come_from_one_that_has_imported():
+    """On Linux from one for all; elsewhere from this one."""
+    with processes(2) as pool:
+        parents = set(pool.map(parent_and_imports, range(4)))
+    assert {loaded for _, loaded in parents} == {True}
+    assert len({parent for parent, _ in parents}) == 1
+    assert ({parent for parent, _ in parents} == {os.getpid()}) == (START == "spawn")
+
+
+def parent_and_imports(_):
+    """Of the process in which it is called."""
+    return os.getppid(), "varcontact.study.sweep" in sys.modules
 
 
 def test_what_ran_before_changes_no_digit(scene, alone, tmp_path):

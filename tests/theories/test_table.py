@@ -7,17 +7,18 @@ import pytest
 
 import varcontact as vc
 from varcontact.reference import no_slip_coefficients
-from varcontact.study.table_make import GRIDS, HOW, make_table_book, stores
+from varcontact.study.table_make import DOUBT, GRIDS, HOW, make_table_book, stores
 from varcontact.theories import TableBook, equivalent_ellipse, linear_forces, table_forces
-from varcontact.theories.table_book import direction_nodes, magnitudes, shipped, spin_scale
+from varcontact.theories.table_book import shipped
+from varcontact.theories.table_nodes import direction_nodes, magnitudes, spin_scale
 from varcontact.theories.table_splines import FULL, local_law, quadrature
 
 BOOK = shipped()
 LIMIT = 2.5
 A, B, G = 1.5, 1.2, 3.0
-STATED, FALLEN = 0.04, 0.01
+STATED, FALLEN, FALLEN_WITHOUT_SPIN = 0.01, 0.003, 0.001
 """What the documentation says: the error of forces and moment, in parts of f Fz; how much the resistance may fall along
-a ray, in parts of its largest value."""
+a ray, in parts of its largest value, with spin and without."""
 
 
 def scales(ratio):
@@ -54,10 +55,10 @@ def exact(a, b, triple, accuracy=0.002):
 
 def test_the_book_of_the_package():
     assert BOOK.nu == 0.28
-    assert BOOK.entries == 14355
+    assert BOOK.entries == 27405
     assert BOOK.provenance.startswith(HOW)
     assert len(BOOK.to_bytes()) < 2e6
-    assert float(np.median(BOOK.accuracy)) < 0.01
+    assert float(BOOK.accuracy.max()) < 0.01
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -68,7 +69,7 @@ def test_error_at_random_points_is_below_the_stated_one(seed):
         ratio = np.exp(generator.uniform(np.log(0.2), np.log(5)))
         a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
         triple = creepages(1, seed=1000 * seed + triple_seed, a=a, b=b)[0]
-        np.testing.assert_allclose(forces(triple, a, b), exact(a, b, triple), rtol=0, atol=STATED)
+        np.testing.assert_allclose(forces(triple, a, b), exact(a, b, triple), rtol=0, atol=STATED + 0.002)
 
 
 def test_entries_are_as_accurate_as_they_say():
@@ -110,7 +111,7 @@ def test_infinite_creepage_is_full_slip(ratio):
     np.testing.assert_allclose(forces(far, a, b), integral, rtol=0, atol=5e-3)
     without = far * (1, 1, 0)
     unit = without[:, :2] / np.hypot(without[:, 0], without[:, 1])[:, None]
-    np.testing.assert_allclose(forces(without, a, b)[:, :2], -unit, rtol=0, atol=2e-3)
+    np.testing.assert_allclose(forces(without, a, b)[:, :2], -unit, rtol=0, atol=1e-5)
 
 
 def test_saturation():
@@ -141,15 +142,55 @@ def test_friction_gives_no_power():
         assert power.max() < 0
 
 
-def test_more_creepage_means_more_resistance():
-    """Along a ray of creepages the force against them rises, but for the error of interpolation."""
-    magnitude = np.linspace(0.0, 20.0, 400)[:, None]
-    scale = scales(A / B)
-    for direction in np.random.default_rng(2).normal(size=(50, 3)):
-        ray = direction / np.linalg.norm(direction) / scale
-        resistance = -(forces(magnitude * ray * LIMIT / (G * A * B) * [1, 1, 1 / np.sqrt(A * B)]) * ray).sum(axis=1)
-        fallen = np.maximum.accumulate(resistance) - resistance
-        assert fallen.max() < FALLEN * resistance.max()
+@pytest.mark.parametrize(("turning", "fallen"), [(1.0, FALLEN), (0.0, FALLEN_WITHOUT_SPIN)])
+def test_more_creepage_means_more_resistance(turning, fallen):
+    """Along a ray of creepages the force against them rises, but for ripples of the interpolation."""
+    t = np.linspace(0.0, 0.995, 300)
+    magnitude = 1.5 * t / (1 - t)
+    for ratio in np.geomspace(0.2, 5.0, 7):
+        a, b = np.sqrt(ratio), 1 / np.sqrt(ratio)
+        rays = np.random.default_rng(2).normal(size=(60, 3)) * [1.0, 1.0, turning]
+        rays /= np.linalg.norm(rays, axis=1)[:, None] * scales(ratio)
+        found = forces(np.multiply.outer(magnitude, rays) * LIMIT / G, a, b)
+        resistance = -(found * rays).sum(axis=-1)
+        lost = np.maximum.accumulate(resistance) - resistance
+        assert (lost.max(axis=0) <= fallen * resistance.max(axis=0)).all()
+
+
+def test_single_creepages_and_many_are_the_same():
+    """Numbers and arrays go through the same formulas, at corners too: backwards, no creepage, pure spin, one a/b."""
+    corners = [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, 1e9, -1e9]]
+    triples = np.concatenate([creepages(100), corners])
+    many = table_forces(A, B, G, LIMIT, triples)
+    few = table_forces(A, B, G, LIMIT, triples[:5])
+    contact = {"a": A, "b": B, "G": G, "nu": 0.28, "normal_force": LIMIT, "friction": 1.0}
+    for k, (vx, vy, spin) in enumerate(triples.tolist()):
+        one, named = (
+            table_forces(A, B, G, LIMIT, (vx, vy, spin)),
+            vc.creep_forces("table", **contact, vx=vx, vy=vy, spin=spin),
+        )
+        assert one.force.shape == (2,) and one.moment.shape == ()
+        assert type(named.Fx) is float
+        expected = pytest.approx([*many.force[k], many.moment[k]], rel=1e-12, abs=1e-14)
+        assert [*one.force, one.moment] == expected
+        assert [named.Fx, named.Fy, named.Mz] == expected
+        if k < 5:
+            assert [*few.force[k], few.moment[k]] == expected
+
+
+def test_the_exact_problem_takes_more_power_with_more_creepage():
+    """What is asked of the table: between any two creepages the forces change against the change of creepage.
+
+    With tractions p in a convex set that oppose the slip W + A p, and A monotone, (F1 - F2) (v1 - v2) <= 0 follows.
+    """
+    triples = creepages(12, a=1.2, b=0.9)
+    rays = np.concatenate([np.outer(np.geomspace(0.1, 10, 12), triple) for triple in triples[:3]])
+    scene = dataclasses.replace(posed(1.2, 0.9, triples[0]), grid=vc.Grid(nx=8, ny=8))
+    for chosen in (triples, rays):
+        found = np.array([[*sol.force, sol.moment] for sol in vc.scan(scene, chosen, certify=None)])
+        power = ((found[:, None] - found) * (chosen[:, None] - chosen)).sum(axis=-1)
+        assert power.max() <= 1e-9 * LIMIT
+        assert np.count_nonzero(power < -1e-6) > 0.9 * (power.size - len(chosen))
 
 
 def test_by_name_for_many_contacts():
@@ -256,8 +297,8 @@ def test_files_that_are_no_book(tmp_path):
     path.write_bytes(b"words")
     with pytest.raises(vc.OutputError, match="cannot be read as a table book"):
         TableBook.read(path)
-    path.write_bytes(content.replace(b"varcontact table 2", b"varcontact table 9"))
-    with pytest.raises(vc.OutputError, match="is a 'varcontact table 9' file, not a 'varcontact table 2' one; make"):
+    path.write_bytes(content.replace(b"varcontact table 3", b"varcontact table 9"))
+    with pytest.raises(vc.OutputError, match="is a 'varcontact table 9' file, not a 'varcontact table 3' one; make"):
         TableBook.read(path)
     damaged = bytearray(content)
     damaged[len(content) // 2] ^= 1
@@ -285,7 +326,7 @@ def test_making_a_book_goes_on_where_it_stopped(small, tmp_path):
 
     with pytest.raises(vc.Interrupted):
         make_table_book(0.28, **SMALL, out=out, progress=stop)
-    assert [file.exists() for file in (out, *stores(out))] == [False, True, True]
+    assert [file.exists() for file in (out, *stores(out))] == [False, True, True, False]
     book = make_table_book(0.28, **SMALL, out=out)
     assert [file.name for file in tmp_path.iterdir()] == ["book.nc"]
     assert out.read_bytes() == book.to_bytes() == small.to_bytes()
@@ -293,12 +334,31 @@ def test_making_a_book_goes_on_where_it_stopped(small, tmp_path):
 
 
 def test_an_entry_is_the_exact_solution(small):
-    ratio, t = float(small.ratios[1]), magnitudes(2)[0]
-    triple = 1.5 * t / (1 - t) * small.directions[5] / scales(ratio) * LIMIT / G
+    coarse, fine, finest = exact_on_grids(float(small.ratios[1]), small.directions[5], magnitudes(2)[0])
+    extrapolated = [second + (second - first) / 3 for first, second in ((coarse, fine), (fine, finest))]
+    doubtful = int(np.abs(extrapolated[0] - fine).max() > DOUBT)
+    np.testing.assert_allclose(small.values[1, 0, 5], extrapolated[doubtful], rtol=0, atol=2e-4)
+
+
+def test_an_entry_in_doubt_is_computed_on_finer_elements(small):
+    """With much creepage and spin: the entry is that of the finer pair, and nearer to the exact solution."""
+    d = int(np.argmax(np.abs(small.directions @ [0.2, 0.5, -0.8])))
+    coarse, fine, finest = exact_on_grids(float(small.ratios[1]), small.directions[d], magnitudes(2)[1])
+    assert np.abs(fine - coarse).max() / 3 > DOUBT
+    pairs = fine + (fine - coarse) / 3, finest + (finest - fine) / 3
+    away = [np.abs(small.values[1, 1, d] - pair).max() for pair in pairs]
+    assert away[1] < 0.3 * away[0]
+
+
+def exact_on_grids(ratio, direction, t):
+    """Normalised, on each of the grids of the entries."""
+    triple = 1.5 * t / (1 - t) * direction / scales(ratio) * LIMIT / G
     scene = posed(np.sqrt(ratio), 1 / np.sqrt(ratio), triple)
-    coarse, fine = (vc.solve(dataclasses.replace(scene, grid=grid).second_order(), certify=None) for grid in GRIDS)
-    extrapolated = np.array([*fine.force, fine.moment]) * 4 / 3 - np.array([*coarse.force, coarse.moment]) / 3
-    np.testing.assert_allclose(small.values[1, 0, 5], extrapolated / LIMIT, rtol=0, atol=1e-3)
+    solutions = (vc.solve(dataclasses.replace(scene, grid=grid).second_order(), certify=None) for grid in GRIDS)
+    return [np.array([*sol.force, sol.moment]) / LIMIT for sol in solutions]
+
+
+def test_a_book_of_few_entries_is_near(small):
     triples = creepages(20, a=1.0, b=1.0)
     np.testing.assert_allclose(forces(triples, 1.0, 1.0, book=small), forces(triples, 1.0, 1.0), rtol=0, atol=0.2)
 

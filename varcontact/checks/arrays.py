@@ -90,7 +90,7 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
     """
     result = _floats(field, value, allowed)
     sizes = np.abs(result)
-    if not np.all(sizes <= LARGE):  # nor where there is NaN
+    if not (sizes <= LARGE).all():  # nor where there is NaN
         _require_all(field, result, np.isfinite(result), allowed)
         _require_all(field, result, sizes <= LARGE, TOO_LARGE)
     return result

@@ -33,15 +33,16 @@ def make(
     least: Annotated[float, typer.Option(help="Least a/b.")] = 0.2,
     greatest: Annotated[float, typer.Option(help="Greatest a/b.")] = 5.0,
     ratios: Annotated[int, typer.Option(help="Ellipses.")] = 9,
-    steps: Annotated[int, typer.Option(help="Magnitudes of creepage in each direction.")] = 11,
+    steps: Annotated[int, typer.Option(help="Magnitudes of creepage in each direction.")] = 21,
     degree: Annotated[int, typer.Option(help="Of polynomials that the directions could determine, odd.")] = 17,
     workers: Annotated[int, typer.Option(help="Processes that solve entries.")] = 1,
     dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler whose workers solve them.")] = None,
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
 ) -> None:
     """Compute a table book. What is finished is kept beside it, and the same command resumes from there."""
-    from varcontact.study.table_make import make_table_book, stores
+    from varcontact.study.table_make import check_out, make_table_book, stores
 
+    check_out("--out", out, force)
     try:
         with cluster(dask, workers) as executor, bar() as progress:
             book = make_table_book(

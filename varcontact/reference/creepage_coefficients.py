@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import poisson, positives
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline, PPoly
+from varcontact.reference.equal_splines import FOUR, near_splines, splines_at_knots
 
 
 @dataclass(frozen=True)
@@ -117,60 +115,64 @@ def creepage_coefficients(a: Any, b: Any, nu: Any) -> CreepageCoefficients:
 
 @lru_cache(maxsize=1024)
 def _single(ratio: float, nu: float) -> CreepageCoefficients:
-    return CreepageCoefficients(*(float(value) for value in _values(np.array(ratio), np.array(nu))))
+    return CreepageCoefficients(*_values(np.array(ratio), np.array(nu)).tolist())
 
 
 def _values(ratio: np.ndarray, nu: np.ndarray) -> np.ndarray:
     """The four coefficients, in front of the shape of both."""
     x = np.log(ratio)
-    ends = _table().x[[0, -1]]
-    inside = np.clip(x, *ends)
+    inside = np.minimum(np.maximum(x, -END), END)
     by_x, by_y, by_spin, turning = _scaled(inside, nu)
-    by_spin = by_spin + np.pi * nu / (3 * (1 - nu)) * np.maximum(inside - x, 0.0)
+    by_spin = by_spin + np.pi * nu / (3 * (1 - nu)) * (inside - np.minimum(x, inside))
     root = np.hypot(1.0, ratio)
-    values = np.stack([root / by_x, root / by_y, np.sqrt(ratio) * root * by_spin, root / ratio * turning])
-    if np.any(x > ends[1]):
-        values *= _slender(np.maximum(x, ends[1]), nu) / _slender(np.full_like(x, ends[1]), nu)
+    values = np.array([root / by_x, root / by_y, np.sqrt(ratio) * root * by_spin, root / ratio * turning])
+    if np.any(x > END):
+        values *= _slender(np.maximum(x, END), nu) / _slender(np.full_like(x, END), nu)
     return values
 
 
 def _scaled(x: np.ndarray, nu: np.ndarray) -> np.ndarray:
     """The table's columns, scaled, at x = log(a/b) in its range, in front of the shape of both."""
-    if nu.ndim == 0:
-        return np.moveaxis(_at_poisson(float(nu))(x), -1, 0)
-    return np.einsum("...ck,...k->c...", _table()(x), _powers(nu))
+    place = (x + END) * (INTERVALS / (2 * END))
+    first, values = near_splines(place if x.ndim else float(place), INTERVALS)
+    splines = _table() if nu.ndim else _at_poisson(float(nu))
+    near = np.einsum("k...,...kc->...c", np.array(values), splines[np.asarray(first)[..., None] + FOUR])
+    if nu.ndim:
+        return np.einsum("...ck,...k->c...", near.reshape(*x.shape, 4, -1), _powers(nu))
+    return np.moveaxis(near, -1, 0)
 
 
 @lru_cache(maxsize=64)
-def _at_poisson(nu: float) -> PPoly:
-    """The splines of one Poisson's ratio."""
-    from scipy.interpolate import PPoly
-
-    return PPoly(_table().c @ _powers(np.array([nu]))[0], _table().x)
+def _at_poisson(nu: float) -> np.ndarray:
+    """The splines (k, 4) of one Poisson's ratio."""
+    return np.asarray(_table().reshape(-1, 4, _POWERS) @ _powers(np.array([nu]))[0])
 
 
 def _powers(nu: np.ndarray) -> np.ndarray:
     """Chebyshev's polynomials of nu in [-1, 0.5], (..., 13)."""
-    return np.polynomial.chebyshev.chebvander((nu + 0.25) / 0.75, 12)
+    return np.polynomial.chebyshev.chebvander((nu + 0.25) / 0.75, _POWERS - 1)
+
+
+END, INTERVALS = math.log(1e3), 120
+"""Of the table: log(a/b) from -END to END, in so many equal intervals."""
+_POWERS = 13
 
 
 @cache
-def _table() -> CubicSpline:
-    """Splines over log(a/b) of Chebyshev's coefficients in nu: values are (4, 13).
+def _table() -> np.ndarray:
+    """Splines over log(a/b) of Chebyshev's coefficients in nu: (k, 4 times 13).
 
     With ``q = (1 + (a/b)^2)^(1/2)`` they have q/C11, q/C22, C23/((a/b)^(1/2) q) and C33 (a/b)/q. In wide contacts all
     but the third tend to constants, and the third to a straight line; in slender ones the first two do.
     """
-    from scipy.interpolate import CubicSpline
-
     text = files("varcontact.reference").joinpath("creepage_coefficients.csv").read_text(encoding="utf-8")
-    rows = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1).reshape(-1, 13, 6)
+    rows = np.loadtxt(text.splitlines(), delimiter=",", skiprows=1).reshape(INTERVALS + 1, _POWERS, 6)
     ratio, nu = rows[:, :1, 0], rows[0, :, 1]
     C11, C22, C23, C33 = np.moveaxis(rows[:, :, 2:], -1, 0)
     root = np.hypot(1.0, ratio)
     scaled = np.stack([root / C11, root / C22, C23 / (np.sqrt(ratio) * root), C33 * ratio / root], axis=1)
-    coefficients = np.linalg.solve(_powers(nu), np.moveaxis(scaled, -1, 0).reshape(13, -1))
-    return CubicSpline(np.log(ratio[:, 0]), np.moveaxis(coefficients.reshape(13, -1, 4), 0, -1))
+    coefficients = scaled @ np.linalg.inv(_powers(nu)).T
+    return splines_at_knots(coefficients.reshape(INTERVALS + 1, -1))
 
 
 def _slender(x: Any, nu: np.ndarray) -> np.ndarray:

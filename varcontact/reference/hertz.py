@@ -13,6 +13,7 @@ import numpy as np
 
 from varcontact.checks import elastic, exactly_one, positive
 from varcontact.errors import SceneError
+from varcontact.reference.roots import root_between
 
 if TYPE_CHECKING:
     from varcontact.scene.bodies import Bodies
@@ -344,8 +345,6 @@ def _normal_constant(bodies: Bodies) -> float:
 
 def _axial_ratio(radius_ratio: float) -> float:
     """m' from the ratio of the larger to the smaller radius of curvature, by (93) / (94)."""
-    from scipy.optimize import brentq
-
     if radius_ratio == 1:
         return 1.0
 
@@ -356,7 +355,7 @@ def _axial_ratio(radius_ratio: float) -> float:
     low = -0.5 * math.log(radius_ratio) - 1.0  # B/D <= 1, hence m' <= radius_ratio^(-1/2) <= 1
     while mismatch(low) < 0:
         low -= 1.0
-    return math.exp(brentq(mismatch, low, 0.0, xtol=1e-15, rtol=1e-15))
+    return math.exp(root_between(mismatch, low, 0.0))
 
 
 def _minor_semi_axis(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
@@ -25,10 +26,12 @@ CHUNK = 8
 MOST_AT_ONCE = 512
 """Pieces of work that an executor has at once, so that it need not hold the scenes of all of them."""
 MOST_WORKERS = 1024
+START = "forkserver" if sys.platform == "linux" else "spawn"
+"""How own processes begin. Elsewhere there is no such thing, or its libraries are not made for forks (macOS)."""
 
 
 def results(
-    work: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor | None
+    work: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor | None, meanwhile: bool = False
 ) -> Iterator[tuple[int, Result]]:
     """What becomes of each task, in the order in which they are done.
 
@@ -41,6 +44,8 @@ def results(
     tasks : sequence
     executor : concurrent.futures.Executor or None
         None: here, one after the other.
+    meanwhile : bool
+        Whether tasks are done here, too, while own processes begin.
 
     Yields
     ------
@@ -69,6 +74,8 @@ def results(
             future.add_done_callback(done.put)
 
     try:
+        while meanwhile and getattr(executor, "beginning", False) and (task := next(waiting, None)) is not None:
+            yield task[0], work(task[1])
         with _answering():
             hand_out(MOST_AT_ONCE)
         while numbers:
@@ -130,16 +137,19 @@ def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
 def processes(workers: int) -> Iterator[Executor]:
     """A pool of processes, which end at once where the block, or this process, ends early.
 
-    They are begun anew, not forked, because a fork takes along locks that other threads hold. So a program that uses
-    them needs ``if __name__ == "__main__":`` around what it does.
+    They are not forked from this process, because a fork takes along locks that other threads hold. So a program that
+    uses them needs ``if __name__ == "__main__":`` around what it does. On Linux they are forked from a process that
+    does nothing but import what they need, once for all of them; elsewhere each is begun anew.
 
     Parameters
     ----------
     workers : int
     """
-    context = multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context(START)
+    if START == "forkserver":
+        context.set_forkserver_preload(["varcontact.study.preload"])
     watched, lifeline = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(workers, context, _begin_worker, (watched,))
+    pool = OwnProcesses(workers, context, _begin_worker, (watched,))
     try:
         yield pool
         pool.shutdown()
@@ -147,6 +157,26 @@ def processes(workers: int) -> Iterator[Executor]:
         lifeline.close()
         watched.close()
         pool.shutdown(wait=False, cancel_futures=True)
+
+
+class OwnProcesses(ProcessPoolExecutor):
+    """A pool that begins its processes while this one does something else."""
+
+    def __init__(
+        self, workers: int, context: Any, initializer: Callable[..., None], arguments: tuple[Any, ...]
+    ) -> None:
+        super().__init__(workers, context, initializer, arguments)
+        self._beginner = threading.Thread(target=self._begin, daemon=True)
+        self._beginner.start()
+
+    def _begin(self) -> None:
+        with suppress(Exception):  # which comes again where tasks are handed out
+            self.submit(int)
+
+    @property
+    def beginning(self) -> bool:
+        """Whether they have yet to begin."""
+        return self._beginner.is_alive()
 
 
 def alone() -> bool:

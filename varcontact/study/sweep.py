@@ -165,17 +165,16 @@ def sweep(
     solver = solver.checked(swept.scenes)
     chunk = checks.whole("chunk", chunk)
     checks.progress(progress)
-    imported("xarray")  # now: after Ctrl-C it would be waited for
-    described = _described(swept, solver, chunk)
+    path = None if store is None else checks.file_name("store", store)
     with ExitStack() as held:
-        file = None
-        if store is not None:
-            path = checks.file_name("store", store)
+        pool = held.enter_context(opened(executor, workers))  # first: processes take a while to begin
+        imported("xarray")  # now: after Ctrl-C it would be waited for
+        described, file = _described(swept, solver, chunk), None
+        if path is not None:
             file = held.enter_context(SweepFile.opened(path, described, len(swept.scenes)))
         records = blank(len(swept.scenes)) if file is None else file.records(len(swept.scenes))
-        pool = held.enter_context(opened(executor, workers))
         try:
-            for _ in _swept(swept.scenes, records, solver, chunk, pool, file, progress):
+            for _ in _swept(swept.scenes, records, solver, chunk, pool, executor is None, file, progress):
                 pass
         except KeyboardInterrupt:
             raise Interrupted(_dataset(described, records), _so_far(records)) from None
@@ -226,6 +225,7 @@ def _swept(
     solver: _Solver,
     chunk: int,
     pool: Executor | None,
+    meanwhile: bool,
     file: SweepFile | None,
     progress: Callable[[Standing], None] | None,
 ) -> Iterator[None]:
@@ -238,7 +238,7 @@ def _swept(
     begun, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
     if progress is not None:
         progress(_standing(records, before, 0.0))
-    for number, solved in results(_solved, tasks, pool):
+    for number, solved in results(_solved, tasks, pool, meanwhile):
         first = firsts[number]
         if file is not None:
             file.put(first, solved)

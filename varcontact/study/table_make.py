@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -21,21 +22,20 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
-from varcontact.theories.table_book import (
-    HALFWAY,
-    TableBook,
-    direction_nodes,
-    magnitudes,
-    ratio_nodes,
-    spin_scale,
-)
+from varcontact.theories.table_book import TableBook, packed, unpacked
+from varcontact.theories.table_nodes import HALFWAY, direction_nodes, magnitudes, ratio_nodes, spin_scale
 from varcontact.theories.table_splines import local_law, quadrature, splines_through
 
-GRIDS = Grid(nx=12, ny=8), Grid(nx=24, ny=16)
-"""Those an entry is extrapolated from."""
+GRIDS = Grid(nx=12, ny=8), Grid(nx=24, ny=16), Grid(nx=48, ny=32)
+"""Those an entry is extrapolated from: the first two, or the last two where it is in doubt."""
+DOUBT = 0.001
+"""In doubt is what the extrapolation from the first two changes by more than this, in parts of f Fz."""
 ORDER = 2
 """Order of the discretisation."""
-HOW = "exact solutions by the discretisation of second order, extrapolated from 12 x 8 and 24 x 16 elements"
+HOW = (
+    "exact solutions by the discretisation of second order, extrapolated from 12 x 8 and 24 x 16 elements, or from "
+    "24 x 16 and 48 x 32 where the former changes them by more than 0.1 % of f Fz"
+)
 TOL = 1e-6
 """Residual of the entries on their grids: far below the grids' own error."""
 LEAST_ERROR = 0.004
@@ -50,7 +50,7 @@ def make_table_book(
     least: float = 0.2,
     greatest: float = 5.0,
     ratios: int = 9,
-    steps: int = 11,
+    steps: int = 21,
     degree: int = 17,
     executor: Executor | None = None,
     workers: int = 1,
@@ -73,12 +73,11 @@ def make_table_book(
     executor, workers
         Where the entries are solved, as for `sweep`.
     out : str or Path, optional
-        File of the book (.nc). While it is made, two stores of sweeps stand beside it, from which the same call goes
-        on.
+        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call goes on.
     overwrite : bool
         Whether to replace a file that is no table book.
     progress : callable, optional
-        Told how far each of the two sweeps is.
+        Told how far each of the sweeps is, of which there is one for each grid.
 
     Returns
     -------
@@ -109,37 +108,33 @@ def make_table_book(
     if degree % 2 == 0:
         raise SceneError("degree", degree, "odd")
     nodes, directions, t = ratio_nodes(least, greatest, ratios), direction_nodes(degree), magnitudes(steps)
-    coefficients = [no_slip_coefficients(float(ratio), nu) for ratio in nodes]
-    scales = [spin_scale(C, float(ratio)) for C, ratio in zip(coefficients, nodes, strict=True)]
-    scenes = [
-        _scene(kinds, ratio, HALFWAY * each / (1 - each) * direction / scale)
-        for ratio, scale in zip(nodes, scales, strict=True)
-        for direction in directions
-        for each in t
-    ]
     path = None if out is None else checks.file_name("out", out)
-    found = []
     if path is not None:
-        check_ending("out", path, ".nc")
-        check_writable("out", path)
-        check_replaceable("out", path, "table book", _is_book, overwrite)
-    for grid, store in zip(GRIDS, (None, None) if path is None else stores(path), strict=True):
-        on_grid = [replace(each, grid=grid).second_order() for each in scenes]
-        found.append(_solved(on_grid, steps, executor, workers, store, progress))
-    shape = ratios, len(directions), steps
-    creepages = HALFWAY * (t / (1 - t))[:, None, None] * directions
-    simple = [
-        [_local_law(kinds, float(ratio), C, creepages, grid) for ratio, C in zip(nodes, coefficients, strict=True)]
-        for grid in (*GRIDS, None)
-    ]
-    coarse, fine = (np.moveaxis(forces.reshape(*shape, 3), 1, 2) for forces in found)
-    law = np.array(simple)
-    left = _extrapolated(coarse - law[0], fine - law[1])
-    values = left + law[2]
-    accuracy = np.maximum(LEAST_ERROR, np.abs(left - (fine - law[1])).max(axis=-1))
+        check_out("out", path, overwrite)
+    rays = _Rays(kinds, nodes, directions, t)
+    files = (None, None, None) if path is None else stores(path)
+
+    def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
+        """What some entries have more than the local law, both on the elements of a grid; nan in the others."""
+        scenes = [replace(scene, grid=GRIDS[k]).second_order() for scene in rays.scenes(chosen)]
+        found = np.full((*chosen.shape, 3), np.nan)
+        found[chosen] = _solved(scenes, steps, executor, workers, files[k], progress)
+        return found - rays.law(GRIDS[k])
+
+    coarse, fine = (beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1))
+    left = _extrapolated(coarse, fine)
+    change = np.abs(left - fine).max(axis=-1)
+    doubtful = change > DOUBT
+    if doubtful.any():
+        finest = beyond_law(2, doubtful)
+        better = _extrapolated(fine, finest)
+        left = np.where(doubtful[..., None], better, left)
+        change = np.where(doubtful, np.abs(better - finest).max(axis=-1), change)
+    values, accuracy = left + rays.law(None), np.maximum(LEAST_ERROR, change)
+    left, values, accuracy = (np.moveaxis(array, 1, 2) for array in (left, values, accuracy))
     size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
     provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
-    splines = splines_through(coefficients, nodes, directions, left)
+    splines = unpacked(**packed(splines_through(nu, nodes, directions, left)))
     values, accuracy = values.astype(np.float32), accuracy.astype(np.float32)
     book = TableBook(nu, nodes, directions, values, accuracy, splines, provenance)
     if path is not None:
@@ -149,16 +144,65 @@ def make_table_book(
     return book
 
 
-def stores(out: Path) -> tuple[Path, Path]:
-    """The stores of the two sweeps, coarse and fine, that stand beside a book while it is made.
+def check_out(field: str, path: Path, overwrite: bool) -> None:
+    """Refuse a file that a book cannot be written to, or that is something else.
+
+    Parameters
+    ----------
+    field : str
+        Its name, for the message.
+    path : Path
+    overwrite : bool
+        Whether a file that is no table book may be replaced.
+
+    Raises
+    ------
+    OutputError
+    """
+    check_ending(field, path, ".nc")
+    check_writable(field, path)
+    check_replaceable(field, path, "table book", _is_book, overwrite)
+
+
+def stores(out: Path) -> tuple[Path, ...]:
+    """The stores of the sweeps, one for each grid, that stand beside a book while it is made.
 
     Parameters
     ----------
     out : Path
         The book's file.
     """
-    coarse, fine = (out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
-    return coarse, fine
+    return tuple(out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    """The entries that are asked for: by ratio, direction and magnitude, which is a point t."""
+
+    bodies: Bodies
+    ratios: np.ndarray
+    directions: np.ndarray
+    t: np.ndarray
+
+    @cached_property
+    def creepages(self) -> np.ndarray:
+        """Reduced creepages (d, m, 3)."""
+        return np.asarray(self.directions[:, None, :] * (HALFWAY * self.t / (1 - self.t))[:, None])
+
+    @cached_property
+    def coefficients(self) -> list[CreepageCoefficients]:
+        return [no_slip_coefficients(float(ratio), self.bodies.combined_nu) for ratio in self.ratios]
+
+    def scenes(self, chosen: np.ndarray) -> Iterator[Scene]:
+        """Those of some entries (r, d, m)."""
+        scales = [spin_scale(C, float(ratio)) for C, ratio in zip(self.coefficients, self.ratios, strict=True)]
+        for r, d, m in np.argwhere(chosen):
+            yield _scene(self.bodies, float(self.ratios[r]), self.creepages[d, m] / scales[r])
+
+    def law(self, grid: Grid | None) -> np.ndarray:
+        """The local law (r, d, m, 3), on the elements of a grid, or of the continuum."""
+        pairs = zip(self.ratios, self.coefficients, strict=True)
+        return np.array([_local_law(self.bodies, float(ratio), C, self.creepages, grid) for ratio, C in pairs])
 
 
 def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
@@ -173,7 +217,7 @@ def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
 def _local_law(
     bodies: Bodies, ratio: float, coefficients: CreepageCoefficients, creepages: np.ndarray, grid: Grid | None
 ) -> np.ndarray:
-    """The local law for reduced creepages (m, d, 3) of one ratio: on the elements of a grid, or of the continuum."""
+    """The local law for reduced creepages (..., 3) of one ratio: on the elements of a grid, or of the continuum."""
     if grid is None:
         points, load = quadrature(ratio, 64)
     else:
@@ -185,8 +229,8 @@ def _local_law(
 
 
 def _extrapolated(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """From the two grids."""
-    return fine + (fine - coarse) / ((GRIDS[1].nx / GRIDS[0].nx) ** ORDER - 1)
+    """From two grids, of which one has twice the elements in each direction."""
+    return fine + (fine - coarse) / (2**ORDER - 1)
 
 
 def _solved(
@@ -197,7 +241,7 @@ def _solved(
     store: Path | None,
     progress: Callable[[Standing], None] | None,
 ) -> np.ndarray:
-    """Normalised forces of all entries on one grid: a chunk is a ray of magnitudes in one direction."""
+    """Normalised forces of entries on one grid: a chunk has as many as a ray has magnitudes."""
     settings = {"tol": TOL, "certify": None, "chunk": chunk, "executor": executor, "workers": workers}
     swept = sweep(scenes, store=store, progress=progress, **settings)  # type: ignore[arg-type]
     failed = np.flatnonzero(swept["outcome"].values != "solved")

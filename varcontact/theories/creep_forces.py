@@ -189,7 +189,8 @@ def _floats(value: np.ndarray) -> Any:
 def _check_shapes(arguments: dict[str, Any]) -> None:
     shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
     try:
-        np.broadcast_shapes(*shapes.values())
+        if shapes:
+            np.broadcast_shapes(*shapes.values())
     except ValueError:
         words = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
         raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
@@ -296,7 +297,8 @@ _division: Callable[[int, int, str], Strips] = lru_cache(maxsize=32)(calibrated)
 
 def _finished(c: _Contact, Fx: Any, Fy: Any, Mz: Any) -> CreepForces:
     """In the common shape of all arguments; single numbers as floats."""
-    shape = np.broadcast_shapes(*map(np.shape, (Fx, Fy, Mz, c.vx, c.vy, c.spin)))
+    parts = Fx, Fy, Mz, c.vx, c.vy, c.spin
+    shape = () if all(isinstance(part, float) for part in parts) else np.broadcast_shapes(*map(np.shape, parts))
     if shape == ():
         return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
     found = (np.asarray(part) for part in (Fx, Fy, Mz))

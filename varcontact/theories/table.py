@@ -15,7 +15,8 @@ from varcontact.checks import numbers, positive
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.theories.inputs import Resultants, triples
-from varcontact.theories.table_book import TableBook, shipped, spin_scale
+from varcontact.theories.table_book import TableBook, shipped
+from varcontact.theories.table_nodes import scales
 
 if TYPE_CHECKING:
     from varcontact.scene.grid import Grid
@@ -84,21 +85,28 @@ def table_forces(
     a, b, G = positive("a", a), positive("b", b), positive("G", G)
     ratio = _ratio(a / b, book, outside)
     creepage = triples(creepages)
+    limit = _limit(friction_force)
+    size, unit = math.sqrt(a * b), G * a * b / limit
+    apart = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
+    Fx, Fy, Mz = interpolated(book, ratio, size, unit, apart)
+    force = np.empty((*np.shape(Fx), 2))
+    force[..., 0], force[..., 1] = limit * Fx, limit * Fy
+    return Resultants(force, limit * size * Mz)
+
+
+def _limit(friction_force: Any) -> Any:
+    """f Fz, checked: a float or an array."""
+    if type(friction_force) is float and 0 < friction_force <= checks.LARGE:
+        return friction_force
     limit = numbers("friction_force", friction_force)
     if limit.size and not limit.min() > 0:
         raise SceneError("friction_force", float(limit.min()), "positive")
-    size, unit = math.sqrt(a * b), G * a * b / (limit if limit.ndim else float(limit))
-    Fx, Fy, Mz = interpolated(
-        book, ratio, size, unit, creepage.T if creepage.ndim < 3 else np.moveaxis(creepage, -1, 0)
-    )
-    forces = np.empty((*Fx.shape, 2))
-    forces[..., 0], forces[..., 1] = limit * Fx, limit * Fy
-    return Resultants(forces, limit * size * Mz)
+    return limit if limit.ndim else float(limit)
 
 
 def interpolated(
     book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients | None = None
-) -> np.ndarray:
+) -> tuple[Any, ...]:
     """Normalised forces in the shape of all arguments, which broadcast.
 
     Parameters
@@ -117,25 +125,23 @@ def interpolated(
 
     Returns
     -------
-    ndarray, shape (3, ...)
+    tuple of three floats or ndarrays
         Fx, Fy, Mz.
     """
     C = no_slip_coefficients(ratio, book.nu) if coefficients is None else coefficients
-    vx, vy, spin = creepages
-    x, y, z = spin_scale(C, ratio)
-    x, y, z = unit * x * vx, unit * y * vy, unit * size * z * spin
+    x, y, z = (scale * creepage for scale, creepage in zip(scales(C, ratio), creepages, strict=True))
+    x, y, z = unit * x, unit * y, unit * size * z
+    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
+        return book.normalised(x, y, z, ratio, C)
     shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
-    reduced = np.empty((3, *shape))
-    reduced[0], reduced[1], reduced[2] = x, y, z
     if np.size(ratio) > 1:
-        ratio, *each = (np.broadcast_to(value, shape).ravel() for value in (ratio, C.C11, C.C22, C.C23, C.C33))
-        C = CreepageCoefficients(*each)
+        ratio = np.broadcast_to(ratio, shape).ravel()
+        C = CreepageCoefficients(*(np.broadcast_to(each, shape).ravel() for each in (C.C11, C.C22, C.C23, C.C33)))
     elif np.ndim(ratio):
-        ratio, C = (
-            float(ratio.item()),
-            CreepageCoefficients(*(float(np.ravel(c)[0]) for c in (C.C11, C.C22, C.C23, C.C33))),
-        )
-    return book.normalised(reduced.reshape(3, -1), ratio, C).reshape(3, *shape)
+        ratio = float(ratio.item())
+        C = CreepageCoefficients(*(float(np.ravel(each)[0]) for each in (C.C11, C.C22, C.C23, C.C33)))
+    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
+    return tuple(part.reshape(shape) for part in book.normalised(x, y, z, ratio, C))
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
@@ -198,6 +204,8 @@ def check_nu(book: TableBook, nu: Any) -> None:
     book : TableBook
     nu : float or ndarray
     """
+    if isinstance(nu, float) and abs(nu - book.nu) <= NEAR:
+        return
     values = np.ravel(nu)
     far = np.flatnonzero(np.abs(values - book.nu) > NEAR)
     if far.size:
@@ -214,8 +222,10 @@ def check_ratio(book: TableBook, ratio: Any) -> None:
     ratio : float or ndarray
         a/b.
     """
+    least, greatest = book.range
+    if isinstance(ratio, float) and least <= ratio <= greatest:
+        return
     values = np.ravel(ratio)
-    least, greatest = float(book.ratios[0]), float(book.ratios[-1])
     out = np.flatnonzero((values < least * (1 - 1e-12)) | (values > greatest * (1 + 1e-12)))
     if out.size:
         field = f"a/b[{', '.join(map(str, np.unravel_index(out[0], np.shape(ratio))))}]" if np.ndim(ratio) else "a/b"
@@ -225,7 +235,7 @@ def check_ratio(book: TableBook, ratio: Any) -> None:
 
 
 def _ratio(ratio: float, book: TableBook, outside: str) -> float:
-    least, greatest = float(book.ratios[0]), float(book.ratios[-1])
+    least, greatest = book.range
     if outside == "refuse":
         check_ratio(book, ratio)
     return min(max(ratio, least), greatest)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from importlib.resources import as_file, files
@@ -14,18 +15,23 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.reference.equal_splines import FOUR, near_splines
+from varcontact.theories.table_nodes import HALFWAY, linear_part, places
 
-FORMAT = "varcontact table 2"
-HALFWAY = 1.5
-"""The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
-SPIN = 0.5
-"""Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
+FORMAT = "varcontact table 3"
 AT_ONCE = 512
 """Creepages that are computed together: what they need stays in the processor's cache."""
+AT_FULL, MORE = 3, 2.0**15
+"""B-splines of t that are not zero at full slip, and by what part finer than the others a file has them."""
 FEW = 64
 """Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
-_WEIGHTS = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6
-"""Cubic B-splines on an interval: rows by spline, columns by power."""
+Near = tuple[Any, tuple[Any, ...]]
+"""The first of the splines that are not zero at a place, and their values there."""
+TINY = 1e-200
+ONE: Near = 0, (1.0,)
+"""The place in rows of one ratio."""
+_SINGLE, _MANY = (math.sqrt, math.atan2, max), (np.sqrt, np.arctan2, np.maximum)
+"""The same functions, of floats and of arrays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +45,8 @@ class TableBook:
     see `magnitudes`; t = 0 is the linear theory, t = 1 full slip. The ratios a/b are Chebyshev's points in log(a/b).
 
     With the linear theory's forces L(u), what is interpolated is S in ``F = (1 - t)^2 L(u) + t^2 S``: by cubic splines
-    in t and in the two angles of the direction (that from vx, and that of (vy, spin)), and by a polynomial in log(a/b).
+    in log(a/b), in the place of t (see `places`), and in the two angles of the direction (that from vx, and that of
+    (vy, spin)).
 
     Attributes
     ----------
@@ -53,7 +60,7 @@ class TableBook:
         Fx, Fy, Mz of the entries, normalised, by ratio, magnitude and direction.
     accuracy : ndarray, shape (r, m, d)
         Estimated error of each entry, in parts of f Fz.
-    splines : ndarray, shape (i, j, k, r, 3)
+    splines : ndarray, shape (h, i, j, k, 3)
         Coefficients of the B-splines of S.
     provenance : str
         How it was made.
@@ -67,12 +74,13 @@ class TableBook:
     splines: np.ndarray
     provenance: str
 
-    def normalised(self, reduced: np.ndarray, ratio: Any, coefficients: CreepageCoefficients) -> np.ndarray:
+    def normalised(self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, ...]:
         """Normalised forces for reduced creepages.
 
         Parameters
         ----------
-        reduced : ndarray, shape (3, n)
+        x, y, z : float or ndarray, shape (n,)
+            Along vx, vy and the spin.
         ratio : float or ndarray, shape (n,)
             a/b, within the book.
         coefficients : CreepageCoefficients
@@ -80,68 +88,73 @@ class TableBook:
 
         Returns
         -------
-        ndarray, shape (3, n)
+        tuple of three floats or ndarrays
             Fx, Fy, Mz; the force is cut at full friction.
         """
-        n, several = reduced.shape[1], isinstance(ratio, np.ndarray)
-        weights = lagrange(np.log(self.ratios), np.log(ratio)) if several else _weights_of(self, ratio)
-        rows = self._rows if several or n <= FEW else _rows_of(self, ratio)
-        linear, found = linear_part(reduced, ratio, coefficients), np.empty_like(reduced)
-        for k in range(0, n, AT_ONCE):
+        linear = linear_part(x, y, z, ratio, coefficients)
+        if isinstance(x, float):
+            return self._some(x, y, z, linear, self._rows, self._near(ratio))
+        several = isinstance(ratio, np.ndarray)
+        whole = several or len(x) <= FEW
+        rows = self._rows if whole else _rows_of(self, ratio)
+        near = self._near(ratio) if whole and not several else ONE
+        found = np.empty((3, len(x)))
+        for k in range(0, len(x), AT_ONCE):
             part = slice(k, k + AT_ONCE)
-            found[:, part] = self._some(reduced[:, part], linear[:, part], rows, weights[part] if several else weights)
-        return found
+            there = self._near(ratio[part]) if several else near
+            found[:, part] = self._some(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
+        return tuple(found)
 
-    def _some(self, reduced: np.ndarray, linear: np.ndarray, rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """A block of `normalised`: `rows` of all ratios or of one, which `weights` are then not for."""
-        x, y, z = reduced
+    def _some(self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: Near) -> tuple[Any, ...]:
+        """One place of `normalised` or some, by rows of all ratios or of one."""
+        sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
         across = y * y + z * z
-        magnitude, across = np.sqrt(x * x + across), np.sqrt(across)
+        magnitude = sqrt(x * x + across)
         rest = HALFWAY / (magnitude + HALFWAY)
-        t, angle = 1 - rest, np.arctan2(z, y)
+        t, angle = 1 - rest, atan2(z, y)
         other = (angle < 0) | (angle >= math.pi)
-        places = np.array(
-            [t, np.arctan2(across, np.abs(x)) * (2 / math.pi), angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)]
+        turned = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)
+        steps, polar, half_turn = (n - 3 for n in self.splines.shape[1:4])
+        ratio, in_ratio = near
+        i, in_t = near_splines(places(t) * steps, steps)
+        j, in_polar = near_splines(atan2(sqrt(across), abs(x)) * (polar * 2 / math.pi), polar)
+        k, in_angle = near_splines(turned * half_turn, half_turn)
+        first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
+        found = rows[np.asarray(first)[..., None] + self._offsets[: 16 * len(in_ratio)]]
+        weights = (np.array(in_t)[:, None] * np.array(in_polar)).reshape(16, -1)
+        weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(16 * len(in_ratio), -1)
+        found = np.ascontiguousarray(weights.T)[:, None] @ found
+        found = np.array(in_angle).T[..., None, :] @ found.reshape(-1, 4, 3)
+        Sx, Sy, Sz = found.reshape(*np.shape(x), 3).T
+        tt, rr, along, turn = t * t, rest * rest, 1 - 2 * (x < 0), 1 - 2 * other
+        Fx, Fy, Mz = (
+            along * tt * Sx + rr * linear[0],
+            turn * tt * Sy + rr * linear[1],
+            turn * tt * Sz + rr * linear[2],
         )
-        places *= self._intervals
-        interval = np.minimum(places.astype(np.intp), self._intervals - 1)
-        f = places - interval
-        square = f * f
-        by_t, by_polar, by_angle = np.tensordot(
-            _WEIGHTS, np.array([np.ones_like(f), f, square, square * f]), 1
-        ).transpose(1, 2, 0)
-        near = rows[(self._strides @ interval)[:, None] + self._offsets]
-        both = (by_t[:, :, None] * by_polar[:, None, :]).reshape(-1, 1, 16)
-        near = (both @ near).reshape(len(t), 4, -1)
-        S = (by_angle[:, None, :] @ near)[:, 0]
-        if S.shape[1] > 3:
-            S = np.einsum("nri,nr->ni" if weights.ndim == 2 else "nri,r->ni", S.reshape(len(S), -1, 3), weights)
-        found = S.T * (t * t)
-        found[0] = np.where(x < 0, -found[0], found[0])
-        found[1:] = np.where(other, -found[1:], found[1:])
-        found += linear * (rest * rest)
-        found[:2] /= np.maximum(np.sqrt(found[0] * found[0] + found[1] * found[1]), 1.0)
-        return found
+        cut = greater(sqrt(Fx * Fx + Fy * Fy), 1.0)
+        return Fx / cut, Fy / cut, Mz
+
+    def _near(self, ratio: Any) -> Near:
+        """The splines in log(a/b) that are not zero there."""
+        least, greatest = self.range
+        log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
+        return near_splines(log(ratio / least) * (intervals / math.log(greatest / least)), intervals)
 
     @cached_property
     def _rows(self) -> np.ndarray:
-        """Four neighbours along the last angle in a row, of all ratios."""
-        return _in_rows(self.splines.reshape(-1, 3 * len(self.ratios)))
-
-    @cached_property
-    def _intervals(self) -> np.ndarray:
-        return np.array(self.splines.shape[:3])[:, None] - 3
-
-    @cached_property
-    def _strides(self) -> np.ndarray:
-        _, polar, angle = self.splines.shape[:3]
-        return np.array([polar * angle, angle, 1])
+        return _in_rows(self.splines)
 
     @cached_property
     def _offsets(self) -> np.ndarray:
-        """Of the four times four rows that a place needs."""
-        four = np.arange(4)
-        return np.asarray((four[:, None] * self._strides[0] + four * self._strides[1]).ravel())
+        """Of the rows that a place needs: for each of four ratios four by t, for each of these four by the angle."""
+        t, polar, angle = self.splines.shape[1:4]
+        return np.asarray((((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel())
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """The least and the greatest a/b."""
+        return float(self.ratios[0]), float(self.ratios[-1])
 
     @property
     def entries(self) -> int:
@@ -157,12 +170,12 @@ class TableBook:
         buffer = BytesIO()
         file = netcdf_file(buffer, "w", version=2)
         file.format, file.nu, file.provenance, file.digest = FORMAT, repr(self.nu), self.provenance, self._digest()
-        names = ("ratio", "magnitude", "direction", "component", *_SPLINE)
-        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:3]), strict=True):
+        names = ("ratio", "magnitude", "direction", "component", *_SPLINE, "spline at full slip")
+        for name, size in zip(names, (*self.values.shape, *self.splines.shape[:4], AT_FULL), strict=True):
             file.createDimension(name, size)
         for name, (kind, dims, words) in _VARIABLES.items():
             variable = file.createVariable(name, kind, dims)
-            variable[:], variable.long_name = getattr(self, name), words
+            variable[:], variable.long_name = self._packed(name), words
         file.flush()
         return buffer.getvalue()
 
@@ -186,6 +199,7 @@ class TableBook:
                 found = getattr(file, "format", b"").decode()
                 if found == FORMAT:
                     arrays = {name: np.array(file.variables[name][:], dtype=float) for name in _VARIABLES}
+                    arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
                     book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
                     whole = book._digest() == file.digest.decode()
         except FileNotFoundError:
@@ -200,22 +214,64 @@ class TableBook:
             raise OutputError("path", path, "is damaged: its numbers are not those that were written")
         return book
 
+    def _packed(self, name: str) -> np.ndarray:
+        """A variable as the file has it."""
+        array = packed(self.splines)[name] if name in _PACKED else getattr(self, name)
+        return np.asarray(array).astype(f"<{np.dtype(_VARIABLES[name][0]).str[1:]}")
+
     def _digest(self) -> str:
-        kinds = ((name, np.dtype(kind).newbyteorder("<")) for name, (kind, _, _) in _VARIABLES.items())
-        content = [np.ascontiguousarray(getattr(self, name), dtype=kind).tobytes() for name, kind in kinds]
+        content = [self._packed(name).tobytes() for name in _VARIABLES]
         return hashlib.sha256(b"".join([repr(float(self.nu)).encode(), *content])).hexdigest()
 
 
+_PACKED = ("units", "splines", "full_slip")
 _ENTRY = ("ratio", "magnitude", "direction")
-_SPLINE = ("spline in t", "spline in the angle from vx", "spline in the angle of vy and spin")
+_SPLINE = (
+    "spline in a/b",
+    "spline in the place of t",
+    "spline in the angle from vx",
+    "spline in the angle of vy and spin",
+)
 _VARIABLES: dict[str, tuple[str, tuple[str, ...], str]] = {
     "ratios": ("d", ("ratio",), "a/b"),
     "directions": ("d", ("direction", "component"), "direction of reduced creepage: vx, vy, spin"),
     "values": ("f", (*_ENTRY, "component"), "Fx/(f Fz), Fy/(f Fz), Mz/(f Fz sqrt(ab))"),
     "accuracy": ("f", _ENTRY, "estimated error, in parts of f Fz"),
-    "splines": ("f", (*_SPLINE, "ratio", "component"), "coefficients of B-splines"),
+    "units": ("d", ("spline in the place of t", "component"), "of the splines"),
+    "splines": ("h", (*_SPLINE, "component"), "coefficients of B-splines, in whole units"),
+    "full_slip": ("h", (_SPLINE[0], "spline at full slip", *_SPLINE[2:], "component"), "to be added, in units by 2^15"),
 }
-"""By name: single or double precision, dimensions, and what they are."""
+"""By name: kind of number (d, f: floating; h: whole), dimensions, and what they are."""
+
+
+def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
+    """Coefficients as a file has them: whole multiples of powers of two, with 15 binary digits and a sign.
+
+    Those at full slip have 15 more digits: without spin it is known exactly.
+
+    Parameters
+    ----------
+    splines : ndarray, shape (h, i, j, k, 3)
+    """
+    largest = np.maximum(np.abs(splines).max(axis=(0, 2, 3)), TINY)
+    units = np.ldexp(1.0, np.ceil(np.log2(largest / 32767)).astype(int))
+    multiples = splines / units[:, None, None]
+    whole = np.rint(multiples)
+    return {"units": units, "splines": whole, "full_slip": np.rint((multiples - whole)[:, -AT_FULL:] * MORE)}
+
+
+def unpacked(units: np.ndarray, splines: np.ndarray, full_slip: np.ndarray) -> np.ndarray:
+    """Coefficients from what `packed` gives.
+
+    Parameters
+    ----------
+    units : ndarray, shape (i, 3)
+    splines : ndarray, shape (h, i, j, k, 3)
+    full_slip : ndarray, shape (h, 3, j, k, 3)
+    """
+    multiples = np.array(splines)
+    multiples[:, -AT_FULL:] += full_slip / MORE
+    return multiples * units[:, None, None]
 
 
 @cache
@@ -225,128 +281,14 @@ def shipped() -> TableBook:
         return TableBook.read(path)
 
 
-def spin_scale(coefficients: CreepageCoefficients, ratio: Any) -> np.ndarray:
-    """Scales of vx, vy and spin times sqrt(ab) in the reduced creepage, but for G ab / (f Fz).
-
-    Parameters
-    ----------
-    coefficients : CreepageCoefficients
-    ratio : float or ndarray, shape (n,)
-        a/b.
-
-    Returns
-    -------
-    ndarray, shape (3, ...)
-    """
-    C = coefficients
-    return np.array([C.C11, C.C22, SPIN * C.C11 * np.sqrt(ratio + 1 / ratio)])
-
-
-def linear_part(reduced: np.ndarray, ratio: Any, coefficients: CreepageCoefficients) -> np.ndarray:
-    """Normalised forces of the linear theory.
-
-    Parameters
-    ----------
-    reduced : ndarray, shape (3, ...)
-    ratio : float or ndarray
-        a/b.
-    coefficients : CreepageCoefficients
-
-    Returns
-    -------
-    ndarray, shape (3, ...)
-    """
-    C, by_spin = coefficients, spin_scale(coefficients, ratio)[2]
-    x, y, z = reduced
-    return np.stack([-x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z])
-
-
-def magnitudes(count: int) -> np.ndarray:
-    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1.
-
-    They are Chebyshev's; from five on two more are put around the one nearest to 2/3, where full slip begins without
-    spin.
-
-    Parameters
-    ----------
-    count : int
-    """
-    usual = count - 2 if count > 4 else count
-    points = (1 - np.cos(math.pi * np.arange(1, usual + 1) / (usual + 1))) / 2
-    if count > usual:
-        nearest = min(max(int(np.abs(points - 2 / 3).argmin()), 1), usual - 2)
-        points = np.sort([*points, *(points[nearest - 1 : nearest + 1] + points[nearest : nearest + 2]) / 2])
-    return np.asarray(points)
-
-
-def ratio_nodes(least: float, greatest: float, count: int) -> np.ndarray:
-    """Chebyshev's points in log(a/b), both ends included.
-
-    Parameters
-    ----------
-    least, greatest : float
-    count : int
-    """
-    middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
-    return np.asarray(np.exp(middle - half * np.cos(math.pi * np.arange(count) / (count - 1))))
-
-
-def direction_nodes(degree: int) -> np.ndarray:
-    """Directions that determine polynomials of the direction: circles of (vy, spin), half of each.
-
-    Parameters
-    ----------
-    degree : int
-        Odd.
-
-    Returns
-    -------
-    ndarray, shape (d, 3)
-        From pure vx to none of it.
-    """
-    circles = (degree + 3) // 2
-    found = [np.array([[1.0, 0.0, 0.0]])]
-    for k in range(1, circles + 1):
-        count = min(4 + 2 * k, degree + 3)
-        angle, radius = math.pi * np.arange(count) / count, math.sin(math.pi * k / (2 * circles))
-        height = math.cos(math.pi * k / (2 * circles)) if k < circles else 0.0
-        found.append(np.stack([np.full(count, height), radius * np.cos(angle), radius * np.sin(angle)], axis=1))
-    return np.concatenate(found)
-
-
-def lagrange(nodes: np.ndarray, at: Any) -> np.ndarray:
-    """Weights of values at some nodes in the value of the polynomial through them.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (r,)
-    at : float or ndarray
-
-    Returns
-    -------
-    ndarray, shape (..., r)
-    """
-    differences = nodes[:, None] - nodes
-    np.fill_diagonal(differences, 1.0)
-    parts = (np.asarray(at)[..., None, None] - nodes) / differences
-    parts[..., np.arange(len(nodes)), np.arange(len(nodes))] = 1.0
-    return np.asarray(parts.prod(axis=-1))
-
-
 def _in_rows(splines: np.ndarray) -> np.ndarray:
-    """A view of coefficients (p, k) as rows of four neighbours (p - 3, 4 k): a row is read at once."""
-    step = splines.strides[1]
-    shape = len(splines) - 3, 4 * splines.shape[1]
-    return np.lib.stride_tricks.as_strided(splines, shape, (splines.strides[0], step), writeable=False)
-
-
-@lru_cache(maxsize=256)
-def _weights_of(book: TableBook, ratio: float) -> np.ndarray:
-    return lagrange(np.log(book.ratios), math.log(ratio))
+    """A view of coefficients (..., 3) as rows of four neighbours: a row is read at once."""
+    each = splines.reshape(-1, 3)
+    return np.lib.stride_tricks.as_strided(each, (len(each) - 3, 12), each.strides, writeable=False)
 
 
 @lru_cache(maxsize=32)
 def _rows_of(book: TableBook, ratio: float) -> np.ndarray:
-    """The splines of one ratio."""
-    one = np.tensordot(book.splines, _weights_of(book, ratio), (3, 0))
-    return _in_rows(np.ascontiguousarray(one.reshape(-1, 3)))
+    """The rows of one ratio."""
+    first, values = book._near(ratio)
+    return _in_rows(np.tensordot(values, book.splines[first : first + 4], 1))

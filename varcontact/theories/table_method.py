@@ -31,7 +31,7 @@ def why_not_in_book(ratio: float, nu: float) -> str:
         Combined Poisson's ratio.
     """
     book = shipped()
-    least, greatest = float(book.ratios[0]), float(book.ratios[-1])
+    least, greatest = book.range
     if abs(nu - book.nu) > NEAR:
         return f"its book is for nu = {book.nu:g}, and nu is {nu:.4g}; theories.table_forces takes books for others"
     if not least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
-from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.theories.table_book import HALFWAY, linear_part, magnitudes, spin_scale
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.reference.equal_splines import splines_at_knots
+from varcontact.theories.table_nodes import HALFWAY, lagrange, linear_part, magnitudes, spin_scale
 
-KNOTS = 20, 16, 32
-"""Intervals of the splines: of t, of the angle from vx up to pi/2, of the angle of (vy, spin) up to pi."""
+POLAR, ANGLES = 16, 32
+"""Intervals of the splines: of the angle from vx up to pi/2, of the angle of (vy, spin) up to pi."""
 PARITY = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]])
 """Signs of Fx, Fy, Mz where vx, and where vy and spin, change theirs."""
 REACH, NUGGET = 1.0, 1e-6
@@ -24,8 +24,6 @@ REACH, NUGGET = 1.0, 1e-6
 FULL = 1e9
 """A magnitude at which nothing is left of the way to full slip."""
 TINY = 1e-300
-FIRST = 1e-3
-"""Where the splines begin in place of t = 0, which is the linear theory whatever they are."""
 
 
 def local_law(
@@ -93,74 +91,73 @@ def quadrature(ratio: float, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([x.ravel(), y.ravel()]), load.ravel()
 
 
-def splines_through(
-    coefficients: list[CreepageCoefficients], ratios: np.ndarray, directions: np.ndarray, left: np.ndarray
-) -> np.ndarray:
+def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left: np.ndarray) -> np.ndarray:
     """The splines of a book.
 
     Parameters
     ----------
-    coefficients : list of CreepageCoefficients
-        Of the ratios.
+    nu : float
     ratios : ndarray, shape (r,)
+        a/b of the entries.
     directions : ndarray, shape (d, 3)
     left : ndarray, shape (r, m, d, 3)
         The entries less the local law.
 
     Returns
     -------
-    ndarray, shape (i, j, k, r, 3)
+    ndarray, shape (h, i, j, k, 3)
         Coefficients, as in `TableBook.splines`.
     """
-    t = np.linspace(0.0, 1.0, KNOTS[0] + 1)
-    t[0] = FIRST
-    polar, angle = (
-        math.pi / part * np.arange(n) / m for part, n, m in ((2, KNOTS[1] + 1, KNOTS[1]), (1, *KNOTS[2:] * 2))
+    polar, angle = (np.linspace(0.0, part, n + 1) for part, n in ((math.pi / 2, POLAR), (math.pi, ANGLES)))
+    polar, angle = polar[:, None], angle[:-1]
+    parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
+    knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
+    between = _between_directions(directions, knots.reshape(-1, 3))
+    least, greatest = np.log(ratios[[0, -1]])
+    places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
+    each = np.einsum("ikd,hr,rtdi->htki", between, lagrange(np.log(ratios), places), left, optimize=True)
+    S = np.stack(
+        [_at_knots(nu, ratio, knots.reshape(-1, 3), rest) for ratio, rest in zip(np.exp(places), each, strict=True)]
     )
-    knots = np.stack(
-        np.broadcast_arrays(
-            np.cos(polar)[:, None], np.sin(polar)[:, None] * np.cos(angle), np.outer(np.sin(polar), np.sin(angle))
-        ),
-        -1,
-    ).reshape(-1, 3)
-    between = _between_directions(directions, knots)
-    values = [
-        _at_knots(each, float(ratio), t, directions, knots, between, entries)
-        for each, ratio, entries in zip(coefficients, ratios, left, strict=True)
+    return splines_at_knots(_around(splines_at_knots(S.reshape(*S.shape[:2], *knots.shape), 1)))
+
+
+def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
+    coefficients, rough, fine = no_slip_coefficients(float(ratio), nu), quadrature(ratio), quadrature(ratio, 80)
+    t = magnitudes(len(left))
+    finite = [
+        local_law(HALFWAY * each / (1 - each) * knots, ratio, coefficients, *rough) + rest
+        for each, rest in zip(t, left, strict=True)
     ]
-    S = np.stack(values, axis=-2).reshape(len(t), len(polar), len(angle), len(ratios), 3)
-    return _splines(S).astype(np.float32)
+    full = local_law(FULL * knots, ratio, coefficients, *fine)
+    found = _rising(np.stack([*finite, full]), knots / spin_scale(coefficients, ratio))
+    t = np.append(t, 1.0)[:, None, None]
+    x, y, z = knots.T
+    linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
+    S = (found - (HALFWAY * t * (1 - t)) * linear) / t**2
+    first = min(4, len(S))
+    at_zero = lagrange(np.arange(1.0, first + 1), np.zeros(1))[0] @ S[:first].reshape(first, -1)
+    return np.concatenate([at_zero.reshape(1, *S.shape[1:]), S])
 
 
-def _at_knots(
-    coefficients: CreepageCoefficients,
-    ratio: float,
-    t: np.ndarray,
-    directions: np.ndarray,
-    knots: np.ndarray,
-    between: np.ndarray,
-    entries: np.ndarray,
-) -> np.ndarray:
-    """S of one ratio at the knots (t, knot, 3)."""
-    rough, fine = quadrature(ratio), quadrature(ratio, 80)
+def _rising(forces: np.ndarray, creepages: np.ndarray) -> np.ndarray:
+    """Forces (t, knot, 3) changed by as little as it takes that more creepage never meets less resistance.
 
-    def law(reduced: np.ndarray, points: tuple[np.ndarray, np.ndarray] = rough) -> np.ndarray:
-        return local_law(reduced, ratio, coefficients, *points)
+    With monotone influence of tractions on slip, ``-F.v`` by |v| rises along a ray of creepages v up to full slip.
 
-    def linear(unit: np.ndarray) -> np.ndarray:
-        return linear_part(unit.T, ratio, coefficients).T
-
-    nodes = magnitudes(len(entries))
-    slope = HALFWAY * (linear(directions) - law(1e-9 * directions) / 1e-9)
-    of_t = np.concatenate([slope[None], entries / nodes[:, None, None], np.zeros((1, *slope.shape))])
-    ends = np.concatenate([[0.0], nodes, [1.0]])
-    degree = 5 if len(ends) > 5 else 3  # two entries at least, so four values
-    to_knots = make_interp_spline(ends, np.eye(len(ends)), degree)(t)
-    rest = t[:, None, None] * np.einsum("ikd,tj,jdi->tki", between, to_knots, of_t, optimize=True)
-    found = [law(HALFWAY * each / (1 - each) * knots) for each in t[:-1]]
-    found.append(law(FULL * knots, fine))
-    square, near = (t**2)[:, None, None], (HALFWAY * t * (1 - t))[:, None, None]
-    return (rest + np.stack(found) - near * linear(knots)) / square
+    Parameters
+    ----------
+    forces : ndarray, shape (t, k, 3)
+        At rising magnitudes, the last of them full slip.
+    creepages : ndarray, shape (k, 3)
+        Directions of the rays.
+    """
+    unit = creepages / np.linalg.norm(creepages, axis=1)[:, None]
+    resistance = -(forces * unit).sum(axis=-1)
+    capped = np.minimum(resistance, resistance[-1])
+    above, below = np.maximum.accumulate(capped), np.minimum.accumulate(capped[::-1])[::-1]
+    return np.asarray(forces - ((above + below) / 2 - resistance)[..., None] * unit)
 
 
 def _between_directions(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -184,30 +181,19 @@ def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarr
     return found
 
 
-def _splines(values: np.ndarray) -> np.ndarray:
-    """Coefficients of cubic B-splines through values at the knots (t, polar, angle, ...), which go on by symmetry."""
-    _, polar, angle = (n - m for n, m in zip(values.shape[:3], (1, 1, 0), strict=True))
-    around = np.concatenate([values, PARITY[1] * values], axis=2)
-    half = np.concatenate([around, PARITY[0] * around[:, -2::-1]], axis=1)  # to pi
-    whole = np.concatenate([half, np.roll(half[:, -2:0:-1], angle, axis=2)], axis=1)
-    for axis in (1, 2):
+def _around(values: np.ndarray) -> np.ndarray:
+    """Coefficients of cubic B-splines in both angles, through values at the knots (..., polar, angle, 3).
+
+    By symmetry the values go on to all directions.
+    """
+    _, polar, angle = (n - m for n, m in zip(values.shape[-4:-1], (0, 1, 0), strict=True))
+    around = np.concatenate([values, PARITY[1] * values], axis=-2)
+    half = np.concatenate([around, PARITY[0] * around[..., -2::-1, :, :]], axis=-3)  # to pi
+    whole = np.concatenate([half, np.roll(half[..., -2:0:-1, :, :], angle, axis=-2)], axis=-3)
+    for axis in (-3, -2):
         n = whole.shape[axis]
         filtered = 3 / (2 + np.cos(2 * math.pi * np.arange(n // 2 + 1) / n))
-        shape = [1] * whole.ndim
-        shape[axis] = -1
-        whole = np.fft.irfft(np.fft.rfft(whole, axis=axis) * filtered.reshape(shape), n, axis=axis)
-    whole = whole.take(np.arange(-1, polar + 2), axis=1, mode="wrap").take(
-        np.arange(-1, angle + 2), axis=2, mode="wrap"
-    )
-    return np.tensordot(
-        np.linalg.inv(_not_a_knot(len(values))), np.pad(whole, [(1, 1), *[(0, 0)] * (whole.ndim - 1)]), 1
-    )
-
-
-def _not_a_knot(n: int) -> np.ndarray:
-    """From n + 2 coefficients to n values, between two rows that say that the outermost knots are none."""
-    matrix = np.zeros((n + 2, n + 2))
-    for i in range(n):
-        matrix[i + 1, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
-    matrix[0, :5] = matrix[-1, -5:] = 1, -4, 6, -4, 1
-    return matrix
+        filtered = filtered.reshape(-1, *[1] * (-axis - 1))
+        whole = np.fft.irfft(np.fft.rfft(whole, axis=axis) * filtered, n, axis=axis)
+    whole = whole.take(np.arange(-1, polar + 2), axis=-3, mode="wrap")
+    return whole.take(np.arange(-1, angle + 2), axis=-2, mode="wrap")
