@@ -54,6 +54,13 @@ def test_a_range_of_creepages_as_table_json_and_picture(folder):
     assert [row["Fx"] for row in json.loads(again.stdout)] == [float(row["Fx"]) for row in rows]
 
 
+def test_rounding_is_shown_as_zero(folder):
+    """Along x alone nothing acts across; the numbers in a file are as they are."""
+    done = run("scan", "scene.toml", "--vx", "0.05,0.1", "--vy", "0", "--out", "c.csv", folder=folder)
+    printed = [line.split()[3:6] for line in done.stdout.splitlines()[2:]]
+    assert [cells[1:] for cells in printed] == [["0", "0"]] * 2 and all(float(cells[0]) < -0.01 for cells in printed)
+
+
 def test_creepages_from_a_table(folder):
     (folder / "rows.csv").write_text("vx,vy,spin\n0.05, 0, 0\n\n0, 0.05, 0.1\n")
     done = run("scan", "scene.toml", "--creepages", "rows.csv", "--json", folder=folder)

@@ -100,25 +100,12 @@ def fast_differences(row: dict, normal: str, theory: str, options: dict) -> list
 
 
 def fast_against_contact() -> None:
-    """Median and largest of the 26 wheels."""
+    """Median and largest of the 42 wheels."""
     print("the fast way: tangential, normal force, peak pressure [%], location [mm], median and largest")
     for normal, theory, options in FAST:
         found = np.array([fast_differences(row, normal, theory, options) for row in manchester()])
         pairs = zip(np.median(found, axis=0), found.max(axis=0), strict=True)
         print(f"{normal:20} {theory:8}" + "".join(f"  {middle:7.3f}, {most:6.2f}" for middle, most in pairs))
-
-
-def every_half_millimetre() -> list[dict]:
-    """Both wheels of 21 positions: roll, yaw and rate of pitch between those of the benchmark."""
-    found = []
-    for side in ("left", "right"):
-        known = [row for row in manchester() if row["side"] == side]
-        places = [row["y_ws"] for row in known]
-        for y in np.arange(0.0, 10.1, 0.5):
-            found.append({"side": side, "y_ws": float(y), "given": y in places})
-            for name in ("roll", "yaw", "pitch_rate", "z_ws"):
-                found[-1][name] = float(np.interp(y, places, [row[name] for row in known]))
-    return found
 
 
 def least(times: int, work: Callable[..., object], *arguments: Any, **options: Any) -> float:
@@ -137,9 +124,9 @@ def seconds() -> None:
     def way(row: dict, name: str, *arguments: Any, **options: Any) -> object:
         return getattr(benchmark(row, dx=0.5, dy=0.5), name)(*arguments, **options)
 
-    rows = every_half_millimetre()
+    rows = manchester()
     shown = {
-        "geometry": [least(REPEATS, way, row, "patches", row["z_ws"]) for row in rows if row["given"]],
+        "geometry": [least(REPEATS, way, row, "patches", row["z_ws"]) for row in rows],
         "whole": [least(REPEATS, way, row, "solve") for row in rows],
     }
     for normal, theory, options in FAST:

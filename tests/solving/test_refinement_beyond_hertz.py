@@ -1,4 +1,4 @@
-"""Defect correction where the pressure is solved for, and where friction differs from element to element."""
+"""Defect correction where the pressure is solved for, where friction is no number, and of shifts."""
 
 import dataclasses
 
@@ -7,6 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.refinement import VALUES, loads, read_references, scene
+from varcontact.reference import cattaneo_mindlin
 from varcontact.solving.refine.road import _shares
 
 
@@ -151,6 +152,63 @@ def test_start_under_a_law(rolling):
     assert abs(slip.force[0]) < 0.99 * abs(stick.force[0])
     with pytest.raises(vc.SceneError, match='takes half as many elements, on which no start is known; give start = "'):
         vc.solve(posed, refine="continuum", start=stick)
+
+
+def test_cattaneo_and_mindlin(rolling):
+    """Spheres with nu = 0 in closed form: a third of the plain error and less, of second order."""
+    bodies = vc.Bodies(G=1.0, nu=0.0)
+    posed = rolling(bodies=bodies, surface=vc.Ellipse(a=1.0, b=1.0))
+    for part in (0.4, 0.8):
+        known = cattaneo_mindlin(posed.hertz, bodies, friction=0.3, force=-0.3 * part)
+        shifted = dataclasses.replace(posed, motion=vc.Shift(ux=known.shift))
+        errors = []
+        for cells in (16, 32, 64):
+            one = dataclasses.replace(shifted, grid=vc.Grid(nx=cells, ny=cells))
+            plain, found = (vc.solve(one, refine=refine, certify=None) for refine in (None, "continuum"))
+            errors.append([abs(sol.force[0] / 0.3 + part) for sol in (plain, found)])
+        before, after = np.array(errors).T
+        assert np.all(after[:2] < before[:2] / 3)
+        assert np.all(after < [5e-4, 1.5e-4, 6e-5])
+
+
+@pytest.mark.parametrize("count", [12, 16, 32])
+def test_shifts_of_cylinders(count):
+    """Nearer than plain strips; the truth is on two thousand."""
+    posed = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.25),
+        surface=vc.Cylinders(1.0, reference_depth=5.0),
+        normal_force=0.01,
+        friction=0.3,
+        motion=vc.Shift(ux=0.002),
+        grid=vc.Grid(nx=count),
+    )
+    truth = vc.solve(dataclasses.replace(posed, grid=vc.Grid(nx=2048)), certify=None).force[0]
+    plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum", certify=None)
+    assert abs(found.force[0] - truth) < 0.6 * abs(plain.force[0] - truth)
+    assert abs(found.force[0] - truth) < found.refinement.estimate[0]
+
+
+def test_shift_with_a_force_given(rolling, tmp_path):
+    """The shift is found as well as the force was; slip is a length; the file has all of it."""
+    given = vc.Shift(ux=0.05, uy=-0.03, rotation=0.04)
+    grids = [vc.Grid(nx=cells, ny=cells, edge="touched") for cells in (96, 48)]
+    fine, coarse = (three(vc.solve(rolling(motion=given, grid=grid), certify=None)) for grid in grids)
+    truth = 2 * fine - coarse
+    motion = vc.Shift(Fx=0.3 * truth[0], uy=-0.03, rotation=0.04)
+    posed = rolling(motion=motion, grid=vc.Grid(nx=16, ny=16))
+    plain, found = vc.solve(posed), vc.solve(posed, refine="continuum")
+    assert abs(found.creepage[0] - 0.05) < abs(plain.creepage[0] - 0.05) / 3
+    assert np.abs(three(found) - truth).max() < np.abs(three(plain) - truth).max() / 3
+    assert set(found.error_estimate.errors) == {"ux", "Fy", "Mz"}
+    assert found.certificate.residual < 1e-8
+    assert found.friction_work == pytest.approx(plain.friction_work, rel=0.02)
+    stick = np.repeat(np.repeat(found.state == 1, 2, axis=0), 2, axis=1)
+    assert np.abs(found.refinement.slip[:, stick]).max() < 0.1 * np.abs(found.refinement.slip).max()
+    found.save(tmp_path / "shift.nc")
+    again = vc.load(tmp_path / "shift.nc")
+    assert again.note == ""
+    assert again.report() == found.report()
+    assert again.to_xarray()["slip_on_parts"].attrs["units"] == again.to_xarray()["slip"].attrs["units"] == "length"
 
 
 def test_shares_keep_means():

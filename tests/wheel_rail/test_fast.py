@@ -88,7 +88,7 @@ CLAMP = {"outside": "clamp"}
     ],
 )
 def test_the_benchmarks_positions(normal, theory, options, typical, worst):
-    """All 26 of them against CONTACT: tangential forces by f Fn, normal force, location."""
+    """All 42 of them against CONTACT: tangential forces by f Fn, normal force, location."""
     apart = []
     for row in manchester():
         found = benchmark(row).estimate(normal, theory, **options)

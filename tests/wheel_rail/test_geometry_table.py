@@ -62,6 +62,14 @@ def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
     assert found.moment == pytest.approx(moment, rel=1e-6)
 
 
+def test_ellipses_of_hertz_when_asked():
+    table = geometry_table(TRACK, WHEELSET, y=[-2.0, 2.0], yaw=[-0.005, 0.005], vertical_force=LOAD, normal="hertz")
+    (patch,) = wheels(2.0, 0.005)[1].estimate("hertz").patches
+    (row,) = table.contacts(2.0, 0.005, "right")[1]
+    ellipse = patch.ellipse
+    assert row[3:7] == pytest.approx([patch.angle, ellipse.a, ellipse.b, ellipse.normal_force], rel=1e-9)
+
+
 def test_between_the_nodes_it_is_near_the_estimate(table):
     """Half way between nodes 1 mm apart, to a hundredth of the load."""
     found = table.forces(1.5, 0.0025, MOVING)
@@ -115,6 +123,7 @@ def test_where_numbers_of_patches_differ_the_nearest_node_counts(table):
         ({"y": [0.0, 1.0]}, "y = .*symmetric about 0"),
         ({"yaw": [0.01, -0.01]}, "yaw = .*ascending"),
         ({"friction": 0.0}, "friction = 0"),
+        ({"normal": "herz"}, r"normal = 'herz' .*did you mean hertz"),
         ({"y": [-900.0, 900.0]}, "the wheel is beside the rail"),
     ],
 )

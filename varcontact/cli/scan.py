@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -67,7 +68,7 @@ def scan(
     """Solve one scene for many creepages, each with a certificate.
 
     What is not given of vx, vy and spin is the scene's own. The first failure ends the scan; what was solved before it
-    is printed and written.
+    is printed and written. Several methods side by side, and fast theories, are `curve`; other entries, `sweep`.
     """
     from varcontact.io.outputs import check_replaceable
     from varcontact.io.scene_file import read_scene
@@ -178,6 +179,8 @@ def _row(solution: Solution) -> dict[str, Any]:
 
 
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
+ROUNDING = 1e-13
+"""Of the normal force: what sums of tractions that cancel leave."""
 
 
 def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
@@ -185,11 +188,20 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
     from varcontact.study.tables import columns_of_text
 
     names = [*list(rows[0])[:3], *PRINTED]
-    cells = [["" if row[name] is None else f"{row[name]:.6g}" for name in names] for row in rows]
+    cells = [[_cell(name, row[name], sol) for name in names] for sol, row in zip(found, rows, strict=True)]
     units = found[0].scene.units
     said = [] if units is None else [f"forces in {units.of('force', found[0].scene.line)}"]
     count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
     return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
+
+
+def _cell(name: str, value: float | None, solution: Solution) -> str:
+    """A figure for people: forces and moments of nothing but rounding are shown as zero."""
+    if value is None:
+        return ""
+    arm = math.sqrt(solution.areas["contact"]) if name == "Mz" else 1.0
+    rounded = name in ("Fx", "Fy", "Mz") and abs(value) < ROUNDING * solution.normal_force * arm
+    return f"{0.0 if rounded else value:.6g}"
 
 
 def _csv(rows: list[dict[str, Any]]) -> bytes:

@@ -18,7 +18,9 @@ ROUNDED = 1e-9
 """Relative difference between forces as stored and as summed that counts as rounding."""
 
 
-def refinement_to(found: Refinement, units: Units, line: bool) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+def refinement_to(
+    found: Refinement, units: Units, line: bool, shift: bool
+) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Variables, coordinates and record of a refinement.
 
     Parameters
@@ -28,12 +30,15 @@ def refinement_to(found: Refinement, units: Units, line: bool) -> tuple[dict[str
         Of the scene, or words.
     line : bool
         Whether it is a line contact.
+    shift : bool
+        Whether it is a shift, in which slip is a length.
     """
+    slip = "length" if shift else "1"
     parts, elements = ("component", "y_parts", "x_parts"), ("component", "y", "x")
     named = {
         "traction_on_parts": (parts, found.traction, "pressure", "tangential traction on body 1, on parts of elements"),
-        "slip_on_parts": (parts, found.slip, "1", "relative slip of the continuum, means over parts of elements"),
-        "slip_correction": (elements, found.correction, "1", "added to the rigid slip of the elements"),
+        "slip_on_parts": (parts, found.slip, slip, "relative slip of the continuum, means over parts of elements"),
+        "slip_correction": (elements, found.correction, slip, "added to the rigid slip of the elements"),
     }
     variables = {
         name: (dims, values, {"units": units.of(quantity, line), "long_name": words})

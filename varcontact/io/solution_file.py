@@ -84,7 +84,7 @@ def dataset(sol: Solution) -> xr.Dataset:
     }
     rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
     if sol.refinement is not None:
-        added, places, rest["refinement"] = refinement_to(sol.refinement, units, line)
+        added, places, rest["refinement"] = refinement_to(sol.refinement, units, line, shift)
         variables, coordinates = variables | added, coordinates | places
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})

@@ -23,14 +23,15 @@ class Refinement:
     traction : ndarray, shape (2, ny, nx)
         On body 1, on the parts [force/area].
     slip : ndarray, shape (2, ny, nx)
-        The continuum's slip under it by rolling velocity [-], means over the parts; zero outside the contact.
+        The continuum's slip under it by rolling velocity [-], in a shift as it is [length], means over the parts; zero
+        outside the contact.
     correction : ndarray
-        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid [-]. The solution's
-        fields and its certificate are those of the coarse problem with this correction.
+        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip.
+        The solution's fields and its certificate are those of the coarse problem with this correction.
     forces : ndarray, shape (passes + 1, 3)
         Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass.
     creepages : ndarray, shape (passes + 1, 2)
-        vx and vy then: as given, or found for the forces that are given.
+        vx and vy then, in a shift ux and uy: as given, or found for the forces that are given.
     estimate : ndarray, shape (3,)
         Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way, or
         from those before the last pass, whichever is more. No bound.
@@ -79,7 +80,7 @@ class Refinement:
 
     @property
     def friction_work(self) -> float:
-        """Work lost by friction in the field, by distance rolled [force]."""
+        """Work lost by friction in the field, by distance rolled [force]; in a shift [force length]."""
         return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
 
     def summary(self) -> dict[str, Any]:

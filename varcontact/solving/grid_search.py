@@ -18,6 +18,7 @@ from varcontact.problem.state import ContactState, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.start_grid import interpolated
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
@@ -88,11 +89,11 @@ def on_a_grid_that_holds_it(
         looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
         grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
         steps.clock.adopt("grid", looks.clock.tally("normal"))
-    moved = 0
+    moved, last, state = 0, None, unloaded(grid)
     for attempt in range(20):
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
-        state = steps.pressure(disc, unloaded(grid))
+        state = steps.pressure(disc, state if last is None else _on_its_elements(last, state, disc))
         with steps.clock("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
@@ -107,6 +108,7 @@ def on_a_grid_that_holds_it(
                 return disc, state
             moved += 1
         known.forget()
+        last = disc
         if overlap is not None:
             grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
         elif closer is not None:
@@ -117,6 +119,13 @@ def on_a_grid_that_holds_it(
         "explicit",
         message="grid: no potential contact was found that holds the contact; give an explicit grid",
     )
+
+
+def _on_its_elements(last: Discretisation, state: ContactState, disc: Discretisation) -> ContactState:
+    """The pressure of the last grid on the elements of another: where its own is found from."""
+    pressure = interpolated(last.grid, last.pressure * state.pressure[None], disc.grid)[0] / disc.pressure
+    approach = (state.approach * last.displacement + last.base - disc.base) / disc.displacement
+    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:

@@ -13,6 +13,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
+from varcontact.wheel_rail.fast import WAYS
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
@@ -172,6 +173,7 @@ def geometry_table(
     vertical_force: float,
     friction: float = 0.3,
     bodies: Bodies = STEEL,
+    normal: str = "virtual-penetration",
     progress: Callable[[str], None] | None = None,
 ) -> GeometryTable:
     """Tabulate the contacts of a wheel set by `WheelOnRail.estimate`.
@@ -186,6 +188,8 @@ def geometry_table(
         On each wheel [N].
     friction : float
     bodies : Bodies
+    normal : {"virtual-penetration", "hertz"}
+        Which ellipse stands for a patch, see `WheelOnRail.estimate`.
     progress : callable, optional
         Told how far it is.
 
@@ -209,7 +213,7 @@ def geometry_table(
     -771 N, -7749 N m
     """
     nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
-    report = checks.progress(progress)
+    normal, report = checks.choice("normal", normal, WAYS), checks.progress(progress)
     shape = nodes[0].size, nodes[1].size
     z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, len(NAMES)))
     for i, j in np.ndindex(shape):
@@ -223,7 +227,7 @@ def geometry_table(
             friction=friction,
             bodies=bodies,
         )
-        found = case.estimate()
+        found = case.estimate(normal)
         if len(found.patches) > SLOTS:
             warnings.warn(f"of {len(found.patches)} patches, the {SLOTS} with the largest force count", stacklevel=2)
         kept = sorted(

@@ -9,7 +9,7 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.random_scenes import scenes as random_scenes
-from tests.benchmarks.refinement import FRICTION, VALUES, cases, loads, read_references, scene
+from tests.benchmarks.refinement import FRICTION, VALUES, cases, histories, loads, read_references, scene
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.error_norm import values
@@ -243,6 +243,40 @@ def laws() -> None:
     print("median " + " ".join(f"{value:.1e}" for value in np.median(errors, axis=0)))
 
 
+def shifts() -> None:
+    """Shifts in place: plain and corrected on 12, 24 and 48 cells, against touched elements, extrapolated."""
+    ways = (
+        (0.28, 1.0, {"ux": 0.7, "uy": 0.5}),
+        (0.28, 1.0, {"ux": 0.4, "rotation": 0.8}),
+        (0.5, 2.5, {"ux": 0.3, "uy": -0.6, "rotation": 0.3}),
+        (0.0, 0.4, {"ux": 0.9}),
+    )
+    cells, rows = (10, 12, 16, 20, 24, 32, 48), []
+    for nu, ratio, way in ways:
+        size = 3 * (2 - nu) * FRICTION / 8  # Cattaneo's shift of full slip
+        for part in (0.01, 0.05, 0.3, 0.7, 0.95):
+            motion = vc.Shift(**{name: part * size * value for name, value in way.items()})
+            posed = replace(scene(cases()[0] | {"nu": nu, "ratio": ratio}, 12), motion=motion)
+            grids = [vc.Grid(nx=n, ny=n, edge="touched") for n in (48, 64, 96, 128)]
+            sizes, fine = 1 / np.array([48, 64, 96, 128]), [loads(plain(replace(posed, grid=grid))) for grid in grids]
+            terms = np.vander(sizes, 3, increasing=True) / sizes[:, None]
+            truth = np.linalg.lstsq(terms, np.array(fine) / sizes[:, None], rcond=None)[0][0]
+            row = []
+            for n in cells:
+                one = replace(posed, grid=vc.Grid(nx=n, ny=n))
+                after = corrected(one)
+                row += [np.abs(loads(sol) - truth).max() for sol in (plain(one), after)]
+                row.append(after.refinement.estimate.max() / FRICTION)
+            rows.append(row)
+            print(f"a/b = {ratio}, {part:.2f}: " + " ".join(f"{value:.1e}" for value in row), flush=True)
+    found = np.array(rows).reshape(-1, len(cells), 3)
+    for k, n in enumerate(cells):
+        before, after, estimate = found[:, k].T
+        spread(f"{n} cells, plain", before)
+        note = f"{np.count_nonzero(after < before)} of {len(after)} nearer, {np.count_nonzero(after > estimate)} above"
+        spread(f"{n} cells, corrected", after, note + " their estimates")
+
+
 TABLES: dict[str, Callable[[], None]] = {
     "twelve": twelve,
     "sixty": sixty,
@@ -253,4 +287,6 @@ TABLES: dict[str, Callable[[], None]] = {
     "computed": computed,
     "by-element": by_element,
     "laws": laws,
+    "histories": histories.table,
+    "shifts": shifts,
 }

@@ -33,8 +33,12 @@ COARSER = 0.35
 """Elements across the contact on the first of two grids, by those on the second."""
 BESIDE = 0.5
 """The same for the best grid to extrapolate with, of all that were solved before the finest."""
-LEAST_STEP, GREATEST_STEP = 1.5, 3.0
+LEAST_STEP, GREATEST_STEP = 1.2, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""
+SPARE = 1.05
+"""How much finer it is than the order of the error asks for."""
+WORTHWHILE = 1.5
+"""The same where there is time left: a smaller gain is not worth another solve."""
 USED = 0.7
 """Part of the time that two further grids may be expected to take: what is expected is true within a factor of 1.3."""
 LATE = 1.5
@@ -115,7 +119,7 @@ class Climb:
             if estimated <= accuracy:
                 return answer
             step = (estimated / accuracy) ** (1 / self.ladder.law.order)
-            n, before = math.ceil(n * min(max(step, LEAST_STEP), GREATEST_STEP)), n
+            n, before = math.ceil(n * min(max(SPARE * step, LEAST_STEP), GREATEST_STEP)), n
             if n > most:
                 if before >= most / LEAST_STEP:
                     raise self._out_of_memory(accuracy, answer)
@@ -133,15 +137,15 @@ class Climb:
         begun, budget, most = time.perf_counter(), self.asked.time_budget, self.most()
         coarsest = self.ladder.coarsest
         self._begin(coarsest, begun, budget)
-        n = math.ceil(coarsest * LEAST_STEP)
+        n = math.ceil(coarsest * WORTHWHILE)
         try:
             while n <= most:
                 self.on(n, until=begun + LATE * budget)
                 n = self._finest(budget - (time.perf_counter() - begun))
-                if n < LEAST_STEP * self.rungs[-1].n:
+                if n < WORTHWHILE * self.rungs[-1].n:
                     break
                 between = self.ladder.coarser(n, COARSER)
-                if between >= LEAST_STEP * self.rungs[-1].n:
+                if between >= WORTHWHILE * self.rungs[-1].n:
                     self.on(between, until=begun + LATE * budget)
         except _TimeUp:
             pass

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator
+from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.problem.discretisation import Discretisation
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
@@ -18,12 +18,12 @@ from varcontact.solving.refine.rooted import Rooted, rooted
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """A contact that rolls steadily, on equal parts of the elements of its grid.
+    """A contact in steady rolling or in a shift, on equal parts of the elements of its grid.
 
     Attributes
     ----------
     disc : Discretisation
-        Of the coarse elements, in steady rolling, with quasi-identical bodies.
+        Of the coarse elements, in steady rolling or in a shift, with quasi-identical bodies.
     cells : tuple of int
         (rows, columns): parts of an element along y and x.
     elements : ndarray, shape (ny, nx)
@@ -56,17 +56,55 @@ class Parts:
 
     @cached_property
     def rooted(self) -> Rooted | None:
-        """Tractions over the root of the distance from the edge, of Hertz's contact."""
-        return rooted(self.disc, self.lattice, self.derivative) if self.finer is None else None
+        """Tractions over the root of the distance from the edge, of Hertz's contact in rolling."""
+        known = self.disc.steady and self.finer is None
+        return rooted(self.disc, self.lattice, self.derivative) if known else None
+
+    @property
+    def weights(self) -> tuple[np.ndarray, np.ndarray]:
+        """What tractions are in proportion to without slip, on the elements and on the parts; in a shift it slips."""
+        return self.pressed.weights if self.disc.steady else (self.elements, self.pressed.pressure)
 
     @cached_property
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift in a step of the coarse grid at the centres of the parts, dimensionless, (2, ...)."""
         disc, motion = self.disc, self.disc.motion
-        assert isinstance(motion, Steady) and disc.step is not None
-        still = replace(motion, spin_offset=0.0)  # the derivative is exact: nothing is sampled ahead
+        assert motion is not None
+        if isinstance(motion, Steady):
+            motion = replace(motion, spin_offset=0.0)  # the derivative is exact: nothing is sampled ahead
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
-        return still.step(disc.step * disc.length).shift(x, y, disc.length) / disc.displacement
+        return motion.step((disc.step or 0.0) * disc.length).shift(x, y, disc.length) / disc.displacement
+
+    def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
+        """What a traction in proportion to the pressure around each part adds to the shift, means over the parts.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (2, ny rows, nx columns)
+            In steady rolling by a step of the coarse grid; in a shift at the centres of the parts.
+        """
+        if not self.disc.steady:
+            return self.displacement.apply(traction)
+        pressure = self.pressed.pressure
+        missing = np.einsum("ij...,j...->i...", self.missing, traction / np.where(pressure > 0, pressure, 1.0))
+        return (self.derivative.apply(traction) + missing) * self.steps
+
+    @property
+    def steps(self) -> float:
+        """Length of a step of rolling by that of a part."""
+        assert self.disc.step is not None
+        return self.disc.step / self.lattice.sides[0]
+
+    @cached_property
+    def displacement(self) -> GridOperator:
+        """Displacement at the centres of the parts."""
+        operators = self.disc.operators
+        return influence_operator(self.lattice, "xy", "xy", nu=operators.nu, depth=operators.depth)
 
     @cached_property
     def derivative(self) -> GridOperator:

@@ -11,7 +11,7 @@ import numpy as np
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion, Shift, Steady
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.refine.field import continued, held_behind, reconstructed
 from varcontact.solving.refine.parts import Parts
@@ -70,7 +70,7 @@ def defect_corrected(
     finer: np.ndarray | None = None,
     passes: int | None = None,
 ) -> Corrected:
-    """Correct a coarse solution of steady rolling towards the continuum.
+    """Correct a coarse solution of steady rolling or of a shift towards the continuum.
 
     In each pass the field on parts of the elements is reconstructed from the coarse tractions, and the continuum's slip
     under it averaged over the elements, weighted by the traction bound. The coarse problem's rigid shift is changed by
@@ -112,7 +112,9 @@ def defect_corrected(
         own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
         bound = fine.coefficient * state.pressure
-        found.append((lacking if stuck else held_behind(lacking, state.traction, bound)) * (bound > 0))
+        if disc.steady and not stuck:
+            lacking = held_behind(lacking, state.traction, bound)
+        found.append(lacking * (bound > 0))
         used.append(extrapolated(used, found) if stuck else found[-1])
         more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
         motion = with_forces(disc.motion, prescribed + more[:2])
@@ -171,11 +173,11 @@ def with_forces(motion: Motion | None, forces: np.ndarray) -> Motion:
 
     Parameters
     ----------
-    motion : Steady
+    motion : Steady or Shift
     forces : ndarray, shape (2,)
         Fx and Fy.
     """
-    assert isinstance(motion, Steady)
+    assert isinstance(motion, Steady | Shift)
     Fx, Fy = forces
     return replace(motion, Fx=None if motion.Fx is None else float(Fx), Fy=None if motion.Fy is None else float(Fy))
 

@@ -23,7 +23,7 @@ from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import units
 from varcontact.solving.refine.passes import PARTS, Corrected, defect_corrected
@@ -98,12 +98,14 @@ def _why_not(scene: Scene, plan: Plan) -> str:
     """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
     instead = "solve on several grids and extrapolate (converge), or leave refine out"
     motion = scene.motion
-    if not isinstance(motion, Steady):
-        return f"it is for steady rolling, motion Steady; {instead}"
+    if not isinstance(motion, Steady | Shift):
+        return f"it is for steady rolling and shifts, motion Steady or Shift; {instead}"
     if scene.frictionless:
         return "without friction there is nothing to correct: leave refine out"
     if scene.bodies.K != 0 and not plan.left_out:
         return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}: it may lose then; {instead}"
+    if isinstance(motion, Shift) and scene.no_slip:
+        return f"with infinite friction it is for rolling; {instead}"
     if scene.no_slip and not plan.closed_form:
         return f"with infinite friction it is for Hertz's pressure in closed form; {instead}"
     if plan.theory is not None:
@@ -165,7 +167,7 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     found : Refinement
     """
     scales = _of_the_force(solution, found) if solution.scene.no_slip else units(solution)
-    names = ("Fx", "Fy", "Mz", "vx", "vy")
+    names = ("Fx", "Fy", "Mz", *(("ux", "uy") if isinstance(solution.motion, Shift) else ("vx", "vy")))
     last, open_ended = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
     values = {name: float(value) for name, value in zip(names, last, strict=True) if name in scales or name[0] in "FM"}
     errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}

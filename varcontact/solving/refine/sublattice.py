@@ -16,11 +16,12 @@ from varcontact.solving.refine.parts import Parts
 class Sublattice:
     """Tractions on parts of elements, with their bound.
 
-    Slip is that of the continuum, but for the tractions' constancy on each part: the derivative of displacement along x
-    by each part in closed form, its mean over each part. What that misses near the contact's edge is known for the
-    pressure, acting as a traction: in closed form for Hertz's, and from a finer lattice where it is solved for. It is
-    added in proportion to the traction's ratio to the pressure. In rows that stick up to their trailing edge, in
-    Hertz's contact, what is known there of tractions over the root of the distance takes its place.
+    In steady rolling, slip is that of the continuum, but for the tractions' constancy on each part: the derivative of
+    displacement along x by each part in closed form, its mean over each part. What that misses near the contact's edge
+    is known for the pressure, acting as a traction: in closed form for Hertz's, and from a finer lattice where it is
+    solved for. It is added in proportion to the traction's ratio to the pressure. In rows that stick up to their
+    trailing edge, in Hertz's contact, what is known there of tractions over the root of the distance takes its place.
+    In a shift, slip is that at the centres of the parts.
 
     Attributes
     ----------
@@ -46,7 +47,7 @@ class Sublattice:
     @property
     def shapes(self) -> tuple[Shape, Shape]:
         """What tractions are interpolated by, dimensionless: on the elements and on their parts."""
-        on_elements, on_parts = self.parts.pressed.weights
+        on_elements, on_parts = self.parts.weights
         return Shape(self.coefficient * self.parts.elements, on_elements), Shape(self.bound, on_parts)
 
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
@@ -64,16 +65,13 @@ class Sublattice:
         ndarray, shape (2, ny rows, nx columns)
             Dimensionless; means over the parts.
         """
-        parts, step = self.parts, self.parts.disc.step
-        assert step is not None
-        pressure = parts.pressed.pressure
-        ratio = traction / np.where(pressure > 0, pressure, 1.0)
-        missing = np.einsum("ij...,j...->i...", parts.missing, ratio)
+        parts = self.parts
+        elastic = parts.elastic_shift(traction)
         if parts.rooted is not None:
             behind = self.sticking(traction)[:, None] * (parts.lattice.x < 0)
-            missing += behind * (parts.rooted.lacking(traction) - missing)
-        elastic = parts.derivative.apply(traction) + missing
-        return np.asarray(parts.rigid_shift + rigid[:, None, None] + elastic * (step / parts.lattice.sides[0]))
+            other = (parts.derivative.apply(traction) + parts.rooted.lacking(traction)) * parts.steps
+            elastic = elastic + behind * (other - elastic)
+        return np.asarray(parts.rigid_shift + rigid[:, None, None] + elastic)
 
     def sticking(self, traction: np.ndarray) -> np.ndarray:
         """How far each row is from slip at its trailing edge: one less the ratio of traction to bound there.
