@@ -14,7 +14,7 @@ from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.fast import WAYS
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, backwards, check_kind
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 SLOTS = 3
@@ -271,9 +271,7 @@ def _creepages(
     particle = along + _cross(turning, arms)
     speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
     if not (speed > 0).all():
-        slowest = float(speed.min())
-        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {slowest:.6g} mm/s"
-        raise SceneError("velocity", slowest, message=reason)
+        raise backwards(float(speed.min()))
     sliding = [particle[:, 0], np.sum(particle * lateral, axis=1), inwards @ turning]
     return np.asarray(-np.stack(sliding, axis=1) / speed[:, None])
 
