@@ -85,6 +85,11 @@ def test_simpack_shifts_mirrors_and_cuts_as_its_header_says(tmp_path):
     profile = Profile.read(written(tmp_path / "cut.prr", cut))
     assert profile.y[0] >= -20
     assert profile.y[-1] <= 10
+    above = float(RAIL_POINTS[:, 1].mean())
+    cut = SIMPACK.format(type=0, unit=1000.0, more=f"  bound.z.max = {above}\n", points=rows(RAIL_POINTS))
+    profile = Profile.read(written(tmp_path / "above.prr", cut))
+    assert 0 < len(profile.y) < len(RAIL.y)
+    assert np.max(profile.z) <= above
     turned = SIMPACK.format(
         type=0, unit=1000.0, more="  rotate = 0.025\n", points=rows(np.stack([np.arange(-10.0, 11.0), np.zeros(21)], 1))
     )

@@ -139,8 +139,10 @@ def _as_simpack_says(points: np.ndarray, said: dict[str, float]) -> np.ndarray:
     points = points + np.array([said.get("shift.y", 0.0), said.get("shift.z", 0.0)])
     turn = said.get("rotate", 0.0) / said.get("units.ang.f", 1.0)
     points = points @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    if said.get("bound.y.min", 0.0) < said.get("bound.y.max", 0.0):
-        points = points[(points[:, 0] >= said["bound.y.min"]) & (points[:, 0] <= said["bound.y.max"])]
+    for column, axis in enumerate("yz"):
+        low, high = said.get(f"bound.{axis}.min", 0.0), said.get(f"bound.{axis}.max", 0.0)
+        if low < high:
+            points = points[(points[:, column] >= low) & (points[:, column] <= high)]
     signs = [-1.0 if said.get(f"mirror.{axis}", 0.0) else 1.0 for axis in "yz"]
     return points * signs * (1000.0 / said.get("units.len.f", 1000.0))
 
