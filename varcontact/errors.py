@@ -79,6 +79,10 @@ class NoContact(SceneError):
     """The bodies do not touch."""
 
 
+class TooCoarse(SceneError):
+    """A grid whose elements are too large for a contact."""
+
+
 class OutputError(VarcontactError, OSError):
     """A file that cannot be written (or read back), with the reason.
 

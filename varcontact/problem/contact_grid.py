@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, TooCoarse
 from varcontact.machine.memory import SMALLER, need
 from varcontact.problem.containment import Box, contact_box
 from varcontact.scene.grid import Grid
@@ -189,7 +189,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
         middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
         place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
-        raise SceneError(
+        raise TooCoarse(
             "grid",
             grid,
             "finer",

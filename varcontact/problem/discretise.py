@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, TooCoarse
 from varcontact.problem.discretisation import FREE_DEPTH, Discretisation, posed
 from varcontact.problem.operators import Operators
 from varcontact.problem.out_of_reach import check_range, out_of_reach
@@ -47,7 +47,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
         if not scene.line:
             size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
-        raise SceneError(
+        raise TooCoarse(
             "grid",
             dx if scene.line else (dx, dy),
             "fine enough to hold one contact element",

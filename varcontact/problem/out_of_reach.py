@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, TooCoarse
 from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion
@@ -54,7 +54,7 @@ def out_of_reach(surface: Surface, approach: float | None, grid: Grid) -> SceneE
             message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
             f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}",
         )
-    return SceneError(
+    return TooCoarse(
         "grid",
         grid,
         "fine enough to hold one contact element",

@@ -120,9 +120,10 @@ class TableBook:
         j, in_polar = near_splines(atan2(sqrt(across), abs(x)) * (polar * 2 / math.pi), polar)
         k, in_angle = near_splines(turned * half_turn, half_turn)
         first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
-        found = rows[np.asarray(first)[..., None] + self._offsets[: 16 * len(in_ratio)]]
+        count = 16 * len(in_ratio)
+        found = rows[np.asarray(first)[..., None] + self._offsets[:count]].view(float).reshape(-1, count, 12)
         weights = (np.array(in_t)[:, None] * np.array(in_polar)).reshape(16, -1)
-        weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(16 * len(in_ratio), -1)
+        weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(count, -1)
         found = np.ascontiguousarray(weights.T)[:, None] @ found
         found = np.array(in_angle).T[..., None, :] @ found.reshape(-1, 4, 3)
         Sx, Sy, Sz = found.reshape(*np.shape(x), 3).T
@@ -282,9 +283,9 @@ def shipped() -> TableBook:
 
 
 def _in_rows(splines: np.ndarray) -> np.ndarray:
-    """A view of coefficients (..., 3) as rows of four neighbours: a row is read at once."""
-    each = splines.reshape(-1, 3)
-    return np.lib.stride_tricks.as_strided(each, (len(each) - 3, 12), each.strides, writeable=False)
+    """A view of coefficients (..., 3) as overlapping rows of four neighbours, each an item: it is copied at once."""
+    each = np.ascontiguousarray(splines).reshape(-1, 3)
+    return np.ndarray(len(each) - 3, np.dtype((np.void, 4 * each.strides[0])), each.data, strides=each.strides[:1])
 
 
 @lru_cache(maxsize=32)

@@ -106,6 +106,15 @@ def test_refusals(changes, options, words):
     assert words in str(refused.value)
 
 
+def test_a_step_with_little_load_has_elements_enough():
+    """A contact a thirtieth as wide as the largest: the coarsest grids have no element's centre in it."""
+    motion = vc.Transient(steps=3, dq=0.01, vx=0.1, normal_force=[1e-3, 3e-8, 1e-3])
+    scene = replace(ROLLING, surface=vc.Paraboloids(Rx=1.0, Ry=1.0), normal_force=1e-3, motion=motion)
+    history = vc.solve(scene, accuracy=0.05)
+    assert history.error_estimate.largest <= 0.05 and history[1].pressure.any()
+    assert abs(history[1].force[0]) <= 0.3 * 3e-8 * (1 + 1e-9)
+
+
 def test_more_steps_than_fit_are_refused_before_any_is_solved(monkeypatch):
     monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e9)
     motion = vc.Transient(steps=100_000, dq=0.3, vx=0.1)

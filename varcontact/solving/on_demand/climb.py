@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from varcontact.errors import NotConverged, SceneError, TooLarge
+from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.machine import memory
 from varcontact.planning.costs import seconds_of
 from varcontact.planning.memory import peak
@@ -112,6 +112,7 @@ class Climb:
         if n > most:
             raise self._out_of_reach(accuracy, most)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
+        n = max(n, math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
             self.on(n)
             answer = self.answer()
@@ -137,7 +138,7 @@ class Climb:
         begun, budget, most = time.perf_counter(), self.asked.time_budget, self.most()
         coarsest = self.ladder.coarsest
         self._begin(coarsest, begun, budget)
-        n = math.ceil(coarsest * WORTHWHILE)
+        n = math.ceil(self.rungs[-1].n * WORTHWHILE)
         try:
             while n <= most:
                 self.on(n, until=begun + LATE * budget)
@@ -190,7 +191,8 @@ class Climb:
     def on(self, n: int, until: float = math.inf, certified: bool = True) -> None:
         """Add the answer on the grid with `n` elements across the contact, unless it is not there `until` then.
 
-        Where it cannot be the last one, it need not be `certified`.
+        Where it cannot be the last one, it need not be `certified`. Where a contact is too small for the
+        grid, as in a step of a history with little load, it is a finer one.
         """
         if self.progress is not None:
             self.progress(f"{n} elements across the contact")
@@ -203,11 +205,18 @@ class Climb:
 
         begun = time.perf_counter()
         heard = told if until < math.inf or self.progress is not None else None
-        try:
-            found = self.solve(self.ladder.posed(self.scene, n), heard, certified)
-        except NotConverged:  # where a lattice does not, another usually does
-            n += math.ceil(n / 20)
-            found = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+        found, others = None, 1
+        while found is None:
+            try:
+                found = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+            except NotConverged:  # where a lattice does not, another usually does
+                if others == 0:
+                    raise
+                n, others = n + math.ceil(n / 20), others - 1
+            except TooCoarse:
+                if WORTHWHILE * n > self.most():
+                    raise
+                n = math.ceil(WORTHWHILE * n)
         taken = time.perf_counter() - begun
         self.rungs.append(Rung(n, found, values(found), units(found), taken))
 
