@@ -331,6 +331,7 @@ def test_file(sol, tmp_path):
         ({"estimate": -1.0}, "a refinement with an estimate that is negative"),
         ({"creepages": np.zeros((5, 1))}, "without forces by pass and an estimate"),
         ({"slip": np.nan}, "not of finite numbers"),
+        ({"share": -1.0}, "tractions beyond what friction can bear"),
     ],
 )
 def test_tampered_file(sol, tmp_path, changes, message):

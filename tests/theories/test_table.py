@@ -204,6 +204,10 @@ def test_by_name_for_many_contacts():
         assert found.Mz[k] == pytest.approx(float(one.moment), abs=1e-12)
     with pytest.raises(vc.SceneError, match=r"a/b\[2\] = 7\.0 .* the range of the book"):
         vc.creep_forces("table", a=[1.0, 2.0, 7.0], **contact)
+    with pytest.raises(vc.SceneError, match=r"nu\[1\] = 0\.4 .* within 0\.01 of the book's, 0\.28; make a book"):
+        vc.creep_forces("table", a=1.0, **{**contact, "nu": [0.28, 0.4]})
+    with pytest.raises(vc.SceneError, match=r"vx\[1, 0\] = nan"):
+        vc.creep_forces("table", a=1.0, **{**contact, "vx": [[0.1], [np.nan]]})
 
 
 def test_a_contaminated_rail_has_its_slopes():
@@ -266,6 +270,13 @@ def test_outside_is_refused_or_clamped_as_asked():
         ),
         (lambda t: table_forces(A, B, G, LIMIT, t, outside="extrapolate"), "outside = 'extrapolate' .* refuse, clamp"),
         (lambda t: table_forces(A, B, G, -1.0, t), "friction_force = -1.0 is not allowed: must be positive"),
+        (
+            lambda t: table_forces(A, B, G, [1.0, 0.0, 2.0], t),
+            r"friction_force\[1\] = 0.0 is not allowed: must be positive",
+        ),
+        (lambda t: table_forces(A, B, G, [1.0, 2.0, np.nan], t), r"friction_force\[2\] = nan is not allowed"),
+        (lambda t: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)), r"creepages\[1\] = nan is not allowed"),
+        (lambda t: table_forces(A, B, np.nan, LIMIT, t), "G = nan is not allowed"),
         (lambda t: table_forces(A, B, G, LIMIT, t[:, :2]), "creepages has shape"),
         (lambda t: table_forces(0.0, B, G, LIMIT, t), "a = 0.0 is not allowed"),
         (lambda t: table_forces(A, B, np.inf, LIMIT, t), "G = inf is not allowed"),

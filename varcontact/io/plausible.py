@@ -17,7 +17,7 @@ ROUNDED = 1e-9
 """Relative difference that rounding in unit conversions may cause."""
 
 
-def check_plausible(sol: Solution) -> None:
+def check_plausible(sol: Solution, share: np.ndarray | float = 1.0) -> None:
     """Refuse fields that no solution can have, whatever its scene.
 
     Solvers may miss a bound by what their residual says, and by no more.
@@ -25,6 +25,8 @@ def check_plausible(sol: Solution) -> None:
     Parameters
     ----------
     sol : Solution
+    share : ndarray, shape (ny, nx), or float
+        What a refinement has multiplied the traction bound by.
 
     Raises
     ------
@@ -34,7 +36,7 @@ def check_plausible(sol: Solution) -> None:
     _check_account(sol)
     _check_sizes(sol)
     _check_certificate(sol)
-    _check_bounds(sol)
+    _check_bounds(sol, share)
     _check_areas(sol)
     _check_approach(sol)
     _check_creepage(sol)
@@ -81,7 +83,7 @@ def _check_areas(sol: Solution) -> None:
         raise ValueError("a state that is exterior where there is pressure, or contact where there is none")
 
 
-def _check_bounds(sol: Solution) -> None:
+def _check_bounds(sol: Solution, share: np.ndarray | float) -> None:
     certificate, largest = sol.certificate, np.abs(sol.pressure).max()
     if np.any(sol.pressure < -(2 * certificate.normal_residual + ROUNDED) * largest):
         raise ValueError("negative pressures")
@@ -91,6 +93,7 @@ def _check_bounds(sol: Solution) -> None:
     if friction is not None:
         contact = sol.pressure > 0
         bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * sol.pressure[contact]
+    bound *= share
     if np.any(size > bound * (1 + ROUNDED) + (2 * certificate.tangential_residual + ROUNDED) * size.max()):
         raise ValueError("tractions beyond what friction can bear")
 

@@ -40,10 +40,12 @@ def refinement_to(
         "slip_on_parts": (parts, found.slip, slip, "relative slip of the continuum, means over parts of elements"),
         "slip_correction": (elements, found.correction, slip, "added to the rigid slip of the elements"),
     }
-    variables = {
+    variables: dict[str, Any] = {
         name: (dims, values, {"units": units.of(quantity, line), "long_name": words})
         for name, (dims, values, quantity, words) in named.items()
     }
+    words = "what the traction bound of the elements was multiplied by"
+    variables["bound_share"] = (("y", "x"), found.share, {"units": units.of("1", line), "long_name": words})
     coordinates = {
         "x_parts": ("x_parts", found.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
         "y_parts": ("y_parts", found.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
@@ -77,6 +79,7 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
         If it cannot be that of the solution.
     """
     fields = {name: data[name].values for name in ("traction_on_parts", "slip_on_parts", "slip_correction")}
+    fields["bound_share"] = data["bound_share"].values if "bound_share" in data else np.ones(sol.grid.shape)
     names = ("forces", "creepages", "estimate", "creepage_estimate")
     forces, creepages, estimate, of_creepages = (np.array(record[name], dtype=float) for name in names)
     grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])
@@ -84,7 +87,7 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
     if any(each.dtype.kind not in "iuf" or not np.isfinite(each).all() for each in numbers):
         raise ValueError("a refinement that is not of finite numbers")
     (ny, nx), (rows, columns) = grid.shape, sol.grid.shape
-    shapes = [(2, ny, nx), (2, ny, nx), (2, rows, columns)]
+    shapes = [(2, ny, nx), (2, ny, nx), (2, rows, columns), (rows, columns)]
     whole = ny % rows == 0 and nx % columns == 0 and np.allclose(grid.box, sol.grid.box, rtol=ROUNDED)
     if not whole or [each.shape for each in fields.values()] != shapes:
         raise ValueError("a refinement that is not on parts of the elements")
@@ -92,6 +95,8 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
     passes = len(seconds)
     if passes == 0 or found_shapes != [(passes + 1, 3), (passes + 1, 2), (3,), (2,)]:
         raise ValueError("a refinement without forces by pass and an estimate")
+    if np.any(fields["bound_share"] < 0):
+        raise ValueError("a refinement with a bound that is negative")
     if np.any(estimate < 0) or np.any(of_creepages < 0):
         raise ValueError("a refinement with an estimate that is negative")
     found = Refinement(
@@ -100,6 +105,7 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
         traction=fields["traction_on_parts"],
         slip=fields["slip_on_parts"],
         correction=fields["slip_correction"],
+        share=fields["bound_share"],
         forces=forces,
         creepages=creepages,
         estimate=estimate,

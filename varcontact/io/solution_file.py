@@ -285,7 +285,8 @@ def solution_from(data: xr.Dataset) -> Solution:
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
-    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+    creepage, share = data["creepage"].values, data["bound_share"].values if "bound_share" in data else 1.0
+    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), creepage, record, share)
     if "refinement" in record:
         sol = replace(sol, refinement=refinement_from(data, record["refinement"], sol))
     return sol
@@ -299,6 +300,7 @@ def assembled(
     approach: float,
     creepage: np.ndarray,
     record: dict[str, Any],
+    share: np.ndarray | float = 1.0,
 ) -> Solution:
     """A solution from what a file holds.
 
@@ -316,6 +318,8 @@ def assembled(
         vx, vy [-] and spin [1/length]; in a shift ux, uy [length] and rotation.
     record : dict
         As `record_of` gives it.
+    share : ndarray, shape (ny, nx), or float
+        What a refinement has multiplied the traction bound by.
 
     Raises
     ------
@@ -364,5 +368,5 @@ def assembled(
         if record.get("error_estimate") is None
         else ErrorEstimate.from_plain(record["error_estimate"]),
     )
-    check_plausible(sol)
+    check_plausible(sol, share)
     return sol

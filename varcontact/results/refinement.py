@@ -28,6 +28,9 @@ class Refinement:
     correction : ndarray
         What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip.
         The solution's fields and its certificate are those of the coarse problem with this correction.
+    share : ndarray, shape (ny, nx)
+        What the traction bound of the coarse elements was multiplied by [-]: where the pressure is solved for, its mean
+        from a finer lattice by that of the element. One elsewhere.
     forces : ndarray, shape (passes + 1, 3)
         Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass.
     creepages : ndarray, shape (passes + 1, 2)
@@ -46,6 +49,7 @@ class Refinement:
     traction: np.ndarray
     slip: np.ndarray
     correction: np.ndarray
+    share: np.ndarray
     forces: np.ndarray
     creepages: np.ndarray
     estimate: np.ndarray

@@ -202,7 +202,7 @@ class Solution(Delivered):
         friction = self.scene.friction if self.friction is None else self.friction
         if friction is not None:
             bound[contact] = np.broadcast_to(np.asarray(friction), bound.shape)[contact] * self.pressure[contact]
-        return bound
+        return bound if self.refinement is None else bound * self.refinement.share
 
     @property
     def elements(self) -> dict[str, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.operators import Operators
 from varcontact.problem.state import ContactState, unloaded
+from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -58,6 +59,7 @@ def on_a_grid_that_holds_it(
     steps: Steps,
     known: Operators | None = None,
     begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    near: Solution | None = None,
 ) -> tuple[Discretisation, ContactState]:
     """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
 
@@ -71,6 +73,8 @@ def on_a_grid_that_holds_it(
     known : Operators, optional
     begun : callable, optional
         Gives the state without tractions those to begin with.
+    near : Solution, optional
+        Of the same scene on another grid: the contact is looked for where that has it, from its pressure.
 
     Returns
     -------
@@ -87,13 +91,13 @@ def on_a_grid_that_holds_it(
     with steps.clock("grid"):
         normal = steps.plan.normal if steps.plan.convex else "norm"
         looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
-        grid = first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+        grid = _around(scene, near) or first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
         steps.clock.adopt("grid", looks.clock.tally("normal"))
-    moved, last, state = 0, None, unloaded(grid)
+    moved, last = 0, None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
     for attempt in range(20):
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
-        state = steps.pressure(disc, state if last is None else _on_its_elements(last, state, disc))
+        state = steps.pressure(disc, unloaded(grid) if last is None else last.on(disc))
         with steps.clock("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
@@ -108,7 +112,7 @@ def on_a_grid_that_holds_it(
                 return disc, state
             moved += 1
         known.forget()
-        last = disc
+        last = _Found(grid, state.pressure * disc.pressure, state.approach * disc.displacement + disc.base)
         if overlap is not None:
             grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
         elif closer is not None:
@@ -121,11 +125,27 @@ def on_a_grid_that_holds_it(
     )
 
 
-def _on_its_elements(last: Discretisation, state: ContactState, disc: Discretisation) -> ContactState:
-    """The pressure of the last grid on the elements of another: where its own is found from."""
-    pressure = interpolated(last.grid, last.pressure * state.pressure[None], disc.grid)[0] / disc.pressure
-    approach = (state.approach * last.displacement + last.base - disc.base) / disc.displacement
-    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A contact that was found on a grid, physical: where that on the next one is found from."""
+
+    grid: Grid
+    pressure: np.ndarray
+    approach: float
+
+    def on(self, disc: Discretisation) -> ContactState:
+        """Its pressure on the elements of another grid."""
+        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.pressure
+        approach = (self.approach - disc.base) / disc.displacement if np.isfinite(self.approach) else 0.0
+        return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
+
+
+def _around(scene: Scene, near: Solution | None) -> Grid | None:
+    """The scene's elements across the contact of a solution; None where they are known, or there is none."""
+    spec = known_grid(scene)
+    if near is None or spec.explicit or not isinstance(scene.surface, SampledDistance):
+        return None
+    return within(spec.spread(contact_box(near.grid, near.pressure)), scene.surface)
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:

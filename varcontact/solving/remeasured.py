@@ -28,7 +28,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solving.error_norm import creepage_names
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.refine.passes import with_forces
+from varcontact.solving.refine.passes import of_elements, with_forces
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
@@ -121,6 +121,8 @@ def _remeasured(sol: Solution) -> Solution:
         carried = Carried(-sol.refinement.correction * unit_slip(disc), np.zeros(2))
         motion = with_forces(disc.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
         disc = replace(disc, motion=motion, carried=carried)
+        if np.any(sol.refinement.share != 1):
+            disc = disc.rubbing(of_elements(disc) * sol.refinement.share)
     return _measured_on(disc, sol)
 
 

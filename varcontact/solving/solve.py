@@ -204,15 +204,19 @@ def solve(
     if store is not None and not isinstance(scene.motion, Transient):
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
-    def on_its_grid(posed: Scene, told: Callable[[str], None] | None, certified: bool = True) -> Solution | History:
+    def on_its_grid(
+        posed: Scene, told: Callable[[str], None] | None, certified: bool = True, near: Solution | None = None
+    ) -> Solution | History:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
         check_fits(posed, known)
         wanted = certify if certified else "none"
         if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, tol, polish, told, store, wanted)
+            return solve_transient(posed, known, tol, polish, told, store, wanted, stages=asked is not None)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
-        disc, state = on_a_grid_that_holds_it(posed, roughly(steps) if corrects and known.closed_form else steps)
+        disc, state = on_a_grid_that_holds_it(
+            posed, roughly(steps) if corrects and known.closed_form else steps, near=near
+        )
         try:
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
             last = (disc, state) if found is None else (found.disc, found.state)

@@ -50,6 +50,7 @@ def solve_transient(
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
     certify: str = "auto",
+    stages: bool = False,
 ) -> History:
     """Solve a transient scene step by step, see `solve`.
 
@@ -68,6 +69,8 @@ def solve_transient(
         File to which each step is added.
     certify : str
         As of `solve`.
+    stages : bool
+        Whether the progress is told the stages within a step, too.
 
     Raises
     ------
@@ -80,12 +83,14 @@ def solve_transient(
         raise SceneError("motion.start", _motion(scene).start, "a Solution")
     steps = Steps(plan, tol, polish, Clock(), certify=certify)
     if store is None:
-        return _solved(scene, steps, progress, None)
+        return _solved(scene, steps, progress, None, stages)
     with Stored.recording(file_name("store", store), scene, plan, tol, polish) as stored:
-        return _solved(scene, steps, progress, stored)
+        return _solved(scene, steps, progress, stored, stages)
 
 
-def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, recording: Stored | None) -> History:
+def _solved(
+    scene: Scene, steps: Steps, progress: Callable[[str], None] | None, recording: Stored | None, stages: bool
+) -> History:
     """The steps that are not solved yet, in memory or in the file that they are recorded in."""
     from varcontact.solving.remeasured import with_measured_steps
 
@@ -105,7 +110,7 @@ def _solved(scene: Scene, steps: Steps, progress: Callable[[str], None] | None, 
             try:
                 if progress is not None:
                     progress(f"{k} of {motion.steps} steps")
-                before = march.step(k, before, _within(progress, k, motion.steps))
+                before = march.step(k, before, _within(progress, k, motion.steps) if stages else None)
                 if stored is None:
                     in_memory.append(before)
                 else:

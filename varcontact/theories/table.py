@@ -6,12 +6,12 @@ Source: the table books of Kalker's program CONTACT (USETAB), in variables of ou
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from varcontact import checks
-from varcontact.checks import numbers, positive
+from varcontact.checks import positive
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.theories.inputs import Resultants, triples
@@ -98,9 +98,7 @@ def _limit(friction_force: Any) -> Any:
     """f Fz, checked: a float or an array."""
     if type(friction_force) is float and 0 < friction_force <= checks.LARGE:
         return friction_force
-    limit = numbers("friction_force", friction_force)
-    if limit.size and not limit.min() > 0:
-        raise SceneError("friction_force", float(limit.min()), "positive")
+    limit = checks.positives("friction_force", friction_force, "positive")
     return limit if limit.ndim else float(limit)
 
 
@@ -206,11 +204,9 @@ def check_nu(book: TableBook, nu: Any) -> None:
     """
     if isinstance(nu, float) and abs(nu - book.nu) <= NEAR:
         return
-    values = np.ravel(nu)
-    far = np.flatnonzero(np.abs(values - book.nu) > NEAR)
-    if far.size:
-        allowed = f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own"
-        raise SceneError("nu", float(values[far[0]]), allowed)
+    far = np.abs(np.asarray(nu) - book.nu) > NEAR
+    if far.any():
+        _refuse("nu", nu, far, f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own")
 
 
 def check_ratio(book: TableBook, ratio: Any) -> None:
@@ -225,13 +221,16 @@ def check_ratio(book: TableBook, ratio: Any) -> None:
     least, greatest = book.range
     if isinstance(ratio, float) and least <= ratio <= greatest:
         return
-    values = np.ravel(ratio)
-    out = np.flatnonzero((values < least * (1 - 1e-12)) | (values > greatest * (1 + 1e-12)))
-    if out.size:
-        field = f"a/b[{', '.join(map(str, np.unravel_index(out[0], np.shape(ratio))))}]" if np.ndim(ratio) else "a/b"
+    out = (np.asarray(ratio) < least * (1 - 1e-12)) | (np.asarray(ratio) > greatest * (1 + 1e-12))
+    if out.any():
         hint = 'outside="clamp" takes the nearest'
-        allowed = f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})"
-        raise SceneError(field, float(values[out[0]]), allowed)
+        _refuse("a/b", ratio, out, f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})")
+
+
+def _refuse(field: str, values: Any, bad: np.ndarray, allowed: str) -> NoReturn:
+    """Raise the error of the first bad value, by its index where there are several."""
+    where = tuple(int(i) for i in np.argwhere(bad)[0])
+    raise SceneError(f"{field}{list(where)}" if where else field, float(np.asarray(values)[where]), allowed)
 
 
 def _ratio(ratio: float, book: TableBook, outside: str) -> float:

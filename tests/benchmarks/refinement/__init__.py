@@ -1,6 +1,6 @@
 """Defect correction: what docs/refinement.md states, table by table.
 
-    python -m tests.benchmarks.refinement TABLE            # twelve, sixty, small, no-slip, ...: see `TABLES`
+    python -m tests.benchmarks.refinement TABLE            # twelve, sixty, small, no-slip, ...: its names without TABLE
     python -m tests.benchmarks.refinement references FILE  # the references, tests/data/refined_references.csv
 
 The references of the twelve scenes are corrected solutions on 192 cells with elements in nine parts; their error is how

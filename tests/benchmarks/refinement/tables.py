@@ -9,7 +9,7 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.random_scenes import scenes as random_scenes
-from tests.benchmarks.refinement import FRICTION, VALUES, cases, histories, loads, read_references, scene
+from tests.benchmarks.refinement import FRICTION, VALUES, cases, histories, loads, read_references, scene, unlike
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.error_norm import values
@@ -288,5 +288,6 @@ TABLES: dict[str, Callable[[], None]] = {
     "by-element": by_element,
     "laws": laws,
     "histories": histories.table,
+    "unlike": unlike.table,
     "shifts": shifts,
 }

@@ -24,8 +24,9 @@ from varcontact.solving.transient import bytes_of_steps
 
 Progress = Callable[[str], None]
 Answer = Solution | History
-Solver = Callable[[Scene, Progress | None, bool], Answer]
-"""Solves a scene as `solve` does, on its own grid; with the certificate asked for, or without one."""
+Solver = Callable[[Scene, Progress | None, bool, Solution | None], Answer]
+"""Solves a scene as `solve` does, on its own grid; with the certificate asked for, or without one; from a solution on
+another grid, if there is one."""
 
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
@@ -205,10 +206,12 @@ class Climb:
 
         begun = time.perf_counter()
         heard = told if until < math.inf or self.progress is not None else None
+        before = self.rungs[-1].answer if self.rungs else None
+        near = before if isinstance(before, Solution) else None
         found, others = None, 1
         while found is None:
             try:
-                found = self.solve(self.ladder.posed(self.scene, n), heard, certified)
+                found = self.solve(self.ladder.posed(self.scene, n), heard, certified, near)
             except NotConverged:  # where a lattice does not, another usually does
                 if others == 0:
                     raise

@@ -166,7 +166,7 @@ LADDERS = {
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
-        "shifts under computed pressure", Law(2.0, 1.5, 0.35, 2.0, 0.28, 1.0), coarsest=6
+        "shifts under computed pressure", Law(2.0, 1.5, 0.5, 2.0, 0.28, 1.0), coarsest=6
     ),
     (False, "computed", "history"): Ladder(
         "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=6

@@ -13,7 +13,7 @@ from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Motion, Shift, Steady
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.refine.field import continued, held_behind, reconstructed
+from varcontact.solving.refine.field import continued, held_behind, means, reconstructed
 from varcontact.solving.refine.parts import Parts
 from varcontact.solving.refine.sublattice import Sublattice, loads
 
@@ -41,6 +41,8 @@ class Corrected:
     state : ContactState
         Its solution.
     parts : Parts
+    share : ndarray, shape (ny, nx)
+        What the bound of the coarse problem was multiplied by.
     traction, shift : ndarray, shape (2, ny rows, nx columns)
         The reconstructed field, and the continuum's local shift under it.
     forces : ndarray, shape (passes + 1, 3)
@@ -54,6 +56,7 @@ class Corrected:
     disc: Discretisation
     state: ContactState
     parts: Parts
+    share: np.ndarray
     traction: np.ndarray
     shift: np.ndarray
     forces: np.ndarray
@@ -77,7 +80,8 @@ def defect_corrected(
     the difference to its own slip, and the problem solved again. Where nothing slips, the difference is
     extrapolated from all passes so far. Where forces are prescribed, those of the coarse problem are
     changed by what its elements carry more than the field. Under a law of friction each pass has the coefficients that
-    the law has at the corrected slip of the elements.
+    the law has at the corrected slip of the elements. Where the pressure is solved for, the bound on the elements is of
+    its means from the finer lattice.
 
     Parameters
     ----------
@@ -99,8 +103,12 @@ def defect_corrected(
     -------
     Corrected
     """
-    divided = Parts(disc, (1 if disc.line else parts, parts), state.pressure, finer)
-    posed, (fine, traction) = disc, _field(divided, disc, state)
+    cells, share, given = (1 if disc.line else parts, parts), shares(disc, state, finer), disc.coefficient
+    if finer is not None and disc.law is None:
+        disc = disc.rubbing(of_elements(disc) * share)
+        state = rough(disc, state)
+    divided = Parts(disc, cells, state.pressure * share, finer)
+    posed, (fine, traction) = disc, _field(divided, replace(disc, coefficient=given), state)
     forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
     prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
     stuck = fine.sticks(traction)
@@ -111,7 +119,7 @@ def defect_corrected(
         begun = time.perf_counter()
         own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
-        bound = fine.coefficient * state.pressure
+        bound = fine.coefficient * divided.elements
         if disc.steady and not stuck:
             lacking = held_behind(lacking, state.traction, bound)
         found.append(lacking * (bound > 0))
@@ -120,24 +128,59 @@ def defect_corrected(
         motion = with_forces(disc.motion, prescribed + more[:2])
         posed = replace(disc, motion=motion, carried=Carried(-used[-1], np.zeros(2)))
         state = (rough if k < passes - 1 else last)(posed, state)
-        fine, traction = _field(divided, posed, state)
+        fine, traction = _field(divided, replace(posed, coefficient=given), state)
         forces.append(fine.forces(traction))
         creepages.append(_creepages(disc, state))
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
-    return Corrected(posed, state, divided, traction, shift, np.array(forces), np.array(creepages), tuple(seconds))
+    return Corrected(
+        posed, state, divided, share, traction, shift, np.array(forces), np.array(creepages), tuple(seconds)
+    )
 
 
 def _field(parts: Parts, disc: Discretisation, state: ContactState) -> tuple[Sublattice, np.ndarray]:
     """The parts with their bound, and the field reconstructed on them; under a law from the coefficients found."""
-    shape = disc.grid.shape
-    if disc.law is not None:
-        of_elements = continued(coefficient(disc, state), state.pressure > 0)
-    else:
-        known = np.asarray(UNBOUNDED if disc.no_slip else disc.coefficient)
-        of_elements = known.reshape(shape) if known.ndim else np.full(shape, known)
-    fine = Sublattice(parts, of_elements)
+    known = of_elements(disc) if disc.law is None else continued(coefficient(disc, state), state.pressure > 0)
+    fine = Sublattice(parts, known)
     return fine, reconstructed(state.traction, *fine.shapes, fine.cells)
+
+
+def of_elements(disc: Discretisation) -> np.ndarray:
+    """Coefficients of friction on the elements, finite.
+
+    Parameters
+    ----------
+    disc : Discretisation
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [-]
+    """
+    known, shape = np.asarray(UNBOUNDED if disc.no_slip else disc.coefficient), disc.grid.shape
+    return known.reshape(shape) if known.ndim else np.full(shape, float(known))
+
+
+def shares(disc: Discretisation, state: ContactState, finer: np.ndarray | None) -> np.ndarray:
+    """Means over the elements of a pressure on parts of the parts, by the elements' own pressure, with the same load.
+
+    Parameters
+    ----------
+    disc : Discretisation
+    state : ContactState
+    finer : ndarray or None
+        As of `defect_corrected`.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        One outside the contact; one all over for Hertz's pressure, and under a law of friction.
+    """
+    own, (ny, nx) = state.pressure, disc.grid.shape
+    if finer is None or disc.law is not None:
+        return np.ones((ny, nx))
+    mean = means(finer, (finer.shape[0] // ny, finer.shape[1] // nx)) * (own > 0)
+    return np.where(own > 0, mean * (own.sum() / mean.sum()) / np.where(own > 0, own, 1.0), 1.0)
 
 
 def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:

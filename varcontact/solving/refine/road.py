@@ -150,6 +150,7 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         traction=found.traction * disc.pressure,
         slip=found.shift / rolled,
         correction=-carried.displacement / rolled,
+        share=found.share,
         forces=found.forces,
         creepages=found.creepages,
         estimate=np.abs(found.forces[-1] - [coarser.forces[-1], found.forces[-2]]).max(axis=0),
