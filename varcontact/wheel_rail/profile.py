@@ -58,8 +58,8 @@ class Profile:
     Raises
     ------
     SceneError
-        For points that are too few, not finite, or cross or repeat themselves, a width of less than a millimetre, z that
-        points up, a flange on the wrong side, and smoothing shorter than the points' spacing.
+        For points that are too few, not finite, or cross or repeat themselves, a width of less than a millimetre, z
+        that points up, a flange on the wrong side, and smoothing shorter than the points' spacing.
 
     Examples
     --------
