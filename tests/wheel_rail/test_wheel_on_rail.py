@@ -396,3 +396,23 @@ def test_the_picture_has_both_profiles_and_each_patch():
 def test_profiles_with_their_kind_only():
     assert WHEEL.kind == "wheel"
     assert WHEELSET.middle == pytest.approx(750.0)
+
+
+def test_profiles_too_rough_to_follow_are_told():
+    """Noise of half a millimetre: every wheel has an answer that bears its load, or is told what to do."""
+    said = []
+    for seed in range(12):
+        noise = 0.5 * np.random.default_rng(seed).normal(size=RAIL.z.size)
+        case = wheel(2.0, track=replace(TRACK, rail=Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")), dy=1.0)
+        for do in (case.solve, case.estimate):
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)
+                    found = do()
+            except SceneError as error:
+                said.append(str(error))
+            else:
+                assert np.isfinite(found.force).all()
+    known = "a profile is too rough", "give smaller ones", "end of a profile"
+    assert all(any(words in each for words in known) for each in said)
+    assert all(any(words in each for each in said) for words in known[:2])

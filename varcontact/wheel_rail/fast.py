@@ -24,7 +24,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.patches import frame_of, joined
+from varcontact.wheel_rail.patches import frame_of, joined, too_rough
 from varcontact.wheel_rail.search import Overlap
 from varcontact.wheel_rail.solve import bearing_height
 
@@ -221,6 +221,8 @@ def _by_virtual_penetration(case: WheelOnRail, group: list[Overlap]) -> Ellipse:
     whole = replace(deepest, run=slice(group[0].run.start - 1, group[-1].run.stop + 1))
     across = (whole.surface - deepest.surface[k]) @ along
     overlap = whole.depth - (1 - EPSILON) * approach
+    if (np.diff(across) <= 0).any():
+        raise too_rough(float(deepest.points[k, 1]))
     first, last = _ends(across, overlap)
     step = (last - first) / STRIPS
     s = first + step * (np.arange(STRIPS) + 0.5)

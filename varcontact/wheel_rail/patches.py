@@ -117,7 +117,7 @@ def place(
     Raises
     ------
     SceneError
-        If the elements are too many.
+        If the elements are too many, or none is where the bodies overlap; if a profile is too rough.
     """
     frame, angle, theta = frame_of(overlaps, rail)
     grid = _grid(overlaps, frame, *sides)
@@ -125,8 +125,38 @@ def place(
         overlaps[0].locus, wheel, frame, grid, axle, centre
     )
     known = np.isfinite(gap)
+    if not known.any():
+        raise too_rough(float(frame.origin[1]))
+    if gap[known].min() >= 0:
+        raise SceneError(
+            "dx, dy",
+            sides,
+            message=f"dx = {sides[0]:g}, dy = {sides[1]:g} mm: no element's centre is where wheel and rail overlap "
+            f"near y = {frame.origin[1]:.4g} mm; give smaller ones, or smooth a rough profile, "
+            "Profile(..., smoothing=...)",
+        )
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
     return Place(frame, angle, grid, gap - gap.min(), -float(gap.min()), theta, _seams(overlaps, frame, *distances))
+
+
+def too_rough(y: float) -> SceneError:
+    """What to raise where the surfaces of the bodies cannot be followed.
+
+    Parameters
+    ----------
+    y : float
+        Place on the track [mm].
+
+    Returns
+    -------
+    SceneError
+    """
+    return SceneError(
+        "profile",
+        y,
+        message=f"wheel and rail cannot be followed along their surfaces near y = {y:.4g} mm: a profile is too rough "
+        "there; smooth it, Profile(..., smoothing=...)",
+    )
 
 
 def frame_of(overlaps: list[Overlap], rail: Curve) -> tuple[Frame, float, float]:
@@ -210,6 +240,9 @@ def _wheel_heights(
     known = np.broadcast_to(np.isfinite(s)[:, None], grid.shape)
     s, theta = (np.broadcast_to(each[:, None], grid.shape)[known] for each in (s, theta))
     x, y = wanted_x[known], wanted_y[known]
+    heights = np.full(grid.shape, np.nan)
+    if not known.any():
+        return heights
     for _ in range(STEPS):
         point, by_theta, by_s = _surface(wheel, theta, s, axes, middle)
         off_x, off_y = x - point[0], y - point[1]
@@ -218,7 +251,6 @@ def _wheel_heights(
         determinant = by_theta[0] * by_s[1] - by_s[0] * by_theta[1]
         theta = theta + (off_x * by_s[1] - off_y * by_s[0]) / determinant
         s = s + (off_y * by_theta[0] - off_x * by_theta[1]) / determinant
-    heights = np.full(grid.shape, np.nan)
     inside = (s >= wheel.s[0]) & (s <= wheel.s[-1]) & (np.hypot(off_x, off_y) < 1e3 * CLOSE)
     heights[known] = np.where(inside, _surface(wheel, theta, s, axes, middle)[0][2], np.nan)
     return heights
