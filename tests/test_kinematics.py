@@ -222,3 +222,19 @@ def test_bad_input_is_refused(make, message):
     with pytest.raises(SceneError) as caught:
         make()
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        (
+            {"radii": (0.5, 0.5, 0.5)},
+            r"motion.radii has shape \(3,\); it must be two numbers, of the left and the right",
+        ),
+        ({"radii": 0.5}, r"motion.radii has shape \(\); it must be two numbers"),
+        ({"angles": (0.1,)}, r"motion.angles has shape \(1,\); it must be two numbers"),
+    ],
+)
+def test_a_wheel_set_has_two_wheels(entry, said):
+    with pytest.raises(SceneError, match=said):
+        kin.WheelSetMotion(**{"speed": 20.0, "angular_velocity": 40.0, "radii": (0.5, 0.5), "half_gauge": 0.7, **entry})

@@ -146,6 +146,16 @@ def test_the_table_has_the_numbers_of_the_solution_and_goes_on(tmp_path):
     assert row["T_gamma"] == each.solution.power
 
 
+def test_a_table_goes_on_where_positions_come_again(tmp_path):
+    """There and back: each position has its rows once, and the numbers of the case file as it is now."""
+    there_and_back, store = read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "[1.0, 2.0, 1.0]")), tmp_path / "table.csv"
+    table = solve_cases(there_and_back, store)
+    assert table[["position", "y"]].to_numpy().tolist() == [[1, 1.0], [2, 2.0], [3, 1.0]]
+    assert solve_cases(there_and_back, store).to_csv() == table.to_csv()
+    longer = read(tmp_path, CASE.replace("[1.0, 2.0, 9e2]", "[0.0, 1.0, 2.0, 1.0]"))
+    assert solve_cases(longer, store)[["position", "y"]].to_numpy().tolist() == [[1, 0], [2, 1], [3, 2], [4, 1]]
+
+
 def test_a_table_of_other_cases_is_refused(tmp_path):
     one = CASE.replace("[1.0, 2.0, 9e2]", "1.0")
     solve_cases(read(tmp_path, one), tmp_path / "table.csv")

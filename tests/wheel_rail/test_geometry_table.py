@@ -139,11 +139,16 @@ def test_a_wheel_rolls_forwards(table):
         table.forces(0.0, 0.0, Velocity(speed=100.0, yaw_rate=1.0))
 
 
+def test_a_theory_without_a_moment_is_refused(table):
+    with pytest.raises(SceneError, match=r"theory = 'polach' is not allowed: must be a theory with a moment"):
+        table.forces(0.0, 0.0, MOVING, "polach")
+
+
 def test_a_velocity_is_one(table):
     with pytest.raises(SceneError, match=r"velocity = 20000.0 is not allowed: must be a Velocity"):
         table.forces(0.0, 0.0, 20e3)
 
 
 def test_beyond_the_table(table):
-    with pytest.raises(SceneError, match=r"yaw = -0.02 .*within the table, -0.01 to 0.01"):
+    with pytest.raises(SceneError, match=r"yaw = 0.02 .*within the table, -0.01 to 0.01"):
         table.forces(0.0, 0.02, MOVING)

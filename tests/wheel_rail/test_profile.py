@@ -197,6 +197,20 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
             "profile.kinks = 'none' is not allowed: must be y of the kinks [mm], or \"auto\"",
         ),
         (
+            lambda: Profile(y=RAIL.y, z=RAIL.z, kind="rail", kinks=[3.0, 300.0]),
+            "profile.kinks = [3.0, 300.0] is not allowed: must be y within the profile [mm]",
+        ),
+        (
+            lambda: Profile(y=RAIL.y / 1000, z=RAIL.z / 1000, kind="rail"),
+            "the profile is 0.0743 mm wide: y and z must be in millimetres; multiply them by 1000 where they are in "
+            "metres, or read the file with scale=1000",
+        ),
+        (
+            lambda: Profile(y=[*RAIL.y, *RAIL.y], z=[*RAIL.z, *RAIL.z], kind="rail"),
+            f"the profile comes back to y = {RAIL.y[0]:.4g}, z = {RAIL.z[0]:.4g} mm, its points 0 and {RAIL.y.size}: "
+            "the points must follow each other along the profile, once",
+        ),
+        (
             lambda: Profile(y=np.arange(20.0), z=np.arange(20.0), kind="tram"),
             "profile.kind = 'tram' is not allowed: must be one of rail, wheel (did you mean rail?)",
         ),

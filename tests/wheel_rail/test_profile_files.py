@@ -68,6 +68,28 @@ def test_two_columns(tmp_path, form):
     same(Profile.read(written(tmp_path / "rail.txt", text), "rail"), RAIL)
 
 
+@pytest.mark.parametrize(
+    ("separator", "suffix"),
+    [(";", "csv"), ("\t", "txt"), (" ", "dat"), (" ; ", "csv")],
+    ids=["csv", "tab", "blank", "both"],
+)
+def test_decimal_commas(tmp_path, separator, suffix):
+    text = "y;z\n" + rows(RAIL_POINTS, "{:.6f}" + separator + "{:.6f}").replace(".", ",")
+    same(Profile.read(written(tmp_path / f"rail.{suffix}", text), "rail"), RAIL)
+    miniprof = MINIPROF.replace("rail.ban", "rail") + "\n"
+    body = rows(RAIL_POINTS, "{:.6f}" + separator + "{:.6f}").replace(".", ",")
+    same(Profile.read(written(tmp_path / "r.ban", miniprof.format(n=1, columns="X,Y", points=body))), RAIL)
+
+
+def test_files_of_other_programs(tmp_path):
+    """Windows' ends of lines and letters, quoted numbers, remarks behind points."""
+    text = rows(RAIL_POINTS, '"{:.6f}","{:.6f}"').replace("\n", "\r\n")
+    same(Profile.read(written(tmp_path / "quoted.csv", "y,z\r\n" + text, "utf-8-sig"), "rail"), RAIL)
+    same(Profile.read(written(tmp_path / "wide.csv", text, "utf-16"), "rail"), RAIL)
+    remarks = rows(RAIL_POINTS, "{:.6f} {:.6f}  # measured")
+    same(Profile.read(written(tmp_path / "remarks.txt", "60E1 new ! rail\n" + remarks), "rail"), RAIL)
+
+
 def test_simpack_of_rails_and_wheels(tmp_path):
     rail = SIMPACK.format(type=0, unit=1000.0, more="", points=rows(RAIL_POINTS))
     same(Profile.read(written(tmp_path / "rail.prr", rail)), RAIL)
@@ -129,6 +151,12 @@ def test_z_up_is_turned_when_told(tmp_path):
         ("rail.prr", "1 2\n", None, f"rail.prr has no points; known formats are {KNOWN}"),
         ("rail.csv", "y,z\n1,2\n3\n", "rail", "rail.csv, line 3: two numbers, y and z, are needed, not '3'"),
         ("rail.csv", "1,2\n3,four\n", "rail", "rail.csv, line 2: two numbers, y and z, are needed, not '3,four'"),
+        ("rail.csv", "y,z\n1,5,2,5\n", "rail", "rail.csv, line 2: two numbers, y and z, are needed, not '1,5,2,5'"),
+        ("rail.csv", "i,y,z\n0,1,2\n", "rail", "rail.csv, line 2: two numbers, y and z, are needed, not '0,1,2'"),
+        ("rail.csv", "nan,nan\n1,2\n", "rail", "rail.csv, line 1: two numbers, y and z, are needed, not 'nan,nan'"),
+        ("rail.ban", "1 2\n3 four\n", None, "rail.ban, line 2: two numbers, y and z, are needed, not '3 four'"),
+        ("rail.prr", "units.len.f = 0\n", None, "rail.prr, line 1: units.len.f must be a positive number, not '0'"),
+        ("rail.prr", "shift.y = 0,5\n", None, "rail.prr, line 1: shift.y must be a number, not '0,5'"),
         (
             "rail.prr",
             "point.begin\n1 two\npoint.end\n",
@@ -142,6 +170,19 @@ def test_z_up_is_turned_when_told(tmp_path):
 def test_what_is_no_profile_is_refused(tmp_path, name, text, kind, message):
     with pytest.raises(SceneError) as caught:
         Profile.read(written(tmp_path / name, text), kind)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"mirror_y": "yes"}, "mirror_y = 'yes' is not allowed: must be \"auto\", true or false"),
+        ({"mirror_z": "false"}, "mirror_z = 'false' is not allowed: must be true or false"),
+    ],
+)
+def test_mirrors_are_true_or_false(options, message):
+    with pytest.raises(SceneError) as caught:
+        Profile.read(DATA / "rail_UIC60.csv", "rail", **options)
     assert str(caught.value) == message
 
 

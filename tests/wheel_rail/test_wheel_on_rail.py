@@ -363,6 +363,20 @@ def test_methods_reach_the_patches():
 def test_a_load_that_cannot_be_met_exactly_says_so():
     with pytest.raises(NotConverged, match="the height of the axle that bears 80000 N was not found"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
+    with pytest.raises(NotConverged, match=r"1e-05 N was not found to within tol = 1e-06: heights are rounded more"):
+        wheel(2.0, vertical_force=1e-5).solve()
+
+
+def test_a_wheel_that_rolls_backwards_is_refused():
+    with pytest.raises(SceneError, match=r"velocity: a wheel does not roll forwards, its rolling velocity is -\d+"):
+        wheel(velocity=Velocity(speed=1000.0, yaw_rate=10.0)).solve()
+
+
+def test_a_radius_in_metres_is_refused():
+    with pytest.raises(
+        SceneError, match=r"wheelset.radius = 0.46 mm leaves a radius of -2\.\d+ mm where .* millimetres"
+    ):
+        WheelSet(wheel=WHEEL, radius=0.46)
 
 
 def test_the_picture_has_both_profiles_and_each_patch():

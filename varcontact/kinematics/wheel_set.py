@@ -34,7 +34,7 @@ class WheelSetMotion:
     Raises
     ------
     SceneError
-        If a number is not finite, or a length or the speed is not positive.
+        If a number is not finite, a length or the speed is not positive, or radii or angles are not two.
 
     Examples
     --------
@@ -63,8 +63,11 @@ class WheelSetMotion:
             object.__setattr__(self, name, checks.positive(f"motion.{name}", getattr(self, name)))
         for name in ("angular_velocity", "yaw", "yaw_rate", "lateral_velocity"):
             object.__setattr__(self, name, checks.moderate(f"motion.{name}", getattr(self, name)))
-        checks.positives("motion.radii", self.radii)
-        checks.numbers("motion.angles", self.angles)
+        for name, check in (("radii", checks.positives), ("angles", checks.numbers)):
+            pair = check(f"motion.{name}", getattr(self, name))
+            if pair.shape != (2,):
+                raise checks.wrong_shape(f"motion.{name}", pair.shape, "two numbers, of the left and the right wheel")
+            object.__setattr__(self, name, tuple(pair.tolist()))
 
     @property
     def creepages(self) -> tuple[Creepages, Creepages]:

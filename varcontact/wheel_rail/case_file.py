@@ -140,7 +140,7 @@ def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Profile:
         return known_profile()
     allowed = f'the name of a file beside the case file, or "{known}"'
     path = file_named(f"{field}.file", table.pop("file"), folder) if isinstance(name, str) else None
-    if path is None or not path.exists():
+    if path is None or not path.is_file():
         raise SceneError(field, name, allowed)
     return Profile.read(path, kind, **table)
 

@@ -15,7 +15,7 @@ The ellipse of the same area, and the same length by width, goes into the fast t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -217,8 +217,10 @@ def _by_virtual_penetration(case: WheelOnRail, group: list[Overlap]) -> Ellipse:
     k = int(deepest.depth.argmax())
     angle, radius = float(deepest.locus.angles[deepest.run][k]), float(deepest.locus.radii[deepest.run][k])
     along = np.array([np.cos(angle), np.sin(angle)])
-    across = np.concatenate([(each.surface - deepest.surface[k]) @ along for each in group])
-    overlap = np.concatenate([each.depth for each in group]) - (1 - EPSILON) * approach
+    # with the circles beside, which are above the rail, and those between the overlaps
+    whole = replace(deepest, run=slice(group[0].run.start - 1, group[-1].run.stop + 1))
+    across = (whole.surface - deepest.surface[k]) @ along
+    overlap = whole.depth - (1 - EPSILON) * approach
     first, last = _ends(across, overlap)
     step = (last - first) / STRIPS
     s = first + step * (np.arange(STRIPS) + 0.5)
@@ -242,8 +244,8 @@ def _ends(across: np.ndarray, overlap: np.ndarray) -> tuple[float, float]:
     inside = np.flatnonzero(overlap > 0)
     found = []
     for i, beside in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
-        part = overlap[i] / (overlap[i] - overlap[beside]) if 0 <= beside < overlap.size else 0.0
-        found.append(float(across[i] + part * (across[beside] - across[i])) if part else float(across[i]))
+        part = overlap[i] / (overlap[i] - overlap[beside])
+        found.append(float(across[i] + part * (across[beside] - across[i])))
     return found[0], found[1]
 
 

@@ -14,7 +14,7 @@ from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.fast import WAYS
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, backwards, check_kind
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 SLOTS = 3
@@ -108,7 +108,7 @@ class GeometryTable:
             If the position is not within the table.
         """
         sign = SIGN[side]
-        (i, s), (j, t) = _cell("y", self.y, sign * y), _cell("yaw", self.yaw, sign * yaw)
+        (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
         corner = np.ix_((i, i + 1), (j, j + 1))
         counts = self.count[corner]
         if (counts == counts[0, 0]).all():
@@ -142,7 +142,8 @@ class GeometryTable:
         Raises
         ------
         SceneError
-            See `contacts`; for a wheel that does not roll forwards, and for what the theory refuses.
+            See `contacts`; for a wheel that does not roll forwards, a theory without a moment, and for what the theory
+            refuses.
         """
         check_kind("velocity", velocity, Velocity)
         sides = [self.contacts(y, yaw, side) for side in ("left", "right")]
@@ -156,6 +157,8 @@ class GeometryTable:
         normal, (vx, vy, spin) = patches[:, 6], rolled.T
         contact: dict[str, Any] = {"bodies": self.bodies, "normal_force": normal, "friction": self.friction}
         found = creep_forces(theory, a=patches[:, 4], b=patches[:, 5], vx=vx, vy=vy, spin=spin, **contact, **options)
+        if np.isnan(found.Mz).any():
+            raise SceneError("theory", theory, "a theory with a moment, such as fastsim or table")
         on_wheel = -(normal[:, None] * inwards + found.Fy[:, None] * lateral)
         on_wheel[:, 0] = -found.Fx
         moment = _cross(arms, on_wheel) - found.Mz[:, None] * inwards
@@ -248,10 +251,11 @@ def _nodes(field: str, value: Any) -> np.ndarray:
     return nodes
 
 
-def _cell(field: str, nodes: np.ndarray, value: float) -> tuple[int, float]:
-    """The interval of a value, and where in it the value is, from 0 to 1."""
+def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int, float]:
+    """The interval of a value, mirrored for the left wheel, and where in it the value is, from 0 to 1."""
+    value = sign * given
     if not nodes[0] <= value <= nodes[-1]:
-        raise SceneError(field, value, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
+        raise SceneError(field, given, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
     i = min(int(np.searchsorted(nodes, value, side="right")) - 1, nodes.size - 2)
     return i, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
 
@@ -271,9 +275,7 @@ def _creepages(
     particle = along + _cross(turning, arms)
     speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
     if not (speed > 0).all():
-        slowest = float(speed.min())
-        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {slowest:.6g} mm/s"
-        raise SceneError("velocity", slowest, message=reason)
+        raise backwards(float(speed.min()))
     sliding = [particle[:, 0], np.sum(particle * lateral, axis=1), inwards @ turning]
     return np.asarray(-np.stack(sliding, axis=1) / speed[:, None])
 

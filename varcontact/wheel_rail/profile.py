@@ -25,6 +25,8 @@ TOGETHER = 0.02
 """Points nearer to the one before than this part of the usual spacing are left out: their directions are rounding."""
 KINK, CALM = np.radians(30.0), 1 / 3
 """A kink turns by so much in one point, and the points beside it by less than this part of that."""
+NARROWEST = 1.0
+"""Width a profile must have [mm]; in metres none has."""
 SIDE = 1e-6
 """What is nearer to a line than this lies on it [mm]."""
 FLANGE = 0.1
@@ -56,8 +58,8 @@ class Profile:
     Raises
     ------
     SceneError
-        For points that are too few, not finite, or cross themselves, z that points up, a flange on the wrong side,
-        and smoothing shorter than the points' spacing.
+        For points that are too few, not finite, or cross or repeat themselves, a width of less than a millimetre, z
+        that points up, a flange on the wrong side, and smoothing shorter than the points' spacing.
 
     Examples
     --------
@@ -88,6 +90,7 @@ class Profile:
                 len(points),
                 message=f"the profile has {len(points)} different points; it needs {FEWEST} at least",
             )
+        _check_width(points)
         _check_crossing(points)
         _check_upright(points, self.kind)
         points.flags.writeable = False
@@ -103,7 +106,10 @@ class Profile:
             )
         set_(self, "smoothing", smoothing)
         if not isinstance(self.kinks, str):
-            set_(self, "kinks", tuple(checks.numbers("profile.kinks", list(self.kinks)).tolist()))
+            kinks = checks.numbers("profile.kinks", self.kinks).ravel()
+            if ((kinks < points[:, 0].min()) | (kinks > points[:, 0].max())).any():
+                raise SceneError("profile.kinks", self.kinks, "y within the profile [mm]")
+            set_(self, "kinks", tuple(kinks.tolist()))
         elif self.kinks != "auto":
             raise SceneError("profile.kinks", self.kinks, 'y of the kinks [mm], or "auto"')
 
@@ -154,12 +160,16 @@ class Profile:
         """
         from varcontact.wheel_rail.profile_files import read_points
 
+        mirror_z = checks.flag("mirror_z", mirror_z)
+        if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):
+            raise SceneError("mirror_y", mirror_y, '"auto", true or false')
         found = read_points(path, kind)
         factor = checks.positive("scale", scale)
         y, z = factor * found.points.T
         if mirror_z:
             z = -z
-        if mirror_y is True or (mirror_y == "auto" and found.kind == "wheel" and _flange(y, z) > 0):
+        mirrored = found.kind == "wheel" and _flange(y, z) > 0 if mirror_y == "auto" else mirror_y
+        if mirrored:
             y = -y
         name = Path(path).name
         try:
@@ -314,8 +324,30 @@ def _ordered(points: np.ndarray) -> np.ndarray:
     return points[keep]
 
 
+def _check_width(points: np.ndarray) -> None:
+    """Lengths in metres make a profile of some tenths of a millimetre."""
+    width = float(np.ptp(points[:, 0]))
+    if width < NARROWEST:
+        raise SceneError(
+            "profile.y",
+            width,
+            message=f"the profile is {width:.3g} mm wide: y and z must be in millimetres; multiply them by 1000 where "
+            "they are in metres, or read the file with scale=1000",
+        )
+
+
 def _check_crossing(points: np.ndarray) -> None:
-    """No segment of the profile may cross another."""
+    """No segment of the profile may cross another, and no part may be there twice."""
+    _, first, place = np.unique(points[:-1], axis=0, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[place.ravel()] != np.arange(len(points) - 1))
+    if again.size:
+        i, j = int(first[place.ravel()[again[0]]]), int(again[0])
+        raise SceneError(
+            "profile",
+            tuple(points[j].tolist()),
+            message=f"the profile comes back to y = {points[j, 0]:.4g}, z = {points[j, 1]:.4g} mm, its points {i} and "
+            f"{j}: the points must follow each other along the profile, once",
+        )
     start, end = points[:-1], points[1:]
     for i in range(len(start) - 2):
         across = _off(start[i], end[i], start[i + 2 :]) * _off(start[i], end[i], end[i + 2 :])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, cast
@@ -19,6 +20,13 @@ KNOWN = (
 COLUMNS = (".txt", ".csv", ".dat")
 KIND_OF = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".whl": "wheel"}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
+WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
+NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
+SAID = (
+    *("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z", "units.len.f", "units.ang.f"),
+    *("bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max"),
+)
+"""Keywords of SIMPACK's header that change its points."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,31 +90,44 @@ def _lines(file: Path) -> list[str]:
     except OSError as error:
         reason = f"cannot be read ({error.strerror})"
         raise SceneError("path", str(file), message=f"path {shortened(str(file), 200)} {reason}") from None
+    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return content.decode("utf-16", errors="replace").splitlines()
     try:
         return content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         return content.decode("cp1252", errors="replace").splitlines()
 
 
+def _words(line: str) -> list[str]:
+    """The words of a line. Commas separate them, unless blanks or semicolons do and the commas are decimal."""
+    words = re.split(r"[;\s]+", line.strip().strip(";"))
+    if len(words) > 1 and "." not in line and any(WITH_COMMA.match(word) for word in words):
+        return [word.replace(",", ".") if WITH_COMMA.match(word) else word for word in words]
+    return re.split(r"[,;\s]+", line.strip().strip(",;"))
+
+
 def _numbers(line: str) -> list[float] | None:
     """The numbers of a line, or None where it has anything else."""
-    words = re.split(r"[,;\s]+", line.strip().strip(",;"))
-    if not words or not all(NUMBER.match(word) for word in words):
+    words = _words(line)
+    if not all(NUMBER.match(word) for word in words):
         return None
     return [float(word.translate(str.maketrans("dD", "ee"))) for word in words]
 
 
+def _not_a_point(name: str, number: int, text: str) -> SceneError:
+    return SceneError("path", name, message=f"{name}, line {number}: two numbers, y and z, are needed, not {text!r}")
+
+
 def _columns(name: str, lines: list[str]) -> list[list[float]]:
-    """Two columns; lines that begin with a letter or a mark of comments are headings."""
+    """Two columns below lines with words, which are headings; remarks begin with a mark of comments."""
     points = []
     for number, line in enumerate(lines, 1):
-        values = _numbers(line)
-        if values is not None and len(values) >= 2:
-            points.append(values[:2])
-        elif values is not None or (points and line.strip() and line.strip()[0] not in "#!%\"'"):
-            raise SceneError(
-                "path", name, message=f"{name}, line {number}: two numbers, y and z, are needed, not {line.strip()!r}"
-            )
+        text = re.split("[!#%]", line)[0].replace('"', " ").strip()
+        values = _numbers(text)
+        if values is not None and len(values) == 2:
+            points.append(values)
+        elif text and (points or all(NUMBER.match(word) or NO_NUMBER.match(word) for word in _words(text))):
+            raise _not_a_point(name, number, line.strip())
     return points
 
 
@@ -122,16 +143,21 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
         elif inside and text:
             values = _numbers(text)
             if values is None or len(values) < 2:
-                raise SceneError(
-                    "path", name, message=f"{name}, line {number}: two numbers, y and z, are needed, not {text!r}"
-                )
+                raise _not_a_point(name, number, text)
             points.append(values[:2])
         elif "=" in text:
             key, value = (part.strip().strip("'\"") for part in text.split("=", 1))
-            found = _numbers(value)
-            if found:
-                said[key] = found[0]
+            if key in SAID:
+                said[key] = _said(f"{name}, line {number}: {key}", value, positive=key.startswith("units"))
     return _as_simpack_says(np.array(points).reshape(-1, 2), said).tolist()
+
+
+def _said(where: str, value: str, positive: bool) -> float:
+    """The number of a keyword."""
+    found = _numbers(value)
+    if found is None or len(found) != 1 or (positive and found[0] <= 0):
+        raise SceneError("path", value, message=f"{where} must be a{' positive' * positive} number, not {value!r}")
+    return found[0]
 
 
 def _as_simpack_says(points: np.ndarray, said: dict[str, float]) -> np.ndarray:
@@ -151,9 +177,9 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
     """Columns X and Y, in the places that ColumnDef names; the header has key=value or words, and ends anywhere."""
     columns = ["X", "Y"]
     points = []
-    for line in lines:
+    for number, line in enumerate(lines, 1):
         text = line.strip()
-        if text.startswith(('"', "!", "%", "#")):
+        if not text or text.startswith(('"', "!", "%", "#")):
             continue
         key, equals, value = text.partition("=")
         if equals and key.strip() == "ColumnDef":
@@ -161,6 +187,8 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
         values = _numbers(text)
         if values is not None and len(values) >= 2:
             points.append(values)
+        elif points and not equals:
+            raise _not_a_point(name, number, text)
     for wanted in ("X", "Y"):
         if wanted not in columns:
             raise SceneError("path", name, message=f"{name}: ColumnDef = {','.join(columns)} has no column {wanted}")

@@ -79,7 +79,7 @@ def solve_cases(
     names = [_identity(case, file) for case in file.cases]
     total = len(names)
     with Table.opened(store, COLUMNS, WORDS, "a table of wheels on rails") as table:
-        rows = _kept(table, names, store)
+        rows = _kept(table, names, file.numbers, store)
         try:
             for k, (case, name) in enumerate(zip(file.cases, names, strict=True)):
                 if rows[k]:
@@ -102,8 +102,8 @@ def _identity(case: WheelOnRail, file: CaseFile) -> str:
     return hashlib.sha256(described.encode()).hexdigest()[:12]
 
 
-def _kept(table: Table, names: list[str], store: Any) -> list[list[dict[str, Any]]]:
-    """The rows that the table has already of each wheel."""
+def _kept(table: Table, names: list[str], numbers: tuple[int, ...], store: Any) -> list[list[dict[str, Any]]]:
+    """The rows that the table has already of each wheel, once where positions come again."""
     for row in table.rows:
         if row["identity"] not in names:
             what = f"position {row['position']}, y = {row['y']:g} mm, {row['side']}"
@@ -113,7 +113,15 @@ def _kept(table: Table, names: list[str], store: Any) -> list[list[dict[str, Any
                 message=f"{str(store)!r} has a wheel that is not in the case file as it is now ({what}); name a new "
                 "file, or put back what was changed",
             )
-    return [[row for row in table.rows if row["identity"] == name] for name in names]
+    first = {row["identity"]: row["position"] for row in reversed(table.rows)}
+    return [
+        [
+            {**row, "position": number}
+            for row in table.rows
+            if row["identity"] == name and row["position"] == first[name]
+        ]
+        for name, number in zip(names, numbers, strict=True)
+    ]
 
 
 def _rows(case: WheelOnRail, file: CaseFile, solved: Seen) -> list[dict[str, Any]]:

@@ -24,6 +24,8 @@ ROUNDS = 30
 """Heights that are tried."""
 GROWTH = 10.0
 """How many times deeper the next height may be."""
+ROUNDING = 1e-15
+"""Of heights, by the radius of the wheel, from which they are reckoned."""
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
 
@@ -129,7 +131,10 @@ def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], fl
             z = step if low < step < high else (low + high) / 2
         if z == last:
             break
-    raise NotConverged(f"the height of the axle that bears {load:g} N was not found", abs(force - load) / load)
+    missed = f"the height of the axle that bears {load:g} N was not found"
+    if tol * (z - case.touching) < ROUNDING * case.wheelset.radius:
+        missed += f" to within tol = {tol:g}: heights are rounded more coarsely than that; give a larger load, or tol"
+    raise NotConverged(missed, abs(force - load) / load)
 
 
 def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:

@@ -150,7 +150,7 @@ class WheelSet:
     Raises
     ------
     SceneError
-        If the profile is no wheel's, or a length is not positive.
+        If the profile is no wheel's, a length is not positive, or the radius smaller than the profile is high.
 
     Examples
     --------
@@ -169,6 +169,14 @@ class WheelSet:
         for name in ("radius", "inside_distance"):
             object.__setattr__(self, name, checks.positive(f"wheelset.{name}", getattr(self, name)))
         object.__setattr__(self, "flange_back", checks.moderate("wheelset.flange_back", self.flange_back))
+        smallest = self.radius + float(self.wheel.z.min())
+        if smallest <= 0:
+            raise SceneError(
+                "wheelset.radius",
+                self.radius,
+                message=f"wheelset.radius = {self.radius:g} mm leaves a radius of {smallest:.3g} mm where the wheel's "
+                "profile is highest: it must be in millimetres",
+            )
 
     @property
     def middle(self) -> float:
@@ -311,6 +319,22 @@ def check_kind(field: str, value: Any, kind: type[Any]) -> None:
     """
     if not isinstance(value, kind):
         raise SceneError(field, value, f"a {kind.__name__}")
+
+
+def backwards(speed: float) -> SceneError:
+    """What to raise for a wheel that does not roll forwards.
+
+    Parameters
+    ----------
+    speed : float
+        Its rolling velocity [mm/s].
+
+    Returns
+    -------
+    SceneError
+    """
+    reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {speed:.6g} mm/s"
+    return SceneError("velocity", speed, message=reason)
 
 
 def _check_profile(field: str, profile: Any, kind: str) -> None:

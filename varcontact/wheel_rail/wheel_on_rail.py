@@ -22,7 +22,7 @@ from varcontact.wheel_rail.patches import Place, joined, place
 from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import Seams
 from varcontact.wheel_rail.search import Locus, contact_locus
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_kind
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, backwards, check_kind
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
@@ -92,7 +92,9 @@ class WheelOnRail:
         Exactly one of the two: the load on this wheel [N], or the height of the axle, downwards, 0 where the nominal
         circles are at the height of the rail tops [mm].
     with_friction : bool
-        Whether tangential forces bear a part of the vertical force; without, normal forces bear all of it.
+        Whether tangential forces bear a part of the vertical force; without, normal forces bear all of it. On a steep
+        flange they can lift the wheel by more than its normal force presses; then a height that bears the load is far
+        into the rail, if there is one.
     bodies : Bodies, optional
         In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
     friction : float or law
@@ -274,17 +276,20 @@ class WheelOnRail:
         Returns
         -------
         Creepages
+
+        Raises
+        ------
+        SceneError
+            If the wheel does not roll forwards.
         """
         body = self.velocity.body(self.wheelset, self.position, z)
         carried = self.velocity.body(self.wheelset, self.position, z, pitching=False)
         particle = frame.globally(np.array([0.0, 0.0, approach]))
-        return creepages(
-            RigidBody(position=np.zeros(3)),
-            body,
-            frame,
-            frame_velocity=carried.velocity_at(particle),
-            at2=particle,
-        )
+        moving = carried.velocity_at(particle)
+        rolling = float(moving[0] - body.velocity_at(particle)[0] / 2)
+        if rolling <= 0:
+            raise backwards(rolling)
+        return creepages(RigidBody(position=np.zeros(3)), body, frame, frame_velocity=moving, at2=particle)
 
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
         """Solve all patches, with the height of the axle that bears the vertical force, where that is given.
