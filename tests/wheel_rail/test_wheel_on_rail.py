@@ -35,6 +35,8 @@ from varcontact.wheel_rail import (
     WheelSet,
 )
 
+pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")  # elements are few to be fast
+
 
 def wheel(y=0.0, **more):
     more = {"vertical_force": 80e3, "track": TRACK, "wheelset": WHEELSET, "position": Position(y=y), **more}

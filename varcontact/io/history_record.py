@@ -115,4 +115,6 @@ def _file_of(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, 
     variable = file.createVariable("record", "c", ("step", "characters"))
     variable[0] = np.frombuffer(text.encode(), dtype="S1")
     file.flush()
-    return buffer.getvalue(), int(file._recsize)
+    written = buffer.getvalue()
+    buffer.close()  # else the file writes itself once more when it goes, where Ctrl-C would be lost
+    return written, int(file._recsize)
