@@ -29,6 +29,14 @@ def test_each_row_is_its_methods(rolling):
     assert np.isnan(curve.Mz.sel(theory="polach")).all()
 
 
+def test_no_negative_zeros(rolling):
+    """Nothing is printed as -0 where there is no creepage."""
+    curve = vc.creep_curve(rolling(motion=vc.Steady()), ["linear", "table", "newton"], vx=[0.0, 0.1])
+    at_rest = np.array([curve.Fx[:, 0], curve.Fy[:, 0], curve.Mz[:, 0]])
+    assert not at_rest.any()
+    assert not np.signbit(at_rest).any()
+
+
 def test_unlike_bodies_by_exact_methods_only(rolling):
     scene = rolling(bodies=vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4)))
     curve = vc.creep_curve(scene, ["active-set"], vx=[0.0, 0.05])

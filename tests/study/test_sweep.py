@@ -332,7 +332,12 @@ def test_another_file_is_refused_and_stays(scene, content, tmp_path):
 def test_a_history_is_no_sweep(scene, tmp_path):
     store = tmp_path / "run.nc"
     vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0.2, vx=0.01)), store=store)
-    with pytest.raises(vc.OutputError, match="is not a 'varcontact sweep 1' file"):
+    with pytest.raises(vc.OutputError, match=r"path = .*run\.nc.*: is not a 'varcontact sweep 1' file$"):
+        vc.read_sweep(store)
+    with pytest.raises(vc.OutputError, match="exists already and is not a 'varcontact sweep 1' file; name a new file"):
+        vc.sweep(scene, OVER, store=store)
+    store.write_bytes(b"words")
+    with pytest.raises(vc.OutputError, match=r"path = .*run\.nc.*: cannot be read as a sweep \(.*\)$"):
         vc.read_sweep(store)
 
 

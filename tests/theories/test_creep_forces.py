@@ -74,6 +74,16 @@ def test_full_slip_is_the_limit_of_friction(name, division):
         np.testing.assert_allclose(found.Mz, 0.0, atol=max(1e-12, to - 1e-9))
 
 
+@pytest.mark.parametrize("name", BOUNDED)
+def test_directions_of_full_slip(name):
+    """Against the creepage, or against the creepage weighted by what each theory weights its slopes with."""
+    straight = name in ("polach", "table") or "weighted" in name
+    weights = (1.0, 1.0) if straight else (1 / 0.72, 1.0) if name == "strip" else (TABLE.C11, TABLE.C22)
+    found = vc.creep_forces(name, **CONTACT, vx=1e9, vy=-2e9)
+    against = -np.array([weights[0], -2.0 * weights[1]])
+    np.testing.assert_allclose([found.Fx, found.Fy], LIMIT * against / np.hypot(*against), rtol=0, atol=1e-5 * LIMIT)
+
+
 @pytest.mark.parametrize("name", VECTORISED)
 @settings(max_examples=25, deadline=None)
 @given(vx=size, vy=size, spin=size)
@@ -157,6 +167,38 @@ def test_many_contacts_in_one_call(name):
         np.testing.assert_allclose([part[i, j] for part in dataclasses.astuple(found)], parts(one), rtol=1e-9)
 
 
+@pytest.mark.parametrize("name", VECTORISED)
+def test_shapes(name):
+    """Any of the arguments may be an array of any shape, of no length as well; results are those of single calls."""
+    nu, vx = np.array([[0.28], [0.281]]), np.array([0.1, 0.2, 0.0])
+    found = vc.creep_forces(name, **{**CONTACT, "nu": nu, "vx": vx})
+    each = [[parts(vc.creep_forces(name, **{**CONTACT, "nu": one, "vx": v})) for v in vx] for one in nu[:, 0]]
+    np.testing.assert_allclose(parts(found), np.moveaxis(each, -1, 0), rtol=1e-13, atol=1e-14)
+    for empty in ("a", "nu", "vx", "spin"):
+        assert vc.creep_forces(name, **{**CONTACT, empty: []}).Mz.shape == (0,)
+    nothing = {key: np.zeros((0, 2)) for key in (*CONTACT, "vx", "vy", "spin")}
+    assert vc.creep_forces(name, **nothing).Fy.shape == (0, 2)
+
+
+@pytest.mark.parametrize("name", [name for name in VECTORISED if name != "strip"])
+def test_a_slope_for_each_of_some_contacts(name):
+    """Two slopes down, three creepages across, in one contact."""
+    slope, vx = np.array([[1.0], [0.5]]), np.array([0.1, 0.2, 0.0])
+    found = vc.creep_forces(name, **CONTACT, vx=vx, slope=slope)
+    for k, part in enumerate(slope[:, 0]):
+        alone = vc.creep_forces(name, **CONTACT, vx=vx, slope=float(part))
+        np.testing.assert_allclose(found.Fx[k], alone.Fx, rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", VECTORISED)
+def test_the_smallest_creepages(name):
+    """Nothing is divided by zero where sizes underflow."""
+    with np.errstate(divide="raise", invalid="raise", over="raise"):
+        found = vc.creep_forces(name, **CONTACT, vx=5e-324, vy=-1e-300, spin=spin_of(name, 5e-324))
+        alone = vc.creep_forces(name, **CONTACT, vx=5e-324)
+    assert max(abs(found.Fx), abs(found.Fy), abs(alone.Fx), abs(alone.Fy)) < 1e-298
+
+
 def test_contaminated_rails():
     """Reduced coefficients: the slope falls, full slip does not."""
     for name in ("linear", "fastsim", "fastrip", "polach", "vermeulen-johnson"):
@@ -209,6 +251,11 @@ def test_bodies_in_place_of_constants():
         ({"theory": "table", "outside": "extrapolate"}, "outside = 'extrapolate' .*refuse, clamp"),
         ({"theory": "linear", "m": 5}, "m is no option of linear: must be left out"),
         ({"theory": "polach", "k_A": 0.5, "k_S": 0.6}, "k_A, k_S"),
+        ({"theory": "polach", "k_A": "dry"}, "k_A = 'dry'"),
+        ({"theory": "polach", "k_S": [0.4, 0.4]}, r"k_S = \[0\.4, 0\.4\]"),
+        ({"m": 10**9}, "m = 1000000000 .*from 2 to 100000"),
+        ({"theory": "strip", "n": 10**9}, "n = 1000000000 .*from 1 to 100000"),
+        ({"theory": "table", "book": "steel.nc"}, r"book = 'steel\.nc' .*must be a TableBook"),
         ({"theory": "fastrip", "a": 0.01, "b": 1.0, "nu": -0.9, "spin": 1.0}, "C23 = -0.* must be positive"),
     ],
 )

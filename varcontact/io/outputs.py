@@ -24,7 +24,7 @@ from varcontact.errors import OutputError
 from varcontact.machine.locks import Held, beside, locked
 
 FORMATS = {
-    ".nc": "solutions and histories are written as netCDF",
+    ".nc": "sweeps, table books, solutions and histories are written as netCDF",
     ".csv": "tables are written as CSV",
     ".toml": "scenes are written as TOML",
 }

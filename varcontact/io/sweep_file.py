@@ -149,7 +149,7 @@ class SweepFile:
                 with replacing("store", path) as file:
                     file.write(header)
                     file.write(blank(scenes).tobytes())
-            elif _read(path)[1] != json.loads(json.dumps(described)):
+            elif _read_store(path)[1] != json.loads(json.dumps(described)):
                 raise OutputError("store", path, "holds another sweep; name a new file")
             with path.open("r+b", buffering=0) as file:
                 yield cls(path, len(header), file)
@@ -254,6 +254,14 @@ def _file_of(described: dict[str, Any], begin: int) -> tuple[bytes, int]:
     return buffer.getvalue(), int(file._recsize)
 
 
+def _read_store(path: Path) -> tuple[int, dict[str, Any], int]:
+    """What `_read` gives, of a file that is to be gone on with."""
+    try:
+        return _read(path)
+    except OutputError as error:
+        raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
+
+
 def _read(path: Path) -> tuple[int, dict[str, Any], int]:
     """Where the records of a file begin, what sweep it is of, and how many there are."""
     from scipy.io import netcdf_file
@@ -261,16 +269,14 @@ def _read(path: Path) -> tuple[int, dict[str, Any], int]:
     try:
         with netcdf_file(path, "r", mmap=False) as file:
             if getattr(file, "format", b"") != FORMAT.encode():
-                raise OutputError("store", path, f"exists already and is not a {FORMAT!r} file; name a new file")
+                raise OutputError("path", path, f"is not a {FORMAT!r} file")
             begin, described = int(file.first_record), json.loads(file.sweep.decode())
             scenes = int(file.variables["outcome"].shape[0])
     except OutputError:
         raise
     except FileNotFoundError:
-        raise OutputError("store", path, "there is no such file") from None
+        raise OutputError("path", path, "there is no such file") from None
     except Exception as error:  # whatever scipy makes of other files, or of damaged bytes
-        reason = (
-            f"exists already and cannot be read as a sweep ({str(error).splitlines()[0] if str(error) else error!r})"
-        )
-        raise OutputError("store", path, f"{reason}; name a new file") from None
+        words = str(error).splitlines()[0] if str(error) else repr(error)
+        raise OutputError("path", path, f"cannot be read as a sweep ({words})") from None
     return begin, described, scenes

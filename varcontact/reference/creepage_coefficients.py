@@ -138,7 +138,7 @@ def _scaled(x: np.ndarray, nu: np.ndarray) -> np.ndarray:
     splines = _table() if nu.ndim else _at_poisson(float(nu))
     near = np.einsum("k...,...kc->...c", np.array(values), splines[np.asarray(first)[..., None] + FOUR])
     if nu.ndim:
-        return np.einsum("...ck,...k->c...", near.reshape(*x.shape, 4, -1), _powers(nu))
+        return np.einsum("...ck,...k->c...", near.reshape(*x.shape, 4, _POWERS), _powers(nu))
     return np.moveaxis(near, -1, 0)
 
 

@@ -89,7 +89,7 @@ def creep_curve(
         if report is not None:
             report(f"{name}: {len(triples)} points")
         found.append(way(triples))
-    Fx, Fy, Mz = np.moveaxis(np.array(found), -1, 0)
+    Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
     points = {name: ("point", triples[:, i]) for i, name in enumerate(NAMES)}
     over = ("theory", "point")
     fields = {"Fx": (over, Fx), "Fy": (over, Fy), "Mz": (over, Mz)}

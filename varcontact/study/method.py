@@ -74,7 +74,7 @@ class Method:
             _known("methods", tangential, every)
         else:
             only_normal = [known for known in normal_methods() if known not in every]
-            _known("methods", rest, [*every, *ROADS, *only_normal])
+            _known("methods", rest, list(dict.fromkeys([*every, *ROADS, *only_normal])))
             takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
             normal, tangential = _partner(rest), rest if takes_cones else ""
         return cls(str(name).strip(), normal, tangential, formulation or "auto", bool(plus))

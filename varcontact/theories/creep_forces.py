@@ -15,12 +15,12 @@ from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.fastsim import fastsim_forces
-from varcontact.theories.polach import polach_forces
+from varcontact.theories.polach import polach_forces, reductions
 from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.strip_theory import fastrip_forces, strip_forces
 from varcontact.theories.strips import Strips, calibrated
-from varcontact.theories.table import OUTSIDE, check_nu, check_ratio, interpolated
-from varcontact.theories.table_book import TableBook, shipped
+from varcontact.theories.table import OUTSIDE, book_of, check_nu, check_ratio, interpolated
+from varcontact.theories.table_book import TableBook
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def creep_forces(
     a, b : float or array_like
         Semi-axes along the rolling direction and across it [length].
     normal_force, friction : float or array_like
-        Fz [force] and the coefficient of friction [-]; the linear theory has no use for them.
+        Fz [force] and the coefficient of friction [-]; ``linear`` ignores them, and their shapes.
     vx, vy, spin : float or array_like
         Creepages [-], and spin [1/length]. All arrays broadcast.
     bodies : Bodies
@@ -252,8 +252,7 @@ def _vermeulen_johnson(c: _Contact) -> CreepForces:
 
 
 def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> CreepForces:
-    if not 0 < k_S <= k_A <= 1:
-        raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
+    k_A, k_S = reductions(k_A, k_S)
     Fx, Fy = polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S)
     return _finished(c, Fx, Fy, np.nan)
 
@@ -280,7 +279,7 @@ def _fastsim(bound: str, flexibility: str) -> Callable[..., CreepForces]:
 
 
 def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") -> CreepForces:
-    book = shipped() if book is None else book
+    book = book_of(book)
     ratio, ab, coefficients = c.a / c.b, c.a * c.b, c.table
     check_nu(book, c.nu)
     if checks.choice("outside", outside, OUTSIDE) == "clamp":

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import positives
+from varcontact.checks import number, positives
 from varcontact.errors import SceneError
 from varcontact.theories.inputs import triples
 
@@ -82,12 +82,29 @@ def polach(
      [ 0.     -0.1448]
      [-1.      0.    ]]
     """
-    if not 0 < k_S <= k_A <= 1:
-        raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
+    k_A, k_S = reductions(k_A, k_S)
     a, b, limit = positives("a", a), positives("b", b), positives("friction_force", friction_force)
     vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
     Fx, Fy = polach_forces(a, b, positives("G", G), limit, vx, vy, spin, coefficients, k_A, k_S)
     return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1)
+
+
+def reductions(k_A: Any, k_S: Any) -> tuple[float, float]:
+    """The factors of `polach` on the gradients, checked.
+
+    Parameters
+    ----------
+    k_A, k_S : float
+
+    Raises
+    ------
+    SceneError
+        If they are no numbers, or not in their order.
+    """
+    k_A, k_S = number("k_A", k_A), number("k_S", k_S)
+    if not 0 < k_S <= k_A <= 1:
+        raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
+    return k_A, k_S
 
 
 def polach_forces(

@@ -105,7 +105,8 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     spin = spin * np.sqrt(positives("a", a) * positives("b", b))
     size = np.hypot(np.hypot(vx, vy), spin)
     still = size == 0
-    return np.where(still, L1, (L1 * vx + L2 * vy + L3 * spin) / np.where(still, 1.0, size))
+    size = np.where(still, 1.0, size)
+    return np.where(still, L1, L1 * (vx / size) + L2 * (vy / size) + L3 * (spin / size))
 
 
 def flexibilities_of(

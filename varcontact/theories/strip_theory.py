@@ -91,8 +91,8 @@ def strip(
         n' = n - (0, P).
 
     With spin the slip is then opposite to the traction n S only nearly. In the slip area the traction is given the
-    direction of the rigid slip, point by point; without spin that is n. A strip slips as a whole if ``d >= a(y)`` or
-    ``|P| >= 1``.
+    direction of ``(X, Y + P x)``, the rigid slip in these units, point by point; without spin that is n. A strip slips
+    as a whole if ``d >= a(y)`` or ``|P| >= 1``.
 
     The theory holds for a contact that is wide against its length, ``a << b``: its slopes are those of `a/b` to 0,
     ``C11 = pi^2/(4 (1 - nu))``, ``C22 = pi^2/4``, ``C23 = pi/3 (a/b)^(1/2)``. For others see `fastrip`.

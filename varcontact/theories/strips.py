@@ -15,6 +15,8 @@ from varcontact.theories.simplified import PEAK
 
 CHUNK_POINTS = 5000
 """Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""
+MOST = 100_000
+"""Intervals along a strip, and strips, at most."""
 LARGEST_STEP = 1e100
 """In units of the bound; beyond, directions are kept and sizes cut, as squares must not overflow."""
 
@@ -71,7 +73,7 @@ def printed(m: int, n: int, bound: str) -> Strips:
     Parameters
     ----------
     m, n : int
-        Intervals along a strip (2 or more), and strips.
+        Intervals along a strip (2 or more), and strips; `MOST` of each at most.
     bound : {"parabolic", "elliptic"}
 
     Raises
@@ -79,7 +81,7 @@ def printed(m: int, n: int, bound: str) -> Strips:
     SceneError
         If m or n is no whole number in range, or there is no such bound.
     """
-    m, n = whole("m", m, least=2), whole("n", n)
+    m, n = whole("m", m, least=2, most=MOST), whole("n", n, most=MOST)
     choice("bound", bound, PEAK)
     along = 1 - 2 * np.arange(1, m) / m
     inside = (1 - along) * (1 + along)
@@ -97,7 +99,7 @@ def calibrated(m: int, n: int, bound: str) -> Strips:
     Parameters
     ----------
     m, n : int
-        Intervals along a strip (2 or more), and strips.
+        Intervals along a strip (2 or more), and strips; `MOST` of each at most.
     bound : {"parabolic", "elliptic"}
 
     Raises
@@ -105,7 +107,7 @@ def calibrated(m: int, n: int, bound: str) -> Strips:
     SceneError
         If m or n is no whole number in range, or there is no such bound.
     """
-    m, n = whole("m", m, least=2), whole("n", n)
+    m, n = whole("m", m, least=2, most=MOST), whole("n", n, most=MOST)
     choice("bound", bound, PEAK)
     angle = np.pi * np.arange(1, n + 1) / (n + 1)
     across, edge = np.cos(angle), np.sin(angle)

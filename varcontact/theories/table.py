@@ -77,7 +77,7 @@ def table_forces(
     >>> print((force[:, 0] / 30e3).round(2))
     [-0.28 -1.  ]
     """
-    book = shipped() if book is None else book
+    book = book_of(book)
     if outside not in OUTSIDE:
         checks.choice("outside", outside, OUTSIDE)
     if nu is not None:
@@ -92,6 +92,20 @@ def table_forces(
     force = np.empty((*np.shape(Fx), 2))
     force[..., 0], force[..., 1] = limit * Fx, limit * Fy
     return Resultants(force, limit * size * Mz)
+
+
+def book_of(book: Any) -> TableBook:
+    """The book that is asked for, or that of the package.
+
+    Parameters
+    ----------
+    book : TableBook or None
+    """
+    if book is None:
+        return shipped()
+    if not isinstance(book, TableBook):
+        raise SceneError("book", book, "a TableBook, as TableBook.read gives it")
+    return book
 
 
 def _limit(friction_force: Any) -> Any:
@@ -132,13 +146,14 @@ def interpolated(
     if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
         return book.normalised(x, y, z, ratio, C)
     shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
-    if np.size(ratio) > 1:
-        ratio = np.broadcast_to(ratio, shape).ravel()
-        C = CreepageCoefficients(*(np.broadcast_to(each, shape).ravel() for each in (C.C11, C.C22, C.C23, C.C33)))
-    elif np.ndim(ratio):
-        ratio = float(ratio.item())
-        C = CreepageCoefficients(*(float(np.ravel(each)[0]) for each in (C.C11, C.C22, C.C23, C.C33)))
+
+    def each(value: Any) -> Any:
+        """One for each place, or one for all."""
+        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
+
+    C = CreepageCoefficients(*map(each, (C.C11, C.C22, C.C23, C.C33)))
     x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
+    ratio = each(ratio)
     return tuple(part.reshape(shape) for part in book.normalised(x, y, z, ratio, C))
 
 
