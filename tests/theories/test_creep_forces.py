@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.reference import creepage_coefficients
-from varcontact.theories import fastrip, fastsim, linear_forces, polach, strip, vermeulen_johnson
+from varcontact.theories import fastrip, fastsim, linear_forces, polach, strip, table_forces, vermeulen_johnson
 from varcontact.theories.creep_forces import VECTORISED
 
 CONTACT = {"a": 1.2, "b": 0.8, "G": 1.0, "nu": 0.28, "normal_force": 1.0, "friction": 0.3}
@@ -263,3 +263,22 @@ def test_bad_input(change, words):
     arguments = {"theory": "fastsim", **CONTACT, **change}
     with pytest.raises(vc.SceneError, match=words):
         vc.creep_forces(**arguments)
+
+
+def test_shapes_that_do_not_broadcast_are_named_by_the_functions_behind():
+    three = np.ones((3, 3)) * [0.1, 0.1, 0.0]
+    calls = [
+        lambda: fastrip(1.2, 0.8, 1.0, [0.3, 0.3], three, TABLE),
+        lambda: fastsim(1.2, 0.8, 1.0, [0.3, 0.3], three, TABLE),
+        lambda: polach(1.2, 0.8, 1.0, [0.3, 0.3], three, TABLE),
+        lambda: strip(1.2, 0.8, 1.0, 0.28, [0.3, 0.3], three),
+        lambda: vermeulen_johnson(1.2, 0.8, 1.0, [0.3, 0.3], three, TABLE),
+        lambda: table_forces(1.2, 0.8, 1.0, [0.3, 0.3], three),
+    ]
+    for call in calls:
+        with pytest.raises(vc.SceneError, match=r"do not broadcast: friction_force \(2,\), vx \(3,\)$"):
+            call()
+    with pytest.raises(vc.SceneError, match=r"do not broadcast: a \(2,\), vx \(3,\)$"):
+        linear_forces([1.2, 1.0], 0.8, 1.0, three, TABLE)
+    with pytest.raises(vc.SceneError, match=r"do not broadcast: a_over_b \(2,\), nu \(3,\)$"):
+        vc.no_slip_coefficients([1.0, 2.0], [0.1, 0.2, 0.3])

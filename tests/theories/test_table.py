@@ -316,6 +316,8 @@ def test_files_that_are_no_book(tmp_path):
     path.write_bytes(damaged)
     with pytest.raises(vc.OutputError, match="is damaged: its numbers are not those that were written"):
         TableBook.read(path)
+    with pytest.raises(vc.SceneError, match="path = 3 is not allowed: must be the name of a file"):
+        TableBook.read(3)
 
 
 SMALL = {"least": 0.8, "greatest": 1.25, "ratios": 2, "steps": 2, "degree": 3}

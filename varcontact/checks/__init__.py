@@ -1,7 +1,7 @@
 """Checks of inputs: each returns the clean value or raises a SceneError that names the field."""
 
 from varcontact.checks.arguments import named
-from varcontact.checks.arrays import array, dimensions, is_array, numbers, poisson, positives, wrong_shape
+from varcontact.checks.arrays import array, broadcasting, dimensions, is_array, numbers, poisson, positives, wrong_shape
 from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole
 from varcontact.checks.words import (
     choice,
@@ -18,6 +18,7 @@ from varcontact.checks.words import (
 __all__ = [
     "LARGE",
     "array",
+    "broadcasting",
     "choice",
     "computable",
     "dimensions",

@@ -171,6 +171,28 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
     return result
 
 
+def broadcasting(arguments: dict[str, Any]) -> None:
+    """Refuse arrays whose shapes do not broadcast.
+
+    Parameters
+    ----------
+    arguments : dict
+        Numbers and arrays by name.
+
+    Raises
+    ------
+    SceneError
+        With the names and shapes of all arrays.
+    """
+    shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
+    try:
+        if shapes:
+            np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        words = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
+
+
 def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
     """The error for an array of another shape than is allowed.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks import poisson, positives
+from varcontact.checks import broadcasting, poisson, positives
 from varcontact.reference.equal_splines import FOUR, near_splines, splines_at_knots
 
 
@@ -48,8 +48,8 @@ def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
     Raises
     ------
     SceneError
-        If a ratio is not positive and finite, or nu is out of its range. In an array the first of these is named by
-        its index.
+        If a ratio is not positive and finite, or nu is out of its range (in an array the first of these is named by
+        its index), or their shapes do not broadcast.
 
     Notes
     -----
@@ -81,6 +81,7 @@ def no_slip_coefficients(a_over_b: Any, nu: Any) -> CreepageCoefficients:
     ratio, nu = positives("a_over_b", a_over_b), poisson(nu)
     if ratio.ndim == nu.ndim == 0:
         return _single(float(ratio), float(nu))
+    broadcasting({"a_over_b": ratio, "nu": nu})
     return CreepageCoefficients(*_values(ratio, nu))
 
 

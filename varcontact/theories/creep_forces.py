@@ -144,7 +144,7 @@ def _checked(
     a, b = _positive("a", a), _positive("b", b)
     limit = 1.0 if theory == "linear" else _positive("friction", f) * _positive("normal_force", Fz)
     creepages = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
-    _check_shapes(
+    checks.broadcasting(
         {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope} | dict(zip(NAMES, creepages, strict=True))
     )
     slope = _part(theory, slope)
@@ -184,16 +184,6 @@ def _finite(field: str, value: Any) -> Any:
 
 def _floats(value: np.ndarray) -> Any:
     return value if value.ndim else float(value)
-
-
-def _check_shapes(arguments: dict[str, Any]) -> None:
-    shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
-    try:
-        if shapes:
-            np.broadcast_shapes(*shapes.values())
-    except ValueError:
-        words = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
-        raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
 
 
 def _part(theory: str, slope: Any) -> Any:

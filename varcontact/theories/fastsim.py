@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import array, choice, numbers, positive, positives, wrong_shape
+from varcontact.checks import array, broadcasting, choice, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.theories.inputs import Resultants, triple, triples
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
@@ -106,8 +106,9 @@ def fastsim(
     creepages = triples(creepages)
     a, b = positives("a", a), positives("b", b)
     limit = positives("friction_force", friction_force)
+    G, (vx, vy, spin) = positives("G", G), np.moveaxis(creepages, -1, 0)
+    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
     L = flexibilities_of(a, b, G, creepages, coefficients, flexibility)
-    vx, vy, spin = np.moveaxis(creepages, -1, 0)
     return fastsim_forces(strips, a, b, limit, vx, vy, spin, L)
 
 

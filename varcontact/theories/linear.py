@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import positive, positives
+from varcontact.checks import broadcasting, positive, positives
 from varcontact.theories.inputs import Resultants, either, triples
 
 if TYPE_CHECKING:
@@ -54,7 +54,9 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
     -0.00340 0.00133
     """
     vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
-    ab, G = positives("a", a) * positives("b", b), positives("G", G)
+    a, b, G = positives("a", a), positives("b", b), positives("G", G)
+    broadcasting({"a": a, "b": b, "G": G, "vx": vx, "coefficients": coefficients.C11})
+    ab = a * b
     along_x = -G * ab * coefficients.C11 * vx
     along_y = -G * ab * coefficients.C22 * vy - G * ab**1.5 * coefficients.C23 * spin
     moment = G * ab**1.5 * coefficients.C23 * vy - G * ab**2 * coefficients.C33 * spin

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import number, positives
+from varcontact.checks import broadcasting, number, positives
 from varcontact.errors import SceneError
 from varcontact.theories.inputs import triples
 
@@ -84,8 +84,9 @@ def polach(
     """
     k_A, k_S = reductions(k_A, k_S)
     a, b, limit = positives("a", a), positives("b", b), positives("friction_force", friction_force)
-    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
-    Fx, Fy = polach_forces(a, b, positives("G", G), limit, vx, vy, spin, coefficients, k_A, k_S)
+    G, (vx, vy, spin) = positives("G", G), np.moveaxis(triples(creepages), -1, 0)
+    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
+    Fx, Fy = polach_forces(a, b, G, limit, vx, vy, spin, coefficients, k_A, k_S)
     return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1)
 
 

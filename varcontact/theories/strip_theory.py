@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import poisson, positives
+from varcontact.checks import broadcasting, poisson, positives
 from varcontact.theories.inputs import Resultants, triples
 from varcontact.theories.simplified import PEAK, check_spin, flexibilities
 from varcontact.theories.strips import CHUNK_POINTS, LARGEST_STEP, Strips, calibrated, caps, march, moderate_steps
@@ -105,10 +105,11 @@ def strip(
     -1.0000
     -1.0000
     """
-    poisson(nu)
+    nu = poisson(nu)
     creepages, ellipse = triples(creepages), (positives("a", a), positives("b", b))
     G, limit = positives("G", G), positives("friction_force", friction_force)
     vx, vy, spin = np.moveaxis(creepages, -1, 0)
+    broadcasting({"a": ellipse[0], "b": ellipse[1], "G": G, "nu": nu, "friction_force": limit, "vx": vx})
     return strip_forces(calibrated(m, n, "elliptic"), *ellipse, G, nu, limit, vx, vy, spin)
 
 
@@ -162,6 +163,8 @@ def fastrip(
     G, limit = positives("G", G), positives("friction_force", friction_force)
     strips = calibrated(m, n, "elliptic"), calibrated(m, n, "parabolic")
     vx, vy, spin = np.moveaxis(creepages, -1, 0)
+    a, b = ellipse
+    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
     return fastrip_forces(*strips, *ellipse, G, limit, vx, vy, spin, coefficients)
 
 

@@ -86,6 +86,8 @@ def table_forces(
     ratio = _ratio(a / b, book, outside)
     creepage = triples(creepages)
     limit = _limit(friction_force)
+    if creepage.ndim > 1:
+        checks.broadcasting({"friction_force": limit, "vx": creepage[..., 0]})
     size, unit = math.sqrt(a * b), G * a * b / limit
     apart = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
     Fx, Fy, Mz = interpolated(book, ratio, size, unit, apart)

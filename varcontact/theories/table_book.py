@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
@@ -190,11 +191,14 @@ class TableBook:
 
         Raises
         ------
+        SceneError
+            If the path is no name of a file.
         OutputError
             If the file is not there, is damaged, or is no book of this version.
         """
         from scipy.io import netcdf_file
 
+        path = checks.file_name("path", path)
         try:
             with netcdf_file(path, "r", mmap=False) as file:
                 found = getattr(file, "format", b"").decode()

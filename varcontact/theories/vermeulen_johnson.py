@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import number, numbers, poisson, positive, positives, wrong_shape
+from varcontact.checks import broadcasting, number, numbers, poisson, positive, positives, wrong_shape
 from varcontact.errors import Saturated, SceneError
 from varcontact.theories.inputs import either, triples
 
@@ -140,7 +140,9 @@ def _normalised(
     if np.any(spin != 0):
         raise SceneError("spin", float(spin[spin != 0][0]), "0 in the theory of Vermeulen and Johnson")
     limit = positives("friction_force", friction_force)
-    scale = -positives("a", a) * positives("b", b) * positives("G", G) / (3 * limit)
+    a, b, G = positives("a", a), positives("b", b), positives("G", G)
+    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
+    scale = -a * b * G / (3 * limit)
     xi, eta, limit = np.broadcast_arrays(scale * coefficients.C11 * vx, scale * coefficients.C22 * vy, limit)
     return xi, eta, limit
 
