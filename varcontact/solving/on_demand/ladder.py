@@ -160,13 +160,13 @@ LADDERS = {
     (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.0, 2.0, 0.77, 3.2), coarsest=6),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
-        Law(2.0, 2.0, 0.32, 1.5, 0.65, 1.7),
+        Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
         coarsest=6,
         along=1.5,
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
-        "shifts under computed pressure", Law(2.0, 1.5, 0.5, 2.0, 0.28, 1.0), coarsest=6
+        "shifts under computed pressure", Law(2.0, 1.5, 0.8, 2.0, 0.28, 1.0), coarsest=6
     ),
     (False, "computed", "history"): Ladder(
         "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=6
