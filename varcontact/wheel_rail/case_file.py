@@ -13,7 +13,8 @@ from varcontact.errors import SceneError
 from varcontact.io.scene_file import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction import LAWS
-from varcontact.wheel_rail.profile import Kind, Profile
+from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile_points import Kind
 from varcontact.wheel_rail.track import Position, Side, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wear import Archard
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail

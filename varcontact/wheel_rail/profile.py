@@ -12,25 +12,18 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.wheel_rail import profile_points
 from varcontact.wheel_rail.curve import Curve, spline
+from varcontact.wheel_rail.profile_points import Kind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Kind = Literal["rail", "wheel"]
 KINDS = ("rail", "wheel")
 FEWEST = 10
 """Points a profile must have."""
-TOGETHER = 0.02
-"""Points nearer to the one before than this part of the usual spacing are left out: their directions are rounding."""
 KINK, CALM = np.radians(30.0), 1 / 3
 """A kink turns by so much in one point, and the points beside it by less than this part of that."""
-NARROWEST = 1.0
-"""Width a profile must have [mm]; in metres none has."""
-SIDE = 1e-6
-"""What is nearer to a line than this lies on it [mm]."""
-FLANGE = 0.1
-"""A wheel's lowest point is a flange if it lies further from the middle than this part of the width."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -83,16 +76,16 @@ class Profile:
         y, z = checks.array("profile.y", self.y, 1), checks.array("profile.z", self.z, 1)
         if y.size != z.size:
             raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
-        points = _ordered(np.stack([y, z], axis=1))
+        points = profile_points.ordered(np.stack([y, z], axis=1))
         if len(points) < FEWEST:
             raise SceneError(
                 "profile",
                 len(points),
                 message=f"the profile has {len(points)} different points; it needs {FEWEST} at least",
             )
-        _check_width(points)
-        _check_crossing(points)
-        _check_upright(points, self.kind)
+        profile_points.check_width(points)
+        profile_points.check_crossing(points)
+        profile_points.check_upright(points, self.kind)
         points.flags.writeable = False
         set_(self, "y", points[:, 0])
         set_(self, "z", points[:, 1])
@@ -168,7 +161,7 @@ class Profile:
         y, z = factor * found.points.T
         if mirror_z:
             z = -z
-        mirrored = found.kind == "wheel" and _flange(y, z) > 0 if mirror_y == "auto" else mirror_y
+        mirrored = found.kind == "wheel" and profile_points.flange(y, z) > 0 if mirror_y == "auto" else mirror_y
         if mirrored:
             y = -y
         name = Path(path).name
@@ -306,105 +299,6 @@ class Profile:
         from varcontact.wheel_rail.pictures import plot_profile
 
         return plot_profile(self)
-
-
-def _ordered(points: np.ndarray) -> np.ndarray:
-    """The points from the track side to the outside, without those that lie on each other."""
-    if len(points) > 1 and points[0, 0] > points[-1, 0]:
-        points = points[::-1]
-    if len(points) < 3:
-        return points
-    gaps = np.hypot(*np.diff(points, axis=0).T)
-    least = TOGETHER * float(np.median(gaps))
-    keep, last = [0], 0
-    for i in range(1, len(points)):
-        if np.hypot(*(points[i] - points[last])) > least:
-            keep.append(i)
-            last = i
-    return points[keep]
-
-
-def _check_width(points: np.ndarray) -> None:
-    """Lengths in metres make a profile of some tenths of a millimetre."""
-    width = float(np.ptp(points[:, 0]))
-    if width < NARROWEST:
-        raise SceneError(
-            "profile.y",
-            width,
-            message=f"the profile is {width:.3g} mm wide: y and z must be in millimetres; multiply them by 1000 where "
-            "they are in metres, or read the file with scale=1000",
-        )
-
-
-def _check_crossing(points: np.ndarray) -> None:
-    """No segment of the profile may cross another, and no part may be there twice."""
-    _, first, place = np.unique(points[:-1], axis=0, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[place.ravel()] != np.arange(len(points) - 1))
-    if again.size:
-        i, j = int(first[place.ravel()[again[0]]]), int(again[0])
-        raise SceneError(
-            "profile",
-            tuple(points[j].tolist()),
-            message=f"the profile comes back to y = {points[j, 0]:.4g}, z = {points[j, 1]:.4g} mm, its points {i} and "
-            f"{j}: the points must follow each other along the profile, once",
-        )
-    start, end = points[:-1], points[1:]
-    for i in range(len(start) - 2):
-        across = _off(start[i], end[i], start[i + 2 :]) * _off(start[i], end[i], end[i + 2 :])
-        along = _off(start[i + 2 :], end[i + 2 :], start[i]) * _off(start[i + 2 :], end[i + 2 :], end[i])
-        crossed = np.flatnonzero((across < -(SIDE**2)) & (along < -(SIDE**2)))
-        if crossed.size:
-            y, z = (start[i] + end[i]) / 2
-            raise SceneError(
-                "profile",
-                (float(y), float(z)),
-                message=f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm, between its points {i} and "
-                f"{i + 2 + int(crossed[0])}: the points must follow each other along the profile",
-            )
-
-
-def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """How far a point is to the left of the line from one point to another."""
-    way, to = last - first, point - first
-    return (way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) / np.hypot(way[..., 0], way[..., 1])
-
-
-def _interior(at: int, size: int) -> bool:
-    return 0 < at < size - 1
-
-
-def _check_upright(points: np.ndarray, kind: Kind) -> None:
-    """z points down, and a wheel's flange is on the track side."""
-    y, z = points.T
-    low, high = int(z.argmax()), int(z.argmin())
-    if kind == "wheel":
-        inverted = _flange(y, -z) != 0 and _flange(y, z) == 0
-    else:
-        inverted = _interior(low, len(z)) and not _interior(high, len(z))
-    if inverted:
-        what, where = ("its flange points up", high) if kind == "wheel" else ("its head points down", low)
-        raise SceneError(
-            "profile.z",
-            float(z[where]),
-            message=f"the {kind}'s profile is upside down ({what}): z must point down; change the sign of z, or read "
-            "the file with mirror_z=True",
-        )
-    if kind == "wheel" and _flange(y, z) > 0:
-        raise SceneError(
-            "profile.y",
-            float(points[low, 0]),
-            message=f"the wheel's flange is at y = {points[low, 0]:.4g} mm: y must point to the outside, away from the "
-            "flange; change the sign of y, or read the file with mirror_y=True",
-        )
-
-
-def _flange(y: np.ndarray, z: np.ndarray) -> float:
-    """Where a wheel's flange is: -1 at the lesser y, 1 at the greater, 0 if it has none."""
-    at, size = int(z.argmax()), len(z)
-    middle, width = (y.min() + y.max()) / 2, y.max() - y.min()
-    if not _interior(at, size) or abs(y[at] - middle) < FLANGE * width:
-        return 0.0
-    return float(np.sign(y[at] - middle))
 
 
 def _kinks(points: np.ndarray) -> np.ndarray:

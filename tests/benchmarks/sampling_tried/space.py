@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -63,11 +64,8 @@ def softened() -> Iterator[None]:
         self.__dict__["softening"] = own[:, None, None] * more
         return posed(self, pressure, *rest, **options)
 
-    Discretisation.tangential_problem = with_softening  # type: ignore[method-assign]
-    try:
+    with patch.object(Discretisation, "tangential_problem", with_softening):
         yield
-    finally:
-        Discretisation.tangential_problem = posed  # type: ignore[method-assign]
 
 
 def sampled(numbers: dict[str, float], n: int) -> vc.Scene:
@@ -149,9 +147,7 @@ def levels() -> None:
         recorded.append((0, raw.traction.sum(axis=1) / self.load))
         return raw
 
-    tangential.newton = recording  # type: ignore[assignment]
-    tangential._Posed.solved = finished  # type: ignore[method-assign]
-    try:
+    with patch.object(tangential, "newton", recording), patch.object(tangential._Posed, "solved", finished):
         for n in (32, 48):
             rows = []
             for numbers, truth in read()[::2]:
@@ -165,9 +161,6 @@ def levels() -> None:
             ):
                 quantiles = 100 * np.quantile(np.abs(off).max(axis=1), [0.5, 0.9, 1])
                 print(f"{n} {name}: " + "/".join(f"{value:.2f}" for value in quantiles), flush=True)
-    finally:
-        tangential.newton = inner  # type: ignore[assignment]
-        tangential._Posed.solved = posed  # type: ignore[method-assign]
 
 
 def _three(
