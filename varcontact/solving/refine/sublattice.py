@@ -71,7 +71,7 @@ class Sublattice:
             behind = self.sticking(traction)[:, None] * (parts.lattice.x < 0)
             other = (parts.derivative.apply(traction) + parts.rooted.lacking(traction)) * parts.steps
             elastic = elastic + behind * (other - elastic)
-        return np.asarray(parts.rigid_shift + rigid[:, None, None] + elastic)
+        return np.asarray(parts.known_shift + rigid[:, None, None] + elastic)
 
     def sticking(self, traction: np.ndarray) -> np.ndarray:
         """How far each row is from slip at its trailing edge: one less the ratio of traction to bound there.
