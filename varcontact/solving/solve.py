@@ -211,7 +211,7 @@ def solve(
         check_fits(posed, known)
         wanted = certify if certified else "none"
         if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, tol, polish, told, store, wanted, stages=asked is not None)
+            return solve_transient(posed, known, tol, polish, told, store, wanted, asked is not None, corrects)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
         disc, state = on_a_grid_that_holds_it(

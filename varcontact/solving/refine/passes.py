@@ -21,6 +21,8 @@ PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
 PASSES = 3
 """Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
+OF_A_STEP = 2
+"""The same in a step of a history: a third one changes little."""
 STUCK = 6
 """The same where nothing slips: what tractions do at the trailing edge is found more slowly."""
 
@@ -98,7 +100,7 @@ def defect_corrected(
     finer : ndarray, optional
         The pressure that was solved for, on parts of the parts, dimensionless. None: it is Hertz's.
     passes : int, optional
-        `PASSES` if not given, or `STUCK`.
+        `PASSES` if not given, or `OF_A_STEP`, or `STUCK`.
     brought : Brought, optional
         In a step of a history: what the step before left on the parts; `disc` has means of it over the elements.
 
@@ -116,7 +118,7 @@ def defect_corrected(
     prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
     stuck = fine.sticks(traction)
     if passes is None:
-        passes = STUCK if stuck else PASSES
+        passes = STUCK if stuck else PASSES if brought is None else OF_A_STEP
     used, found, seconds = [np.zeros_like(state.traction)], [], []
     came = Carried(np.zeros_like(state.traction), np.zeros(2)) if disc.carried is None else disc.carried
     for k in range(passes):
