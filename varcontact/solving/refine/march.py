@@ -7,6 +7,7 @@ is told by a second march, of the same history on half as many elements each way
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -41,6 +42,9 @@ from varcontact.solving.refine.road import (
 from varcontact.solving.refine.sublattice import loads
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
+
+LEAST = 16
+"""Fewest elements across the contact each way: half as many, from which the estimate is, have to be eight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,8 +235,7 @@ def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: Step
     SceneError
         If there are too few elements across the largest contact.
     """
-    _check_elements(scene, contacts, grid)
-    coarser, largest = _halved(grid), contacts[0]
+    coarser, largest = _halved(scene, contacts, grid), contacts[0]
     motion = scene.motion
     assert isinstance(motion, Transient)
     if motion.dq is None:
@@ -244,28 +247,26 @@ def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: Step
     return CorrectedMarch(on, Coarser(beside, unloaded(coarser)))
 
 
-def _check_elements(scene: Scene, contacts: list[Scene], grid: Grid) -> None:
-    """There are enough elements across the largest contact, or on the grid where it has to be solved for."""
-    semi_axes = [(each.hertz.a, each.hertz.b) for each in contacts if each.hertz is not None]
-    if len(semi_axes) < len(contacts):
-        return check_count(scene, (grid.nx, grid.rows))
-    a, b = np.max(semi_axes, axis=0)
-    dx, dy = grid.sides
-    return check_count(scene, (2 * a / dx, 2 * b / dy))
-
-
 def _on_parts(march: March) -> PartsMarch:
     disc = march.disc
     return PartsMarch(march, disc.operators.on(divided(disc.lattice, (1 if disc.line else PARTS, PARTS))))
 
 
-def _halved(grid: Grid) -> Grid:
-    """Half as many elements each way, over the same rectangle."""
-    (left, right, bottom, top), nx = grid.box, (grid.nx + 1) // 2
-    if grid.line:
-        return Grid(nx=nx, dx=(right - left) / nx, x0=left)
-    ny = (grid.rows + 1) // 2
-    return Grid(nx=nx, ny=ny, dx=(right - left) / nx, dy=(top - bottom) / ny, x0=left, y0=bottom)
+def _halved(scene: Scene, contacts: list[Scene], grid: Grid) -> Grid:
+    """Half as many elements each way across the largest contact, of which there have to be enough.
+
+    Where contacts have to be solved for, half as many over the same rectangle.
+    """
+    hertz = [each.hertz for each in contacts if each.hertz is not None]
+    (dx, dy), box, margin = grid.sides, grid.box, 0
+    if len(hertz) == len(contacts):
+        a, b = max(each.a for each in hertz), max(each.b for each in hertz)
+        box, margin = (-a, a, -b, b), 1
+    left, right, bottom, top = box
+    count = (right - left) / dx, (top - bottom) / dy
+    check_count(scene, count, LEAST)
+    nx, ny = (math.ceil(each / 2 - 1e-9) for each in count)
+    return Grid(nx=nx, ny=None if grid.line else ny, margin=margin).spread(box)
 
 
 def _remembering(found: Refinement, before: Solution, scene: Scene, pressure: np.ndarray) -> Refinement:

@@ -85,7 +85,7 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
     return True
 
 
-def check_count(scene: Scene, count: tuple[float, float]) -> None:
+def check_count(scene: Scene, count: tuple[float, float], least: int = LEAST) -> None:
     """There are enough elements along x and y across the contact; in line contact along x.
 
     Parameters
@@ -93,6 +93,8 @@ def check_count(scene: Scene, count: tuple[float, float]) -> None:
     scene : Scene
     count : tuple of float
         Elements across the contact along x and y.
+    least : int
+        Fewest of them.
 
     Raises
     ------
@@ -100,13 +102,13 @@ def check_count(scene: Scene, count: tuple[float, float]) -> None:
         Naming the grid.
     """
     counted = count[:1] if scene.line else count
-    if min(counted) < LEAST * (1 - 1e-9):
+    if min(counted) < least * (1 - 1e-9):
         found = " by ".join(f"{each:.3g}" for each in counted)
         raise SceneError(
             "grid",
             scene.grid,
-            f"at least {LEAST} elements across the contact each way",
-            message=f'refine = "{KINDS[0]}" needs a grid with at least {LEAST} elements across the contact each way; '
+            f"at least {least} elements across the contact each way",
+            message=f'refine = "{KINDS[0]}" needs a grid with at least {least} elements across the contact each way; '
             f"here it has {found}",
         )
 
