@@ -143,7 +143,7 @@ def solve(
     refine : {"continuum"}, optional
         Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
         on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
-        For steady rolling and shifts of like bodies, see docs/refinement.md.
+        In a history each step goes on from the field of the step before. For like bodies, see docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional

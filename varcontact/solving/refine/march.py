@@ -22,6 +22,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Surface
 from varcontact.scene.transient import Transient
 from varcontact.solving.certify import judged
 from varcontact.solving.march import March, begun, check_held, marching_on, state_of, without_contact, without_load
@@ -46,6 +47,9 @@ from varcontact.solving.timing import Clock
 LEAST = 16
 """Fewest elements across the contact each way: half as many, from which the estimate is, have to be eight."""
 
+ROUGH = 1e-7
+"""Residual of the coarse solves before the last of a step: what an element slips by or not, all later steps feel."""
+
 
 @dataclass(frozen=True, eq=False)
 class PartsMarch:
@@ -61,7 +65,9 @@ class PartsMarch:
 
     march: March
     operators: Operators
-    _finer: dict[tuple[int, float | None, float | None], np.ndarray | None] = field(default_factory=dict, repr=False)
+    _finer: dict[tuple[Surface, float | None, float | None], np.ndarray | None] = field(
+        default_factory=dict, repr=False
+    )
 
     @property
     def cells(self) -> Cells:
@@ -106,12 +112,13 @@ class PartsMarch:
         state = last.pressure(disc, begun(start, last))
         check_held(scene, disc, state, last)
         with last.clock("refinement"):
-            state = contact(disc, steps, state)
+            if scene.motion.Fx is not None or scene.motion.Fy is not None:
+                state = contact(disc, steps, state)  # a force beyond friction is refused as without refinement
             return passed(disc, state, steps, last, self._pressed(scene, disc, last), brought)
 
     def _pressed(self, scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
         """The pressure on parts of the parts: of the last load, as long as that stays."""
-        load = id(scene.surface), scene.normal_force, scene.approach
+        load = scene.surface, scene.normal_force, scene.approach
         if load not in self._finer:
             self._finer.clear()
             self._finer[load] = finer_pressure(scene, disc, steps)
@@ -151,7 +158,7 @@ class Coarser:
         return self.found[k]
 
     def _go_on(self) -> None:
-        rough = replace(roughly(self.on.march.steps), clock=Clock())
+        rough = replace(roughly(self.on.march.steps, ROUGH), clock=Clock())
         scene, disc, brought = self.on.problem(len(self.found), self.traction)
         if without_load(disc, closed_form=rough.plan.closed_form):
             self.left, self.traction = unloaded(disc.grid), None
@@ -210,7 +217,7 @@ class CorrectedMarch:
             bare = without_contact(scene, disc, steps)
             refinement = _nothing(scene, divided(disc.grid, self.on.cells), disc.grid, coarser)
             return replace(bare, refinement=refinement, error_estimate=estimated(bare, refinement))
-        found = self.on.corrected(scene, disc, state_of(disc, before), brought, roughly(steps), steps)
+        found = self.on.corrected(scene, disc, state_of(disc, before), brought, roughly(steps, ROUGH), steps)
         refinement = recorded(found, coarser[:3], coarser[3:])
         if before is not None:
             refinement = _remembering(refinement, before, scene, found.state.pressure)
@@ -265,8 +272,8 @@ def _halved(scene: Scene, contacts: list[Scene], grid: Grid) -> Grid:
     left, right, bottom, top = box
     count = (right - left) / dx, (top - bottom) / dy
     check_count(scene, count, LEAST)
-    nx, ny = (math.ceil(each / 2 - 1e-9) for each in count)
-    return Grid(nx=nx, ny=None if grid.line else ny, margin=margin).spread(box)
+    nx, ny = math.ceil(count[0] / 2 - 1e-9), None if grid.line else math.ceil(count[1] / 2 - 1e-9)
+    return Grid(nx=nx, ny=ny, margin=margin).spread(box)
 
 
 def _remembering(found: Refinement, before: Solution, scene: Scene, pressure: np.ndarray) -> Refinement:

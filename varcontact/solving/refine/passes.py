@@ -91,7 +91,7 @@ def defect_corrected(
     disc : Discretisation
         With quasi-identical bodies.
     state : ContactState
-        Its solution.
+        Its solution; in a step of a history the pressure is enough.
     rough, last : callable
         From a discretisation and a state to the state with the tractions that go with its pressure: in all passes but
         the last, and in that.
@@ -109,7 +109,7 @@ def defect_corrected(
     Corrected
     """
     cells, share, given = (1 if disc.line else parts, parts), shares(disc, state, finer), disc.coefficient
-    if np.any(share != 1):
+    if np.any(share != 1) or brought is not None:
         disc = disc.rubbing(of_elements(disc) * share)
         state = rough(disc, state)
     divided = Parts(disc, cells, state.pressure * share, finer, brought)

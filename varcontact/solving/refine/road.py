@@ -18,6 +18,7 @@ from varcontact.problem.contact_grid import across, known_grid, within
 from varcontact.problem.containment import contact_box
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
+from varcontact.problem.operators import KEPT_DISTANCES
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.error_estimate import ErrorEstimate, Solve
@@ -81,7 +82,8 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
         check_count(scene, (grid.nx, grid.rows))
     parts = PARTS if plan.closed_form else PARTS * FINER
     blocks = 4 * table_bytes(parts * grid.rows, parts * grid.nx, 1)
-    need("the parts of the elements", 2.0 * blocks, SMALLER)
+    kept = 2.0 + KEPT_DISTANCES if isinstance(scene.motion, Transient) else 2.0
+    need("the parts of the elements", kept * blocks, SMALLER)
     return True
 
 
@@ -313,14 +315,16 @@ def _solved(steps: Steps, disc: Discretisation, state: ContactState) -> ContactS
     return contact(disc, steps, state)
 
 
-def roughly(steps: Steps) -> Steps:
+def roughly(steps: Steps, tol: float = ROUGH) -> Steps:
     """The same methods, as exact as the solves before the last need to be.
 
     Parameters
     ----------
     steps : Steps
+    tol : float
+        Residual that is enough.
     """
-    return replace(steps, tol=max(steps.tol, ROUGH), refined=False)
+    return replace(steps, tol=max(steps.tol, tol), refined=False)
 
 
 def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
