@@ -61,7 +61,8 @@ def test_cattaneos_shift_to_and_fro(cells, gain):
     assert errors[1].max() < errors[0].max() / gain
     assert errors[1].max() < 2e-3 * abs(first)
     assert errors[1, 1] < found[1].refinement.creepage_estimate[0]
-    np.testing.assert_allclose(found.force[:, 0], [0.2, -0.1], atol=2e-4 * 0.3)
+    np.testing.assert_allclose(found.force[:, 0], [0.2, -0.1], atol=5e-4 * 0.3)
+    assert np.all(np.abs(found.force[:, 0] - [0.2, -0.1]) <= [step.refinement.estimate[0] for step in found])
 
 
 def test_one_step_in_place_is_the_shift():

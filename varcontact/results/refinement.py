@@ -38,9 +38,9 @@ class Refinement:
     creepages : ndarray, shape (passes + 1, 2)
         vx and vy then, in a shift ux and uy: as given, or found for the forces that are given.
     estimate : ndarray, shape (3,)
-        Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way, or
-        from those before the last pass, whichever is more; in a step of a history also what of the step before is still
-        in contact. No bound.
+        Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way,
+        from those before the last pass, or from those prescribed, whichever is most; in a step of a history also that
+        of the step before, as far as its particles are still in contact. No bound.
     creepage_estimate : ndarray, shape (2,)
         The same of vx and vy [-]; zero where they are given.
     seconds : tuple of float

@@ -180,6 +180,8 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
 def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Refinement:
     """The record of the passes, with the difference from other loads as the estimate, or what the last pass changed.
 
+    Where a force is prescribed, what the field carries more or less counts, too.
+
     Parameters
     ----------
     found : Corrected
@@ -193,8 +195,10 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
     Refinement
         In physical units.
     """
-    rolled, carried = unit_slip(found.disc), found.disc.carried
+    rolled, carried, last = unit_slip(found.disc), found.disc.carried, found.forces[-1]
     assert carried is not None
+    prescribed = [getattr(found.parts.disc.motion, name) for name in ("Fx", "Fy")]
+    posed = [F if given is None else given for F, given in zip(last, [*prescribed, None], strict=True)]
     return Refinement(
         kind=KINDS[0],
         grid=found.parts.grid,
@@ -204,7 +208,7 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
         share=found.share,
         forces=found.forces,
         creepages=found.creepages,
-        estimate=np.abs(found.forces[-1] - [forces, found.forces[-2]]).max(axis=0),
+        estimate=np.abs(last - [forces, found.forces[-2], posed]).max(axis=0),
         creepage_estimate=np.abs(found.creepages[-1] - [creepages, found.creepages[-2]]).max(axis=0),
         seconds=found.seconds,
     )
