@@ -32,6 +32,7 @@ from varcontact.solving.refine.passes import PARTS, Corrected
 from varcontact.solving.refine.pressed import divided
 from varcontact.solving.refine.road import (
     KINDS,
+    LEAST_OF_A_HISTORY,
     check_count,
     estimated,
     finer_pressure,
@@ -43,9 +44,6 @@ from varcontact.solving.refine.road import (
 from varcontact.solving.refine.sublattice import loads
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
-
-LEAST = 16
-"""Fewest elements across the contact each way: half as many, from which the estimate is, have to be eight."""
 
 ROUGH = 1e-7
 """Residual of the coarse solves before the last of a step: what an element slips by or not, all later steps feel."""
@@ -271,7 +269,7 @@ def _halved(scene: Scene, contacts: list[Scene], grid: Grid) -> Grid:
         box, margin = (-a, a, -b, b), 1
     left, right, bottom, top = box
     count = (right - left) / dx, (top - bottom) / dy
-    check_count(scene, count, LEAST)
+    check_count(scene, count, LEAST_OF_A_HISTORY)
     nx, ny = math.ceil(count[0] / 2 - 1e-9), None if grid.line else math.ceil(count[1] / 2 - 1e-9)
     return Grid(nx=nx, ny=ny, margin=margin).spread(box)
 

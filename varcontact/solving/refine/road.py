@@ -14,7 +14,7 @@ from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import Saturated, SceneError
 from varcontact.machine.memory import SMALLER, need
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import across, known_grid, within
+from varcontact.problem.contact_grid import across, known_grid, wanted_grid, within
 from varcontact.problem.containment import contact_box
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
@@ -39,6 +39,8 @@ KINDS = ("continuum",)
 """What can be asked for."""
 LEAST = 8
 """Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
+LEAST_OF_A_HISTORY = 16
+"""The same in a history: on half of fewer, errors that steps hand on are no longer in proportion."""
 ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
 
@@ -72,17 +74,16 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
         reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
     if reason:
         raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
-    grid, hertz = known_grid(scene), scene.hertz
-    if isinstance(scene.motion, Transient):
-        hertz = None  # the loads of its steps count: see `corrected_march`
-    if hertz is not None:
+    marches = isinstance(scene.motion, Transient)
+    grid, hertz = wanted_grid(scene) if marches else known_grid(scene), scene.hertz
+    if hertz is not None and not marches:
         dx, dy = grid.sides
         check_count(scene, (2 * hertz.a / dx, 2 * hertz.b / dy))
-    elif not grid.explicit:
-        check_count(scene, (grid.nx, grid.rows))
+    elif not grid.explicit:  # otherwise the contact has to be solved for, or the largest of a history to be found
+        check_count(scene, (grid.nx, grid.rows), LEAST_OF_A_HISTORY if marches else LEAST)
     parts = PARTS if plan.closed_form else PARTS * FINER
     blocks = 4 * table_bytes(parts * grid.rows, parts * grid.nx, 1)
-    kept = 2.0 + KEPT_DISTANCES if isinstance(scene.motion, Transient) else 2.0
+    kept = 2.0 + KEPT_DISTANCES if marches else 2.0
     need("the parts of the elements", kept * blocks, SMALLER)
     return True
 
