@@ -80,7 +80,10 @@ def agreement(scene: vc.Scene, truth: vc.History) -> float:
 
 
 def table() -> None:
-    """Plain, corrected and estimate on 16 and 32 cells, largest of all steps, from corrected histories on 96."""
+    """Plain, corrected and estimate on 16 and 32 cells, largest of all steps, from corrected histories on 96.
+
+    Before them stands how far these are from extrapolated plain grids.
+    """
     for part in (4, 8, 16):
         for name, posed in scenes(part).items():
             truth = corrected(on(posed, 96))
