@@ -125,7 +125,9 @@ def test_what_varcontact_wrote_is_written_again(folder, command):
         done = run(*arguments, folder=folder)
         assert done.returncode == 0, done.stderr
     assert stat.S_IMODE((folder / name).stat().st_mode) == 0o640, "its permissions are kept"
-    assert sorted(os.listdir(folder)) == sorted([name, "history.toml", "pressed.toml", "scene.toml"]), "nothing else is left"
+    assert sorted(os.listdir(folder)) == sorted([name, "history.toml", "pressed.toml", "scene.toml"]), (
+        "nothing else is left"
+    )
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg", "eps"])
