@@ -128,6 +128,29 @@ def test_other_steps_have_the_same_continuum(dq):
     assert -sol.force[0] == pytest.approx(exact, rel=2e-4)
 
 
+def test_mirror_and_units():
+    """Mirrored in the x axis Fy and Mz turn over; in other units the numbers are the same."""
+    motion, grid = vc.Steady(vx=1e-3, vy=-5e-4, spin=8e-4), vc.Grid(nx=12, ny=12)
+    one, mirrored = (
+        vc.solve(replace(POSED, motion=each, grid=grid), refine="continuum", certify=None)
+        for each in (motion, vc.Steady(vx=1e-3, vy=5e-4, spin=-8e-4))
+    )
+    loads = [np.array([*each.force, each.moment]) for each in (one, mirrored)]
+    np.testing.assert_allclose(loads[1], loads[0] * [1, -1, -1], rtol=1e-5)
+    length, modulus = 1e3, 2e9
+    scaled = replace(
+        POSED,
+        bodies=vc.Bodies(G=modulus, nu=0.28),
+        surface=vc.Ellipse(a=A * length, b=B * length),
+        normal_force=modulus * length**2,
+        motion=replace(motion, spin=8e-4 / length),
+        grid=grid,
+    )
+    other = vc.solve(scaled, refine="continuum", certify=None)
+    found = np.array([*other.force, other.moment / length]) / (modulus * length**2)
+    np.testing.assert_allclose(found, loads[0], rtol=1e-5)
+
+
 def test_force_given_in_line_contact():
     bodies = vc.Bodies(G=1.0, nu=0.25)
     contact = line_contact(2.0, bodies, a=0.01)
