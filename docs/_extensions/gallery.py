@@ -26,7 +26,6 @@ PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}  # in the folder pictures: 
 SMALLER = {
     "compare_bank": "'compare_bank.png', cells=8, methods=('convex', 'active-set', 'clarabel', 'scs', 'tang')",
     "coupling_loops": "frictions=(0.01, 0.1, 1.0), unlikeness=(0.0, 0.2, 0.5)",
-    "fig30_to_33_rolling_cylinders": "cells=60",
     "fig36_37_rolling_spheres": "cells=1",
     "theories_bank": "cells=12",
 }
