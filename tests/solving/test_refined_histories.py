@@ -269,6 +269,15 @@ def test_interrupted_and_gone_on_with(rolled, tmp_path):
         np.testing.assert_array_equal(step.refinement.estimate, was.refinement.estimate)
 
 
+def test_steps_of_an_element():
+    """Without a length a step is an element of the grid, on half as many elements, too."""
+    own = corrected(on(history(1.0, steps=2, vx=0.5 * FULL), 16))
+    given = corrected(replace(own.scene, motion=replace(own.scene.motion, dq=own.grid.sides[0])))
+    for one, other in zip(own, given, strict=True):
+        np.testing.assert_array_equal(one.refinement.forces, other.refinement.forces)
+        np.testing.assert_array_equal(one.refinement.estimate, other.refinement.estimate)
+
+
 def test_words(rolled):
     """Reports and summaries say whose forces these are, and how sure."""
     text, last = rolled.report(), rolled[-1].report()
