@@ -213,7 +213,8 @@ def solve(
         if isinstance(posed.motion, Transient):
             return solve_transient(posed, known, tol, polish, told, store, wanted, stages=asked is not None)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
-        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
+        exact = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
+        steps = exact if certified else roughly(exact)
         disc, state = on_a_grid_that_holds_it(
             posed, roughly(steps) if corrects and known.closed_form else steps, near=near
         )
@@ -322,7 +323,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             message="grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0",
         )
     plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
-    grid = first_grid(scene, lambda disc: unloaded(disc.grid))
+    grid = first_grid(scene, lambda disc, state: state)
     disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
