@@ -79,7 +79,7 @@ def make_plan(
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
     if method == "auto" and not (formulation == "auto" or steps):
         way = road("convex")  # what is asked for, only programs have
-    elif method == "auto" and not steps and (coupling == "newton" or many_elements(scene)):
+    elif method == "auto" and not steps and (coupling == "newton" or many_elements(scene, coupling)):
         way = MANY_ELEMENTS
     elif method == "auto" and coupling == "joint":
         way = road("convex")

@@ -50,9 +50,9 @@ class Law:
         """
         return self.floor * slender * n**-self.fall
 
-    def expected(self, n: float, slender: float = 1.0) -> float:
-        """The estimate of the error that `n` elements across a contact usually lead to, for `slender` ones, too."""
-        return self.share * self.usual * n**-self.order + self.remainder(n, slender)
+    def expected(self, n: float, slender: float = 1.0, likely: float = 1.0) -> float:
+        """The estimate of the error that `n` elements across a contact lead to, by a step `likely` times the usual."""
+        return self.share * likely * self.usual * n**-self.order + self.remainder(n, slender)
 
     def alone(self, n: float, slender: float = 1.0) -> float:
         """Estimated error of an answer on a single grid of `n` elements across a contact, so `slender`."""
@@ -130,10 +130,10 @@ class Ladder:
         """Elements across the contact on the first of two grids, `part` of the `n` on the second."""
         return max(self.coarsest, math.ceil(part * n))
 
-    def first(self, accuracy: float, slender: float) -> int:
-        """Fewest elements across a contact, so `slender`, that usually reach an `accuracy` on two grids."""
+    def first(self, accuracy: float, slender: float, likely: float = 1.0) -> int:
+        """Fewest elements across a contact, so `slender`, that reach an `accuracy` by a step `likely` times usual."""
         n = math.ceil(1.5 * self.coarsest)
-        while self.law.expected(n, slender) > accuracy:
+        while self.law.expected(n, slender, likely) > accuracy:
             n = math.ceil(1.05 * n)
         return n
 
