@@ -23,7 +23,6 @@ from varcontact.solving.start_grid import interpolated
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
-
 PressureOn = Callable[[Discretisation, ContactState], ContactState]
 """Solves the frictionless normal problem of a discretisation, from a state that may have a pressure to begin with."""
 
