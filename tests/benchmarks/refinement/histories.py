@@ -69,7 +69,7 @@ def _step(
         field = reconstructed(state.traction, coarse, fine, cells)
         if k == PASSES:
             break
-        own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
+        own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         exact = means(slip(field, state.rigid) * fine.bound, cells) / np.where(weight > 0, weight, 1.0)
         carried = Carried(disc.carried.displacement - (exact - own) * (coarse.bound > 0), disc.carried.force)
         more = loads(state.traction * disc.pressure, disc.grid) - loads(field * disc.pressure, grid)

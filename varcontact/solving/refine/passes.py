@@ -117,7 +117,7 @@ def defect_corrected(
     used, found, seconds = [np.zeros_like(state.traction)], [], []
     for k in range(passes):
         begun = time.perf_counter()
-        own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
+        own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
         bound = fine.coefficient * divided.elements
         if disc.steady and not stuck:
