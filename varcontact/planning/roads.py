@@ -61,7 +61,7 @@ ROADS: dict[str, Road] = {
 MANY = 250
 """Elements in contact beyond which "auto" takes Newton's method without a matrix (docs/measurements.md)."""
 
-MANY_UNLIKE = 80
+MANY_UNLIKE = 100
 """The same of unlike bodies, whose pressure and tractions it finds together and not in turn."""
 
 MANY_ELEMENTS = Road(
