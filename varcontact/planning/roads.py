@@ -78,7 +78,7 @@ SHORT, TOO_MANY = 0.05, 2000
 the elements beyond which these take hours."""
 
 
-def many_elements(scene: Scene, coupling: str) -> bool:
+def many_elements(scene: Scene, together: bool) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
     It holds for one problem, and for many in a row: of unlike bodies, under a law of friction, in a history.
@@ -86,14 +86,14 @@ def many_elements(scene: Scene, coupling: str) -> bool:
     Parameters
     ----------
     scene : Scene
-    coupling : str
-        As of `solve`: "auto" finds pressure and tractions of unlike bodies together.
+    together : bool
+        Whether pressure and tractions of unlike bodies may be found together.
     """
     count, dx = _elements(scene)
     motion = scene.motion
     short = isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx
-    together = coupling == "auto" and scene.bodies.K != 0 and not scene.frictionless
-    return count > (TOO_MANY if short else MANY_UNLIKE if together else MANY)
+    unlike = scene.bodies.K != 0 and not scene.frictionless
+    return count > (TOO_MANY if short else MANY_UNLIKE if unlike and together else MANY)
 
 
 def _elements(scene: Scene) -> tuple[float, float]:

@@ -115,7 +115,8 @@ class Climb:
         if not self._fits(n):
             raise self._out_of_reach(accuracy)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
-        n = max(n, math.ceil(WORTHWHILE * self.rungs[-1].n))
+        n = self.ladder.first(accuracy, self.slender, LIKELY)  # whether it is slender may be known only now
+        n = max(n if self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
             self.on(n)
             answer = self.answer()
