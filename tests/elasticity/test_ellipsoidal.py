@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.elasticity.halfspace import influence_numbers
 
 
@@ -49,3 +49,35 @@ def test_over_the_root_against_the_symbol(a, b):
     along = ellipsoidal_gradients(1.0, 0.0, a, b, nu=0.3, G=2.0)
     across = ellipsoidal_gradients(0.0, 1.0, a, b, nu=0.3, G=2.0)
     np.testing.assert_allclose(found, [0 * along, -(a**2) * along, -(b**2) * across], rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (1.5, 0.7), (0.4, 1.6)])
+def test_times_place_against_elements(a, b):
+    """x and y times the root by 10 000 rectangles: displacements are of third degree, and differences extrapolated."""
+    count, step = 100, 0.05 * a
+    dx, dy = 2 * a / count, 2 * b / count
+    x, y = -a + (np.arange(count) + 0.5) * dx, (-b + (np.arange(count) + 0.5) * dy)[:, None]
+    root = np.sqrt(np.maximum(1 - (x / a) ** 2 - (y / b) ** 2, 0.0))
+    place, names = (0.3 * a, -0.4 * b), ("xx", "xy", "yy")
+
+    def displacements(off):
+        found = influence_numbers(place[0] + off - x, place[1] - y, dx, dy, nu=0.4, G=2.0, components=names)
+        return np.array([[np.sum(found[name] * each) for name in names] for each in (x * root, y * root)])
+
+    one, two = ((displacements(n * step) - displacements(-n * step)) / (2 * n * step) for n in (1, 2))
+    exact = sloped_gradients(*place, a, b, nu=0.4, G=2.0).reshape(2, 4)[:, [0, 1, 3]]
+    np.testing.assert_allclose((4 * one - two) / 3, exact, atol=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 1e6])
+def test_times_place_in_slender_ellipses(ratio):
+    """Long across it is a line contact; long along nothing overflows, and the shares of nu stay."""
+    x, y = np.array([0.3, 0.0]), np.array([0.0, 0.2])
+    found = sloped_gradients(x * ratio, y, ratio, 1.0, nu=0.3)
+    assert np.isfinite(found).all()
+    if ratio < 1:
+        np.testing.assert_allclose(
+            found[0, :, :, 0], sloped_gradients(0.3, 0.0, 1.0, np.inf, nu=0.3)[0] * ratio, atol=1e-6 * ratio
+        )
+    else:
+        np.testing.assert_allclose(found[0, 0, 0] / found[0, 1, 1], 1 / (1 - 0.3), rtol=0.1)

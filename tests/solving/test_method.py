@@ -88,9 +88,9 @@ def test_convex_history(rolling):
 
 def test_convex_march(rolling):
     """Where the gap is not convex, it is refused, with what to ask for instead; and that has the solution."""
-    a, b = np.sqrt(3), 1 / np.sqrt(3)
-    motion = vc.Steady(vx=0.05, spin=0.03, dq=0.3 * 2 * a / 8)
-    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=CELLS)
+    a, b = np.sqrt(5), 1 / np.sqrt(5)
+    motion = vc.Steady(vx=0.03, spin=0.03, dq=0.4 * 2 * a / 6)  # a march of a hundred steps; with less slip, of more
+    scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=6, ny=6))
     with pytest.raises(vc.SceneError, match="the gap is not convex for elements so long") as refusal:
         vc.solve(scene, method="convex")
     assert refusal.value.field == "formulation"

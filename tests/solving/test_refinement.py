@@ -137,24 +137,39 @@ def slopes(ratio, cells, friction, nu=0.28):
     return np.array([forces[0][0], forces[1][1], forces[2][1], forces[1][2], forces[2][2]])
 
 
-@pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
-def test_nothing_slips(ratio):
-    """No-slip coefficients: three and four digits on 32 cells, of second order, and with infinite friction the same."""
-    known = no_slip_ellipse(ratio, 0.28)
-    wanted = np.array([known[0, 0], known[1, 1], known[1, 2], known[2, 1], known[2, 2]])
-    found = [slopes(ratio, cells, 0.3) for cells in (16, 32)]
-    errors = np.abs(np.array(found) / wanted - 1)
-    assert np.all(errors[1] < [3e-4, 4e-4, 4e-4, 8e-4, 1.6e-3])
-    order = np.log2(errors[0] / errors[1])
-    assert np.all(order[[0, 1, 4]] > 1.5)
-    np.testing.assert_allclose(slopes(ratio, 32, np.inf), found[1], rtol=2e-4)
+def no_slip(ratio, nu=0.28):
+    """The same in closed form."""
+    known = no_slip_ellipse(ratio, nu)
+    return np.array([known[0, 0], known[1, 1], known[1, 2], known[2, 1], known[2, 2]])
+
+
+@pytest.mark.parametrize(
+    ("ratio", "least", "allowed"),
+    [
+        (0.2, 1.6, [1e-4, 1e-4, 4e-4, 4e-4, 4e-4]),
+        (1.0, 1.6, [0.4e-4, 0.4e-4, 1e-4, 1e-4, 2e-4]),
+        (5.0, 2.0, [0.4e-4, 0.4e-4, 0.5e-4, 0.5e-4, 4e-4]),
+    ],
+)
+def test_nothing_slips(ratio, least, allowed):
+    """No-slip coefficients: four digits of forces on 32 cells, and about second order from 8."""
+    cells, wanted = (8, 16, 32), no_slip(ratio)
+    errors = np.array([np.abs(slopes(ratio, count, np.inf) / wanted - 1) for count in cells])
+    assert np.all(errors[-1] < allowed)
+    assert np.polyfit(np.log(cells), np.log(errors.max(axis=1)), 1)[0] < -least
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.5])
+def test_nothing_slips_at_any_poisson_ratio(nu):
+    """Four digits of all five coefficients on 48 cells, and friction that is enough does as well as infinite one."""
+    np.testing.assert_allclose(slopes(1.0, 48, np.inf, nu), no_slip(1.0, nu), rtol=1e-4)
+    np.testing.assert_allclose(slopes(2.0, 24, 0.3, nu), no_slip(2.0, nu), rtol=5e-4)
 
 
 def test_carter_without_slip():
-    """The slope of Carter's curve at its start, pi G a/(2 (1 - nu)): nearly four digits on 64 strips."""
+    """The slope of Carter's curve at its start, pi G a/(2 (1 - nu)): the parts have its traction, on 8 strips, too."""
     contact = line_contact(2.0, STEEL, a=0.01)
-    wanted, errors, cells = np.pi * 0.01 / (2 * 0.75), [], (16, 32, 64, 128)
-    for count in cells:
+    for count in (8, 16, 33, 64):
         posed = vc.Scene(
             bodies=STEEL,
             surface=vc.Cylinders(R=2.0),
@@ -164,9 +179,7 @@ def test_carter_without_slip():
             grid=vc.Grid(nx=count),
         )
         found = vc.solve(posed, refine="continuum", certify=None)
-        errors.append(abs(-found.force[0] / 1e-3 / wanted - 1))
-    assert np.all(np.array(errors) < [2.5e-3, 4e-4, 1.3e-4, 5e-5])
-    assert np.polyfit(np.log(cells), np.log(errors), 1)[0] < -1.5
+        assert -found.force[0] / 1e-3 == pytest.approx(np.pi * 0.01 / (2 * 0.75), rel=3e-5)
 
 
 @pytest.mark.parametrize("part", [0.003, 0.01, 0.02, 0.04, 0.07])
@@ -201,10 +214,10 @@ def test_infinite_friction(tmp_path):
     exact = -no_slip_ellipse(1.2 / 0.9, 0.28) @ [0.04, -0.02, 0.05 * np.sqrt(1.08)] * 1.08
     size = np.hypot(*exact[:2])
     errors = np.abs(np.array([*found.force, found.moment / np.sqrt(1.08)]) - exact) / size
-    assert errors.max() < 2e-3
+    assert errors.max() < 3e-4
     assert errors.max() < max(found.error_estimate.errors.values())
     assert found.error_estimate.errors["Fx"] == pytest.approx(found.refinement.estimate[0] / np.hypot(*found.force))
-    assert found.refinement.passes == 6
+    assert found.refinement.passes < 20
     assert abs(found.friction_work) < 0.02 * found.power
     assert "of the tangential force" in found.report()
     found.save(tmp_path / "stuck.nc")
@@ -490,11 +503,11 @@ def test_extrapolated_passes_solve_linear_problems():
     """Of n unknowns in n + 1 passes, even where passes by themselves would run away."""
     rng = np.random.default_rng(3)
     matrix, right = 2 * rng.normal(size=(4, 4)), rng.normal(size=4)
-    used, found = [np.zeros((2, 2))], []
+    used, found = [np.zeros(4)], []
     for _ in range(6):
-        found.append((matrix @ used[-1].ravel() + right).reshape(2, 2))
+        found.append(matrix @ used[-1] + right)
         used.append(extrapolated(used, found))
-    np.testing.assert_allclose(used[-1].ravel(), np.linalg.solve(np.eye(4) - matrix, right), rtol=1e-8)
+    np.testing.assert_allclose(used[-1], np.linalg.solve(np.eye(4) - matrix, right), rtol=1e-8)
 
 
 def test_the_rearmost_element_is_held():

@@ -21,7 +21,7 @@ EXACT = ("convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs",
 @pytest.fixture(scope="module")
 def small_bank():
     """The standard bank on a coarse grid, by methods that never need a second thought."""
-    return vc.compare(vc.standard_bank(cells=8), [*EXACT, "fastsim", "vermeulen-johnson"])
+    return vc.compare(vc.standard_bank(cells=6), [*EXACT, "fastsim", "vermeulen-johnson"])
 
 
 def test_bank_has_what_it_should():

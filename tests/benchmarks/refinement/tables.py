@@ -15,6 +15,8 @@ from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.error_norm import values
 
 STEEL = vc.Bodies(G=1.0, nu=0.25)
+SLOPES = (8, 16, 32, 48, 64)
+"""Cells on which slopes without slip are compared with their closed forms."""
 COMPUTED = (
     "sampled paraboloid, creepage",
     "two arcs, spin",
@@ -107,7 +109,7 @@ def no_slip() -> None:
     """No-slip coefficients of ellipses and the slope of Carter's curve, by infinite friction: relative errors."""
     for ratio in (0.2, 0.5, 1.0, 2.0, 5.0):
         known, errors = no_slip_ellipse(ratio, 0.28), []
-        for cells in (16, 32, 64):
+        for cells in SLOPES:
             forces = []
             for motion in (vc.Steady(vx=1e-3), vc.Steady(vy=1e-3), vc.Steady(spin=1e-3)):
                 posed = replace(scene(dict.fromkeys(("nu", "vx", "vy", "spin"), 0.28) | {"ratio": ratio}, cells))
@@ -116,11 +118,11 @@ def no_slip() -> None:
             f = np.array(forces).T
             pairs = [(0, 0), (1, 1), (1, 2), (2, 1), (2, 2)]
             errors.append([f[pair] / known[pair] - 1 for pair in pairs])
-            print(f"a/b = {ratio}, {cells} cells: " + " ".join(f"{error:8.5f}" for error in errors[-1]), flush=True)
-        order = -np.polyfit(np.log([16, 32, 64]), np.log(np.abs(errors).max(axis=1)), 1)[0]
+            print(f"a/b = {ratio}, {cells} cells: " + " ".join(f"{error:8.1e}" for error in errors[-1]), flush=True)
+        order = -np.polyfit(np.log(SLOPES), np.log(np.abs(errors).max(axis=1)), 1)[0]
         print(f"    order of the largest: {order:.1f}")
     a = 0.01
-    for cells in (16, 32, 64, 128):
+    for cells in SLOPES:
         force = line_contact(2.0, STEEL, a=a).force
         posed = vc.Scene(
             bodies=STEEL,
@@ -131,7 +133,7 @@ def no_slip() -> None:
             grid=vc.Grid(nx=cells),
         )
         exact = math.pi * a / (2 * (1 - 0.25))
-        print(f"line, {cells} strips: {-corrected(posed).force[0] / 1e-3 / exact - 1:.5f}")
+        print(f"line, {cells} strips: {-corrected(posed).force[0] / 1e-3 / exact - 1:.1e}")
 
 
 def line() -> None:

@@ -73,9 +73,11 @@ def test_the_estimate_is_told_and_kept(tmp_path):
     assert again.force.tolist() == history.force.tolist()
 
 
-def test_time_is_used():
-    history = vc.solve(ROLLING, time_budget=20.0)
+def test_time_is_used(clock):
+    """More than half of it, and no more than it."""
+    history = vc.solve(ROLLING, time_budget=0.2)
     assert len(history.error_estimate.solves) > 2 and history.error_estimate.largest < 0.01
+    assert 0.1 < clock.now <= 0.2
 
 
 def test_too_many_steps_for_a_time_are_given_up():

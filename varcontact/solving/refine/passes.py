@@ -13,16 +13,22 @@ from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Motion, Shift, Steady
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.refine.field import continued, held_behind, means, reconstructed
+from varcontact.solving.refine.field import continued, held_behind, means
 from varcontact.solving.refine.parts import Parts
 from varcontact.solving.refine.sublattice import Sublattice, loads
+from varcontact.solving.refine.unslipping import Still, Unslipping
 
 PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
 PASSES = 3
 """Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
-STUCK = 6
-"""The same where nothing slips: what tractions do at the trailing edge is found more slowly."""
+STUCK = 20
+"""Most of them where nothing slips: what tractions do at the trailing edge is found more slowly."""
+SETTLED = 3e-6
+"""Change of forces and of creepages, by the largest, in two passes in a row, after which these end without slip."""
+
+SMALL = 0.1
+"""Part of the tractions found, with which coarse elements are asked what they have of the weight: none shall slip."""
 
 UNBOUNDED = 1e9
 """Coefficient that stands for infinite friction: tractions are far below the bound, and it stays a number."""
@@ -91,13 +97,13 @@ def defect_corrected(
         Its solution.
     rough, last : callable
         From a discretisation and a state to the state with the tractions that go with its pressure: in all passes but
-        the last, and in that.
+        the last, and in that. Where nothing slips, `last` is for all: the extrapolation would amplify what they leave.
     parts : int
         Of an element along each side.
     finer : ndarray, optional
         The pressure that was solved for, on parts of the parts, dimensionless. None: it is Hertz's.
     passes : int, optional
-        `PASSES` if not given, or `STUCK`.
+        `PASSES` if not given; where nothing slips, until forces settle, but no more than `STUCK`.
 
     Returns
     -------
@@ -108,29 +114,37 @@ def defect_corrected(
         disc = disc.rubbing(of_elements(disc) * share)
         state = rough(disc, state)
     divided = Parts(disc, cells, state.pressure * share, finer)
-    posed, (fine, traction) = disc, _field(divided, replace(disc, coefficient=given), state)
+    posed, fine = disc, _on_parts(divided, replace(disc, coefficient=given), state)
+    traction = fine.field(state.traction)
     forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
     prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
     stuck = fine.sticks(traction)
-    if passes is None:
-        passes = STUCK if stuck else PASSES
-    used, found, seconds = [np.zeros_like(state.traction)], [], []
-    for k in range(passes):
-        begun = time.perf_counter()
+    if stuck:
+        fine = _unslipping(fine, disc, state, rough)
+        traction = fine.field(state.traction)
+    left = passes or (STUCK if stuck else PASSES)
+    used, found, seconds = [np.zeros(state.traction.size + 2)], [], []  # corrections, and forces beside those given
+    while left:
+        begun, left = time.perf_counter(), left - 1
         own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
         bound = fine.coefficient * divided.elements
         if disc.steady and not stuck:
             lacking = held_behind(lacking, state.traction, bound)
-        found.append(lacking * (bound > 0))
-        used.append(extrapolated(used, found) if stuck else found[-1])
         more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
-        motion = with_forces(disc.motion, prescribed + more[:2])
-        posed = replace(disc, motion=motion, carried=Carried(-used[-1], np.zeros(2)))
-        state = (rough if k < passes - 1 else last)(posed, state)
-        fine, traction = _field(divided, replace(posed, coefficient=given), state)
+        found.append(np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force]))
+        used.append(extrapolated(used, found) if stuck else found[-1])
+        correction, more = used[-1][:-2].reshape(lacking.shape), used[-1][-2:] * disc.force
+        motion = with_forces(disc.motion, prescribed + more)
+        posed = replace(disc, motion=motion, carried=Carried(-correction, np.zeros(2)))
+        state = (rough if left and not stuck else last)(posed, state)
+        if not stuck:
+            fine = _on_parts(divided, replace(posed, coefficient=given), state)
+        traction = fine.field(state.traction)
         forces.append(fine.forces(traction))
         creepages.append(_creepages(disc, state))
+        if stuck and passes is None and _settled(np.array(forces) * [1, 1, 1 / disc.length], np.array(creepages)):
+            left = 0
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
     return Corrected(
@@ -138,11 +152,34 @@ def defect_corrected(
     )
 
 
-def _field(parts: Parts, disc: Discretisation, state: ContactState) -> tuple[Sublattice, np.ndarray]:
-    """The parts with their bound, and the field reconstructed on them; under a law from the coefficients found."""
+def _on_parts(parts: Parts, disc: Discretisation, state: ContactState) -> Sublattice:
+    """The parts with their bound; under a law from the coefficients found."""
     known = of_elements(disc) if disc.law is None else continued(coefficient(disc, state), state.pressure > 0)
-    fine = Sublattice(parts, known)
-    return fine, reconstructed(state.traction, *fine.shapes, fine.cells)
+    return Sublattice(parts, known)
+
+
+def _unslipping(fine: Sublattice, disc: Discretisation, state: ContactState, rough: Pass) -> Unslipping:
+    """The parts of a contact in which nothing slips, with what coarse elements have where the factor is one.
+
+    That differs most from the weight's mean at the edges: found from two coarse solves, passes settle sooner.
+    """
+    weight, found = fine.parts.weights[0], Still(fine.parts)
+    size, elements = SMALL * np.hypot(*state.traction).max() / weight.max(), np.array([weight, weight])
+    assert isinstance(disc.motion, Steady)
+    still = replace(disc, motion=replace(disc.motion, vx=0.0, vy=0.0, spin=0.0, Fx=None, Fy=None))
+    for i in (0, 1) if size > 0 else ():
+        traction = np.zeros((2, *found.weight.mean.shape))
+        traction[i] = size * found.weight.mean
+        shift = found.on_elements(found.elastic_shift(traction)) * (weight > 0)
+        elements[i] = rough(replace(still, carried=Carried(shift, np.zeros(2))), state).traction[i] / size
+    return Unslipping(fine.parts, fine.coefficient, found, np.clip(elements, weight / 2, 2 * weight))
+
+
+def _settled(*of_passes: np.ndarray) -> bool:
+    """Whether the last two passes have hardly changed the forces and creepages of all passes, (passes + 1, n)."""
+    return len(of_passes[0]) > 2 and all(
+        np.abs(np.diff(each[-3:], axis=0)).max() <= SETTLED * np.abs(each[-1]).max() for each in of_passes
+    )
 
 
 def of_elements(disc: Discretisation) -> np.ndarray:
@@ -188,12 +225,12 @@ def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
 
     Parameters
     ----------
-    used, found : list of ndarray
+    used, found : list of ndarray, shape (n,)
         Of all passes, what was used and what was found from it.
 
     Returns
     -------
-    ndarray
+    ndarray, shape (n,)
         Anderson's mixing; what was found last, if it is the first.
 
     Examples
@@ -205,10 +242,10 @@ def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
     """
     if len(found) == 1:
         return found[0]
-    came = np.array([each.ravel() for each in found])
-    residuals = came - [each.ravel() for each in used]
+    came = np.array(found)
+    residuals = came - used
     weights = np.linalg.lstsq(np.diff(residuals, axis=0).T, residuals[-1], rcond=1e-10)[0]
-    return np.asarray((came[-1] - weights @ np.diff(came, axis=0)).reshape(found[-1].shape))
+    return np.asarray(came[-1] - weights @ np.diff(came, axis=0))
 
 
 def with_forces(motion: Motion | None, forces: np.ndarray) -> Motion:

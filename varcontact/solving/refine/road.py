@@ -35,6 +35,8 @@ KINDS = ("continuum",)
 """What can be asked for."""
 LEAST = 8
 """Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
+FIELDS = 80
+"""Numbers for each part, about, with which Hertz's contact without slip is known."""
 ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
 
@@ -76,7 +78,8 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
         _check_count(scene, (grid.nx, grid.rows))
     parts = PARTS if plan.closed_form else PARTS * FINER
     blocks = 4 * table_bytes(parts * grid.rows, parts * grid.nx, 1)
-    need("the parts of the elements", 2.0 * blocks, SMALLER)
+    known = FIELDS * parts**2 * grid.size if plan.closed_form else 0
+    need("the parts of the elements", 2.0 * blocks + 8 * known, SMALLER)
     return True
 
 
@@ -209,7 +212,7 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
         state = contact(disc, rough, rough.pressure(disc, unloaded(grid)))
-        return _corrected(disc, state, rough, rough, _finer(scene, disc, rough))
+        return _corrected(disc, state, rough, replace(rough, tol=steps.tol), _finer(scene, disc, rough))
     finally:
         disc.operators.forget()
 

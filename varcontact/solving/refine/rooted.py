@@ -17,7 +17,7 @@ NODES = 32
 
 @dataclass(frozen=True, eq=False)
 class Rooted:
-    """Tractions 1, x and y over the root ``sqrt(1 - (x/a)^2 - (y/b)^2)``, on the parts of elements. Dimensionless.
+    """Tractions 1, x and y over the root ``sqrt(1 - (x/a)^2 - (y/b)^2)``, or times it, on parts. Dimensionless.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Rooted:
     missing: np.ndarray
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
-        """What the parts miss of a traction that is a smooth factor over the root.
+        """What the parts miss of a traction that is a smooth factor over the root, or times it.
 
         Around each part the factor is linear, with the differences to the neighbours.
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.scene.grid import Grid
-from varcontact.solving.refine.field import Cells, Shape, means
+from varcontact.solving.refine.field import Cells, Shape, means, reconstructed
 from varcontact.solving.refine.parts import Parts
 
 
@@ -50,6 +50,20 @@ class Sublattice:
         on_elements, on_parts = self.parts.weights
         return Shape(self.coefficient * self.parts.elements, on_elements), Shape(self.bound, on_parts)
 
+    def field(self, traction: np.ndarray) -> np.ndarray:
+        """The traction on the parts, from that on the elements.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny, nx)
+            Dimensionless, within the bound.
+
+        Returns
+        -------
+        ndarray, shape (2, ny rows, nx columns)
+        """
+        return reconstructed(traction, *self.shapes, self.cells)
+
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
         """Local shift of the continuum in a step of the coarse grid.
 
@@ -65,13 +79,28 @@ class Sublattice:
         ndarray, shape (2, ny rows, nx columns)
             Dimensionless; means over the parts.
         """
+        return np.asarray(self.parts.rigid_shift + rigid[:, None, None] + self.elastic_shift(traction))
+
+    def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
+        """What a traction adds to the continuum's local shift in a step of the coarse grid, means over the parts.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless, within the bound.
+
+        Returns
+        -------
+        ndarray, shape (2, ny rows, nx columns)
+            Dimensionless.
+        """
         parts = self.parts
         elastic = parts.elastic_shift(traction)
-        if parts.rooted is not None:
-            behind = self.sticking(traction)[:, None] * (parts.lattice.x < 0)
-            other = (parts.derivative.apply(traction) + parts.rooted.lacking(traction)) * parts.steps
-            elastic = elastic + behind * (other - elastic)
-        return np.asarray(parts.rigid_shift + rigid[:, None, None] + elastic)
+        if parts.rooted is None:
+            return elastic
+        behind = self.sticking(traction)[:, None] * (parts.lattice.x < 0)
+        other = (parts.derivative.apply(traction) + parts.rooted.lacking(traction)) * parts.steps
+        return np.asarray(elastic + behind * (other - elastic))
 
     def sticking(self, traction: np.ndarray) -> np.ndarray:
         """How far each row is from slip at its trailing edge: one less the ratio of traction to bound there.
@@ -93,15 +122,15 @@ class Sublattice:
         return np.where(bound > 0, np.maximum(1 - ratio, 0.0), 0.0)
 
     def sticks(self, traction: np.ndarray) -> bool:
-        """Whether nothing slips at any trailing edge, in Hertz's contact: there it is known how tractions grow.
+        """Whether nothing is near slip, in Hertz's contact: there it is known how tractions grow.
 
         Parameters
         ----------
         traction : ndarray, shape (2, ny rows, nx columns)
             Dimensionless, within the bound.
         """
-        rows = (self.bound > 0).any(axis=1)
-        return self.parts.rooted is not None and bool(self.sticking(traction)[rows].min() > 0.5)
+        pressed = self.parts.pressed.pressure > 0
+        return self.parts.rooted is not None and bool(np.all(np.hypot(*traction) < self.bound / 2, where=pressed))
 
     def on_elements(self, field: np.ndarray) -> np.ndarray:
         """Means over the elements, weighted by the traction bound.

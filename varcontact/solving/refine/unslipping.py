@@ -1,0 +1,234 @@
+"""The field of a contact in which nothing slips: exact weights, first moments, and slip half an element ahead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.scene.grid import Grid
+from varcontact.solving.refine.field import means
+from varcontact.solving.refine.moments import Spread, Weight, over_ellipse
+from varcontact.solving.refine.parts import Parts
+from varcontact.solving.refine.rooted import Rooted, slopes
+from varcontact.solving.refine.sublattice import Sublattice, loads
+
+
+@dataclass(frozen=True, eq=False)
+class Still:
+    """Parts of the elements of Hertz's contact, and the fields on them of which nothing slips.
+
+    The ratio of such a field to the weight ``sqrt((e - x)/(e + x))`` is linear between the elements, and beyond the
+    outermost ones, along x/e and y. Parts have the force and the first moments of that field. What they miss of its
+    derivative is known for a linear function over the root of the distance from the edge, and for one times that root:
+    the one is taken behind the middle, the other ahead of it.
+
+    Attributes
+    ----------
+    parts : Parts
+    """
+
+    parts: Parts
+
+    @cached_property
+    def axes(self) -> tuple[float, float]:
+        """Semi-axes of the contact, dimensionless."""
+        hertz = self.parts.disc.hertz
+        assert hertz is not None
+        return hertz.a / self.parts.disc.length, hertz.b / self.parts.disc.length
+
+    @cached_property
+    def integrals(self) -> tuple[Weight, Spread, Spread]:
+        """The weight, and the tractions of known derivative: over the root, and times the root."""
+        return over_ellipse(self.parts.lattice, *self.axes)
+
+    @property
+    def weight(self) -> Weight:
+        """What fields are a smooth factor of."""
+        return self.integrals[0]
+
+    @cached_property
+    def known(self) -> tuple[Rooted, Rooted]:
+        """What the parts miss of tractions over the root, and of tractions times the root."""
+        (a, b), lattice, nu = self.axes, self.parts.lattice, self.parts.disc.operators.nu
+        _, over, times = self.integrals
+        return (
+            self._missing(over, rooted_gradients(a, b, nu=nu)[..., None, None]),
+            self._missing(times, _mean_gradients(lattice, a, b, nu)),
+        )
+
+    def _missing(self, tractions: Spread, gradients: np.ndarray) -> Rooted:
+        """Minus known derivatives, times a part's length, less what parts with these tractions along x or y have."""
+        nothing = np.zeros(self.parts.lattice.shape)
+        acting = [[np.array(each) for each in ((one, nothing), (nothing, one))] for one in tractions.placed]
+        found = np.array([[self.parts.derivative.apply(each) for each in both] for both in acting])
+        return Rooted(tractions.mean, -self.parts.lattice.sides[0] * gradients - found.swapaxes(1, 2))
+
+    @cached_property
+    def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows and columns of the four elements between which each part's factor is linear, and shares, (4, ...)."""
+        grid, contact, weight = self.parts.disc.lattice, self.parts.elements > 0, self.weight
+        (a, b), inside = self.axes, np.flatnonzero(contact.any(axis=1))
+        below, up = _between(weight.y, grid.y, inside[0], inside[-1])
+        first, last = contact.argmax(axis=1), contact.shape[1] - 1 - contact[:, ::-1].argmax(axis=1)
+        place, found = weight.x / _half(weight.y, a, b), []
+        for row, part in ((below, 1 - up), (np.minimum(below + 1, inside[-1]), up)):
+            behind, on = _between(place * _half(grid.y[row], a, b), grid.x, first[row], last[row])
+            found += [(row, behind, part * (1 - on)), (row, np.minimum(behind + 1, last[row]), part * on)]
+        rows, columns, shares = (np.array(each) for each in zip(*found, strict=True))
+        return rows, columns, shares
+
+    def spread(self, traction: np.ndarray) -> Spread:
+        """A traction of which the factor of the weight is linear around each part.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless; as `field` has it.
+        """
+        weight, (dx, dy) = self.weight, self.parts.lattice.sides
+        inside = weight.mean > 0
+        factor = np.where(inside, traction / np.where(inside, weight.mean, 1.0), 0.0)
+        x, y = np.meshgrid(self.parts.lattice.x, self.parts.lattice.y)
+        along = traction * (weight.x - x) / dx + slopes(factor, weight.x, inside) * weight.along
+        across = np.zeros_like(along)
+        if not self.parts.lattice.line:
+            rises = slopes(factor.swapaxes(1, 2), weight.y.T, inside.T).swapaxes(1, 2)
+            across = traction * (weight.y - y) / dy + rises * weight.across
+        return Spread(traction, along, across)
+
+    def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
+        """What a traction adds to the continuum's local shift in a step of the coarse grid, means over the parts.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless; as `field` has it.
+
+        Returns
+        -------
+        ndarray, shape (2, ny rows, nx columns)
+            Dimensionless.
+        """
+        parts, (behind, ahead) = self.parts, self.known
+        lacking = np.where(parts.lattice.x < 0, behind.lacking(traction), ahead.lacking(traction))
+        return np.asarray(parts.derivative.apply(self.spread(traction).placed) + lacking) * parts.steps
+
+    def on_elements(self, field: np.ndarray) -> np.ndarray:
+        """Means from the middle of each element to the middle of the one ahead.
+
+        The slip of the coarse elements, too, is that half an element ahead: so passes settle. Behind the middle parts
+        count by their share in the contact. Ahead of it all that are touched count alike: else an element whose middle
+        is next to the edge would have hardly any slip.
+
+        Parameters
+        ----------
+        field : ndarray, shape (..., ny rows, nx columns)
+
+        Returns
+        -------
+        ndarray, shape (..., ny, nx)
+            Zero where nothing is in contact.
+        """
+        half = self.parts.cells[1] // 2
+        pad = [(0, 0)] * (field.ndim - 1) + [(0, half)]
+        sums = means(np.pad(field * self.counts, pad)[..., half:], self.parts.cells)
+        share = means(np.pad(self.counts, pad[-2:])[..., half:], self.parts.cells)
+        return sums / np.where(share > 0, share, 1.0)
+
+    @cached_property
+    def counts(self) -> np.ndarray:
+        """How much each part counts in the slip of the elements."""
+        hertz, lines = self.parts.disc.hertz, self.parts.grid.lines
+        assert hertz is not None
+        touched = self.weight.mean > 0
+        return np.where(self.parts.lattice.x < 0, hertz.covered(*lines), 1.0) * touched
+
+
+@dataclass(frozen=True, eq=False)
+class Unslipping(Sublattice):
+    """Tractions on parts of elements of which none slips.
+
+    Attributes
+    ----------
+    still : Still
+    elements : ndarray, shape (2, ny, nx)
+        Tractions along x and y of the coarse elements where the factor is one; not zero where there is a bound.
+    """
+
+    still: Still
+    elements: np.ndarray
+
+    def field(self, traction: np.ndarray) -> np.ndarray:
+        """The traction on the parts, from that on the elements.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny, nx)
+            In the unit of the bounds.
+
+        Returns
+        -------
+        ndarray, shape (2, ny rows, nx columns)
+            Within the bound.
+        """
+        factor = np.where(self.parts.elements > 0, traction / np.where(self.elements > 0, self.elements, 1.0), 0.0)
+        rows, columns, shares = self.still.neighbours
+        found = np.sum(factor[:, rows, columns] * shares, axis=1) * self.still.weight.mean
+        size = np.hypot(*found)
+        return np.asarray(found * np.minimum(1.0, self.bound / np.where(size > 0, size, 1.0)))
+
+    def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
+        """As of `Still`."""
+        return self.still.elastic_shift(traction)
+
+    def on_elements(self, field: np.ndarray) -> np.ndarray:
+        """As of `Still`."""
+        return self.still.on_elements(field)
+
+    def forces(self, traction: np.ndarray) -> np.ndarray:
+        """Fx, Fy and Mz of tractions on the parts, physical; Mz with their moments within these.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny rows, nx columns)
+            Dimensionless; as `field` has it.
+
+        Returns
+        -------
+        ndarray, shape (3,)
+        """
+        grid, pressure, spread = self.parts.grid, self.parts.disc.pressure, self.still.spread(traction)
+        dx, dy = grid.sides
+        within = np.sum(dx * spread.along[1] - dy * spread.across[0]) * grid.area * pressure
+        return loads(traction * pressure, grid) + np.array([0.0, 0.0, within])
+
+
+def _mean_gradients(lattice: Grid, a: float, b: float, nu: float) -> np.ndarray:
+    """Derivatives by 1, x and y times the root, means over the parts: they are of second degree at most."""
+    x, y = np.meshgrid(lattice.x, lattice.y)
+    dx, dy = (side / np.sqrt(12) for side in lattice.sides)
+    linear = ellipsoidal_gradients(x, y, a, b, nu=nu)[None]
+    corners = [(-dx, -dy), (-dx, dy), (dx, -dy), (dx, dy)]
+    bent = np.mean([sloped_gradients(x + right, y + up, a, b, nu=nu) for right, up in corners], axis=0)
+    return np.concatenate([linear, bent])
+
+
+def _half(y: np.ndarray, a: float, b: float) -> np.ndarray:
+    """Half length of the ellipse at y; outside it that of a place next to its end."""
+    return np.asarray(a * np.sqrt(np.maximum(1 - (y / b) ** 2, 1e-12)))
+
+
+def _between(
+    place: np.ndarray, centres: np.ndarray, first: np.ndarray, last: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The element before each place, or the nearest in line from `first` to `last` that has another ahead; and how far.
+
+    How far is in elements: between 0 and 1 but beyond the outermost ones, and zero where there is but one.
+    """
+    side = centres[1] - centres[0] if centres.size > 1 else 1.0
+    at = (place - centres[0]) / side
+    before = np.clip(np.floor(at).astype(int), first, np.maximum(last - 1, first))
+    return before, np.where(last > first, at - before, 0.0)
