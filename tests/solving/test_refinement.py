@@ -381,13 +381,8 @@ def test_any_exact_method(sol, rolling):
     [
         ({}, {"refine": "continum"}, "refine = 'continum' is not allowed: must be one of continuum"),
         ({}, {"refine": 2}, "refine = 2 is not allowed"),
-        (
-            {"motion": vc.Transient(steps=2)},
-            {},
-            "it is for steady rolling and shifts, motion Steady or Shift; solve on",
-        ),
-        ({"motion": None, "friction": None}, {}, "it is for steady rolling and shifts, motion Steady or Shift"),
-        ({"motion": vc.Shift(ux=1e-3), "friction": np.inf}, {}, "with infinite friction it is for rolling; solve on"),
+        ({"motion": None, "friction": None}, {}, "it is for tractions, and without a motion there are none: leave"),
+        ({"motion": vc.Shift(ux=1e-3), "friction": np.inf}, {}, "with infinite friction it is for steady rolling; so"),
         ({"friction": 0.0}, {}, "without friction there is nothing to correct"),
         ({"bodies": vc.Bodies(G=(1.0, 2.0), nu=(0.2, 0.3))}, {}, "it is for quasi-identical bodies, and here K ="),
         ({"friction": np.inf}, {"normal": "newton"}, "with infinite friction it is for Hertz's pressure in closed"),

@@ -51,9 +51,7 @@ def solve(
     ] = None,
     refine: Annotated[
         str | None,
-        typer.Option(
-            help="Correct towards the continuum: continuum (steady rolling, Hertzian contacts).  [default: none]"
-        ),
+        typer.Option(help="Correct towards the continuum, of like bodies: continuum.  [default: none]"),
     ] = None,
     accuracy: Annotated[
         float | None,

@@ -31,6 +31,7 @@ from varcontact.io.outputs import (
     replacing,
 )
 from varcontact.io.reading import first_line, reading
+from varcontact.io.refinement_record import ON_PARTS, refinement_from
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import AS_STORED, assembled, solution_from_bytes
 from varcontact.planning.plan import Plan
@@ -54,7 +55,7 @@ class Stored(Sequence[Solution]):
     scene : Scene
     plan : Plan
     settings : dict
-        Tolerance and polish.
+        Tolerance, polish, and what the steps are refined to, if they are.
     measured : callable, optional
         What each step, given with its number and the step before, becomes when it is read; else it is as stored.
     """
@@ -67,7 +68,7 @@ class Stored(Sequence[Solution]):
 
     @classmethod
     @contextmanager
-    def recording(cls, path: Path, scene: Scene, plan: Plan, tol: float, polish: bool) -> Iterator[Stored]:
+    def recording(cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]) -> Iterator[Stored]:
         """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history.
 
         Parameters
@@ -77,10 +78,8 @@ class Stored(Sequence[Solution]):
         scene : Scene
             With a `Transient` motion.
         plan : Plan
-        tol : float
-            Residual to be reached in each step [-].
-        polish : bool
-            Whether active sets polish the answers of programs.
+        settings : dict
+            Tolerance, polish, and what the steps are refined to, if they are.
 
         Raises
         ------
@@ -89,7 +88,7 @@ class Stored(Sequence[Solution]):
         """
         check_ending("store", path, ".nc")
         check_writable("store", path)
-        stored = cls(path, scene, plan, {"tol": tol, "polish": polish})
+        stored = cls(path, scene, plan, settings)
         with only_writer("store", path):
             stored._check_same_history()
             yield stored
@@ -144,10 +143,14 @@ class Stored(Sequence[Solution]):
             grid = Grid(**json.loads(file.grid))
             names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
             fields = {name: _native(file.variables[name][k]) for name in names}
-            record = file.variables["record"][k].tobytes()
+            parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
+            record = json.loads(file.variables["record"][k].tobytes())
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
-            step = self.scene.step(k, grid)
-            return assembled(step, grid, self.plan, fields, approach, creepage, json.loads(record))
+            step, share = self.scene.step(k, grid), parts.get("bound_share", 1.0)
+            sol = assembled(step, grid, self.plan, fields, approach, creepage, record, share)
+            if "refinement" in record:
+                sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
+            return sol
 
     def _damaged_in(self, k: int) -> AbstractContextManager[None]:
         """Errors become those of a file that is damaged in step k."""
@@ -341,12 +344,13 @@ def _stored(path: Path) -> Stored:
         with reading(path):
             scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
             settings = json.loads(file.settings)
-            tol, polish = checks.positive("tol", settings["tol"]), checks.flag("polish", settings["polish"])
+            settings["tol"] = checks.positive("tol", settings["tol"])
+            settings["polish"] = checks.flag("polish", settings["polish"])
             if "start" in file.variables:
                 start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
                 scene = replace(scene, motion=replace(_motion(scene), start=start))
             _motion(scene)
-    return Stored(path, scene, plan, {"tol": tol, "polish": polish})
+    return Stored(path, scene, plan, settings)
 
 
 def _identity(stored: Stored) -> str:

@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from varcontact.io.refinement_record import refinement_to
 from varcontact.io.scene_file import scene_to
 from varcontact.io.solution_file import FIELDS, record_of, solution_to_bytes, units_of
 from varcontact.planning.plan import Plan
@@ -90,11 +91,15 @@ def _file_of(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, 
         "letters": 8,
         "characters": length,
     }
+    record, parts = record_of(sol), dict[str, Any]()
+    places: dict[str, Any] = {"x": ("x", sol.grid.x, {}), "y": ("y", sol.grid.y, {})}
+    if sol.refinement is not None:
+        parts, places_of_parts, record["refinement"] = refinement_to(sol.refinement, units, scene.line, shift=False)
+        (sizes["y_parts"], sizes["x_parts"]), places = sol.refinement.grid.shape, places | places_of_parts
     file.createDimension("step", None)
     for name, size in sizes.items():
         file.createDimension(name, size)
-    fixed = {"x": sol.grid.x, "y": sol.grid.y}
-    for name, values in fixed.items():
+    for name, (_, values, _) in places.items():
         variable = file.createVariable(name, "d", (name,))
         variable[:], variable.units = values, units.of("length")
     for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
@@ -108,7 +113,9 @@ def _file_of(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, 
         values = np.asarray(getattr(sol, name))
         variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
         variable[0], variable.units, variable.long_name = values, units.of(quantity, scene.line), words
-    record = record_of(sol)
+    for name, (dims, values, said) in parts.items():
+        variable = file.createVariable(name, "d", ("step", *dims))
+        variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
     record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
     record["passes"] = sol.passes[-LAST_PASSES:]
     text = json.dumps(record).ljust(length)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +12,8 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.units import Units
 
-if TYPE_CHECKING:
-    import xarray as xr
-
+ON_PARTS = ("traction_on_parts", "slip_on_parts", "slip_correction", "bound_share")
+"""The variables of a refinement; files written before pressures were solved for are without the last."""
 ROUNDED = 1e-9
 """Relative difference between forces as stored and as summed that counts as rounding."""
 
@@ -62,12 +62,13 @@ def refinement_to(
     return variables, coordinates, record
 
 
-def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> Refinement:
+def refinement_from(data: Mapping[str, Any], record: dict[str, Any], sol: Solution) -> Refinement:
     """A refinement from its file.
 
     Parameters
     ----------
-    data : Dataset
+    data : mapping of str to ndarray
+        With the names of `ON_PARTS`.
     record : dict
         As `refinement_to` gives it.
     sol : Solution
@@ -78,8 +79,8 @@ def refinement_from(data: xr.Dataset, record: dict[str, Any], sol: Solution) -> 
     ValueError
         If it cannot be that of the solution.
     """
-    fields = {name: data[name].values for name in ("traction_on_parts", "slip_on_parts", "slip_correction")}
-    fields["bound_share"] = data["bound_share"].values if "bound_share" in data else np.ones(sol.grid.shape)
+    fields = {name: data[name] for name in ON_PARTS if name in data}
+    fields.setdefault("bound_share", np.ones(sol.grid.shape))
     names = ("forces", "creepages", "estimate", "creepage_estimate")
     forces, creepages, estimate, of_creepages = (np.array(record[name], dtype=float) for name in names)
     grid, seconds = Grid(**record["grid"]), tuple(float(each) for each in record["seconds"])

@@ -17,7 +17,7 @@ from varcontact.io.elements import EXPORTS
 from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
 from varcontact.io.plausible import check_plausible
 from varcontact.io.reading import first_line, reading, regular
-from varcontact.io.refinement_record import refinement_from, refinement_to
+from varcontact.io.refinement_record import ON_PARTS, refinement_from, refinement_to
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
@@ -288,7 +288,8 @@ def solution_from(data: xr.Dataset) -> Solution:
     creepage, share = data["creepage"].values, data["bound_share"].values if "bound_share" in data else 1.0
     sol = assembled(scene, grid, plan, fields, float(data["approach"].values), creepage, record, share)
     if "refinement" in record:
-        sol = replace(sol, refinement=refinement_from(data, record["refinement"], sol))
+        parts = {name: data[name].values for name in ON_PARTS if name in data}
+        sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
     return sol
 
 

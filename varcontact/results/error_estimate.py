@@ -37,7 +37,8 @@ class ErrorEstimate:
         pressure.
     errors : dict of str to float
         Estimated error of each [-]: of a force by f Fz, of the moment by f Fz sqrt(ab), of a creepage by the
-        saturation creepage, of the rest by the value itself. With infinite friction the tangential force takes the
+        saturation creepage, of the rest by the value itself. Of a history by the largest f Fz of its steps, corrected
+        by that of the step. With infinite friction the tangential force takes the
         place of f Fz.
     how : str
         How it was estimated, in words.
@@ -100,7 +101,12 @@ class ErrorEstimate:
             {f"{name}[{k}]": value for k, step in enumerate(steps) for name, value in getattr(step, part).items()}
             for part in ("values", "errors", "on_grid")
         )
-        return replace(steps[0], values=values, errors=errors, on_grid=on_grid)
+        solves = steps[0].solves
+        if any(step.solves != solves for step in steps):  # each step had its own: their time adds up
+            seconds = sum(each.seconds for step in steps for each in step.solves)
+            nx, ny = (max(getattr(each, name) for step in steps for each in step.solves) for name in ("nx", "ny"))
+            solves = (Solve(nx, ny, seconds),)
+        return replace(steps[0], values=values, errors=errors, on_grid=on_grid, solves=solves)
 
     def plain(self) -> dict[str, Any]:
         """As dictionaries, lists and numbers: the record of a file, and what is printed as JSON."""

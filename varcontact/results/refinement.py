@@ -26,18 +26,21 @@ class Refinement:
         The continuum's slip under it by rolling velocity [-], in a shift as it is [length], means over the parts; zero
         outside the contact.
     correction : ndarray
-        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip.
+        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip; in
+        a step of a history with what the particles bring along from the step before.
         The solution's fields and its certificate are those of the coarse problem with this correction.
     share : ndarray, shape (ny, nx)
-        What the traction bound of the coarse elements was multiplied by [-]: where the pressure is solved for, its mean
-        from a finer lattice by that of the element. One elsewhere.
+        What the traction bound of the coarse elements was multiplied by [-]: the mean of the pressure by that of the
+        element, from a finer lattice where it is solved for. One in steady rolling under Hertz's pressure.
     forces : ndarray, shape (passes + 1, 3)
-        Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass.
+        Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass. A step of a history
+        goes on from the corrected step before.
     creepages : ndarray, shape (passes + 1, 2)
         vx and vy then, in a shift ux and uy: as given, or found for the forces that are given.
     estimate : ndarray, shape (3,)
-        Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way, or
-        from those before the last pass, whichever is more. No bound.
+        Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way,
+        from those before the last pass, or from those prescribed, whichever is most; in a step of a history also that
+        of the step before, as far as its particles are still in contact. No bound.
     creepage_estimate : ndarray, shape (2,)
         The same of vx and vy [-]; zero where they are given.
     seconds : tuple of float

@@ -112,7 +112,7 @@ def _areas(sol: Solution) -> list[tuple[str, str]]:
 def _refinement(sol: Solution) -> list[tuple[str, str]]:
     """Whose forces these are where the solution was corrected, and how far they may be from the continuum's."""
     found, unit = sol.refinement, _unit(sol)
-    if found is None:
+    if found is None or not sol.pressure.any():
         return []
     parts = " x ".join(str(count) for count in (found.cells[:0:-1] if sol.scene.line else found.cells[::-1]))
     passes = f"{found.passes} passes" if found.passes > 1 else "1 pass"
@@ -161,7 +161,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
 def _estimate(sol: Solution) -> list[tuple[str, str]]:
     """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
     estimate = sol.error_estimate
-    if estimate is None:
+    if estimate is None or not estimate.errors:
         return []
     errors = ", ".join(f"{name} to {error:.1e}" for name, error in estimate.errors.items())
     kind = "of the tangential force" if sol.scene.no_slip else "of f Fz" if sol.plan.rubs else "of themselves"

@@ -24,14 +24,16 @@ from varcontact.problem.gap import gap, normal_gap, normal_residual, project, re
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
+from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solving.error_norm import creepage_names
 from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.march import March, marching_on, without_load
 from varcontact.solving.refine.passes import of_elements, with_forces
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
-from varcontact.solving.transient import March, largest_contacts, marching_on, without_load
+from varcontact.solving.transient import largest_contacts
 
 ROUNDED = 1e-11
 """Residual that rounding in unit conversions may leave, where nothing magnifies it."""
@@ -101,6 +103,8 @@ def with_measured_steps(stored: Stored) -> Stored:
         return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, steps)
 
     def measured(k: int, before: Solution | None, sol: Solution) -> Solution:
+        if sol.refinement is not None and sol.pressure.any():
+            return _measured_on(_as_corrected(march().problem(k, None)[1], sol, sol.refinement), sol)
         return _measured_on(march().problem(k, march().start() if before is None else before)[1], sol)
 
     return replace(stored, measured=measured)
@@ -114,16 +118,18 @@ def _remeasured(sol: Solution) -> Solution:
     ValueError
         If slips, distances or Hertz's pressure are not those of the scene and its tractions.
     """
-    if isinstance(sol.scene.motion, TimeStep):
+    if isinstance(sol.scene.motion, TimeStep) and (sol.refinement is None or not sol.pressure.any()):
         return replace(sol, note=ALONE)
     disc = discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out)
-    if sol.refinement is not None:
-        carried = Carried(-sol.refinement.correction * unit_slip(disc), np.zeros(2))
-        motion = with_forces(disc.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
-        disc = replace(disc, motion=motion, carried=carried)
-        if np.any(sol.refinement.share != 1):
-            disc = disc.rubbing(of_elements(disc) * sol.refinement.share)
-    return _measured_on(disc, sol)
+    return _measured_on(disc if sol.refinement is None else _as_corrected(disc, sol, sol.refinement), sol)
+
+
+def _as_corrected(disc: Discretisation, sol: Solution, found: Refinement) -> Discretisation:
+    """The problem on the elements as it was corrected; in a step of a history with what the particles bring along."""
+    carried = Carried(-found.correction * unit_slip(disc), np.zeros(2))
+    motion = with_forces(disc.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
+    disc = replace(disc, motion=motion, carried=carried)
+    return disc.rubbing(of_elements(disc) * found.share) if np.any(found.share != 1) else disc
 
 
 def _measured_on(disc: Discretisation, stored: Solution) -> Solution:

@@ -147,7 +147,7 @@ def solve(
     refine : {"continuum"}, optional
         Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
         on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
-        For steady rolling and shifts of like bodies, see docs/refinement.md.
+        In a history each step goes on from the field of the step before. For like bodies, see docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -215,7 +215,7 @@ def solve(
         check_fits(posed, known)
         wanted, enough = (certify, tol) if certified else ("none", max(tol, ENOUGH))
         if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, enough, polish, told, store, wanted, stages=asked is not None)
+            return solve_transient(posed, known, enough, polish, told, store, wanted, asked is not None, corrects)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         steps = Steps(known, enough, polish, Clock(told), Setups() if repeats else None, start, wanted, certified)
         disc, state = on_a_grid_that_holds_it(

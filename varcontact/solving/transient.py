@@ -7,39 +7,32 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 import numpy as np
 
 from varcontact.checks import file_name
-from varcontact.errors import Interrupted, NoContact, Saturated, SceneError, VarcontactError
+from varcontact.errors import Interrupted, NoContact, SceneError, VarcontactError
 from varcontact.io.history_file import Stored
 from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate, ForceBounds
-from varcontact.problem.contact_grid import common_grid, enlarged, wanted_grid
-from varcontact.problem.containment import outside
-from varcontact.problem.discretisation import Carried, Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.state import ContactState, unloaded
+from varcontact.problem.contact_grid import common_grid, wanted_grid
 from varcontact.results.history import History
-from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving import start_grid
-from varcontact.solving.certify import judged
-from varcontact.solving.friction_loop import remembered
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact
+from varcontact.solving.march import March, marching_on
+from varcontact.solving.refine.march import CorrectedMarch, corrected_march
+from varcontact.solving.refine.road import KINDS
+from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 
-STEP_FIELDS, STEP_REST = 65.0, 1e4
-"""Bytes of a step in memory: by element, and for the rest."""
+STEP_FIELDS, STEP_PARTS, STEP_REST = 65.0, 152.0, 1e4
+"""Bytes of a step in memory: by element, for the parts of an element where it is corrected, and for the rest."""
 
 
 def solve_transient(
@@ -51,6 +44,7 @@ def solve_transient(
     store: str | Path | None = None,
     certify: str = "auto",
     stages: bool = False,
+    refine: bool = False,
 ) -> History:
     """Solve a transient scene step by step, see `solve`.
 
@@ -71,6 +65,8 @@ def solve_transient(
         As of `solve`.
     stages : bool
         Whether the progress is told the stages within a step, too.
+    refine : bool
+        Whether each step is corrected towards the continuum.
 
     Raises
     ------
@@ -82,14 +78,20 @@ def solve_transient(
     if not isinstance(_motion(scene).start, Solution | None):
         raise SceneError("motion.start", _motion(scene).start, "a Solution")
     steps = Steps(plan, tol, polish, Clock(), certify=certify)
+    settings: dict[str, Any] = {"tol": tol, "polish": polish} | ({"refine": KINDS[0]} if refine else {})
     if store is None:
-        return _solved(scene, steps, progress, None, stages)
-    with Stored.recording(file_name("store", store), scene, plan, tol, polish) as stored:
-        return _solved(scene, steps, progress, stored, stages)
+        return _solved(scene, steps, settings, progress, None, stages)
+    with Stored.recording(file_name("store", store), scene, plan, settings) as stored:
+        return _solved(scene, steps, settings, progress, stored, stages)
 
 
 def _solved(
-    scene: Scene, steps: Steps, progress: Callable[[str], None] | None, recording: Stored | None, stages: bool
+    scene: Scene,
+    steps: Steps,
+    settings: dict[str, Any],
+    progress: Callable[[str], None] | None,
+    recording: Stored | None,
+    stages: bool,
 ) -> History:
     """The steps that are not solved yet, in memory or in the file that they are recorded in."""
     from varcontact.solving.remeasured import with_measured_steps
@@ -97,13 +99,17 @@ def _solved(
     motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
     if stored is None:
         spec = wanted_grid(scene)
-        kept = bytes_of_steps(motion, spec.nx * spec.rows)
+        kept = bytes_of_steps(motion, spec.nx * spec.rows, "refine" in settings)
         need("the history in memory", kept, "with store = a file, the steps are kept there")
     contacts = largest_contacts(scene)
     grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
-    march = marching_on(scene, contacts[0], grid, steps)
+    march: March | CorrectedMarch = (
+        corrected_march(scene, contacts, grid, steps)
+        if "refine" in settings
+        else marching_on(scene, contacts[0], grid, steps)
+    )
     in_memory: list[Solution] = []
-    history = History(scene, grid, in_memory if stored is None else stored, {"tol": steps.tol, "polish": steps.polish})
+    history = History(scene, grid, in_memory if stored is None else stored, settings)
     before = march.start() if len(history) == 0 else history[-1]
     try:
         for k in range(len(history), motion.steps):
@@ -120,7 +126,7 @@ def _solved(
             except KeyboardInterrupt:
                 raise Interrupted(history, f" after {len(history)} of {motion.steps} steps") from None
     finally:
-        march.disc.operators.forget()
+        march.forget()
     return history
 
 
@@ -129,7 +135,7 @@ def _within(progress: Callable[[str], None] | None, k: int, count: int) -> Calla
     return None if progress is None else lambda stage: progress(f"{k} of {count} steps: {stage}")
 
 
-def bytes_of_steps(motion: Transient, elements: int) -> float:
+def bytes_of_steps(motion: Transient, elements: int, refine: bool = False) -> float:
     """What the answer of a history takes in memory, about.
 
     Parameters
@@ -137,132 +143,10 @@ def bytes_of_steps(motion: Transient, elements: int) -> float:
     motion : Transient
     elements : int
         Of the potential contact.
+    refine : bool
+        Whether they are corrected towards the continuum.
     """
-    return motion.steps * (STEP_FIELDS * elements + STEP_REST)
-
-
-def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: Steps) -> March:
-    """The march of a history on its grid, in the scales of one of its `largest_contacts`.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a `Transient` motion.
-    largest : Scene
-        One of its `largest_contacts`.
-    grid : Grid
-        Explicit, physical.
-    steps : Steps
-    """
-    return March(scene, _discretisation(largest, grid, coupled=not steps.plan.left_out), steps)
-
-
-@dataclass(frozen=True, eq=False)
-class March:
-    """What all steps share: the grid and its scales, the operators, the methods.
-
-    A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
-    is the same, bit for bit, as one that was not interrupted.
-
-    Attributes
-    ----------
-    scene : Scene
-        With a `Transient` motion.
-    disc : Discretisation
-        Without motion.
-    steps : Steps
-    """
-
-    scene: Scene
-    disc: Discretisation
-    steps: Steps
-
-    def start(self) -> Solution | None:
-        """What the first step goes on from.
-
-        Raises
-        ------
-        SceneError
-            If that is on another grid, and not to be interpolated.
-        """
-        motion, grid = _motion(self.scene), self.disc.grid
-        start = cast(Solution | None, motion.start)
-        if start is None or start_grid.same(start.grid, grid):
-            return start
-        if not motion.interpolate or start.grid.line != grid.line:
-            remedy = "" if start.grid.line != grid.line else ", or interpolate = True"
-            raise SceneError(
-                "motion.start",
-                f"Solution on {start_grid.words(start.grid)}",
-                f"on the grid of the history{remedy}",
-                message=f"motion.start is a solution on {start_grid.words(start.grid)}, and the history is "
-                f"on {start_grid.words(grid)}; use the same grid{remedy}",
-            )
-        fields = np.concatenate([start.traction, start.pressure[None]])
-        fields = start_grid.interpolated(start.grid, fields, grid)
-        state = start_grid.sampled(start.grid, start.state, grid)
-        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state)
-
-    def step(self, k: int, before: Solution | None, told: Callable[[str], None] | None = None) -> Solution:
-        """Solve step k.
-
-        Parameters
-        ----------
-        k : int
-            From 0.
-        before : Solution or None
-            The step before; None: bodies without tractions.
-        told : callable, optional
-            Called with the name of each stage.
-        """
-        steps = replace(self.steps, clock=Clock(told))
-        with steps.clock("carried"):
-            scene, disc = self.problem(k, before)
-        state = _state(disc, before)
-        if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
-            # As printed it does best from its own start: on the areas of the step before its Newton's method fails.
-            state = replace(state, traction=np.zeros_like(state.traction))
-        if without_load(disc, closed_form=steps.plan.closed_form):
-            return _without_contact(scene, disc, steps)
-        if steps.plan.one_pass:
-            bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
-            state = replace(bare, traction=state.traction)
-        else:
-            state = steps.pressure(disc, state)
-        state = contact(disc, steps, state)
-        with steps.clock("grid"):
-            overlap = outside(disc, state, steps.plan.closed_form)
-        if overlap is not None:
-            enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
-        return judged(scene, disc, state, steps)
-
-    def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
-        """Step k by itself, with what the particles bring along from the step before.
-
-        Parameters
-        ----------
-        k : int
-            From 0.
-        before : Solution or None
-            The step before; None: bodies without tractions.
-        """
-        scene = self.scene.step(k, self.disc.grid)
-        return scene, self.disc.at_step(scene, self._carried(scene, before))
-
-    def _carried(self, scene: Scene, before: Solution | None) -> Carried | None:
-        """Displacement differences that the particles bring along: u' = C p'."""
-        if before is None:
-            return None
-        disc, motion = self.disc, scene.motion
-        assert isinstance(motion, TimeStep)
-        fields = before.traction
-        if disc.K != 0:
-            fields = np.concatenate([fields, before.pressure[None]])
-        if not fields.any():
-            return None
-        distance = motion.direction * motion.dq / disc.length
-        force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
-        return Carried(disc.operators.carrying(distance).apply(fields / disc.pressure), force)
+    return motion.steps * ((STEP_FIELDS + STEP_PARTS * refine) * elements + STEP_REST)
 
 
 def _motion(scene: Scene) -> Transient:
@@ -324,63 +208,3 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
     if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
         return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around
     return grid
-
-
-def _discretisation(scene: Scene, grid: Grid, coupled: bool) -> Discretisation:
-    """The grid with scales for all steps.
-
-    Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
-    """
-    disc = discretise(replace(scene, grid=grid), grid, coupled=coupled)
-    return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
-
-
-def _state(disc: Discretisation, before: Solution | None) -> ContactState:
-    """The state of the step before, in the scales of the discretisation: where the methods begin."""
-    if before is None:
-        return unloaded(disc.grid)
-    motion, was = disc.motion, before.scene.motion
-    rigid = np.zeros(2)
-    assert motion is not None
-    if motion.rolls and isinstance(was, TimeStep) and was.rolls:
-        assert disc.step is not None
-        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.length / disc.displacement
-        prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
-        rigid = np.where(prescribed, creepage, 0.0)
-    approach = (before.approach - disc.base) / disc.displacement if np.isfinite(before.approach) else 0.0
-    state = ContactState(before.pressure / disc.pressure, approach, before.traction / disc.pressure, rigid)
-    known = remembered(disc, before)
-    return state if known is None else replace(state, friction=known, branch="history")
-
-
-def without_load(disc: Discretisation, closed_form: bool) -> bool:
-    """Whether a step has no contact: no load, or an approach at which no element's centre is in contact.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Of the step.
-    closed_form : bool
-        Whether Hertz's pressure is taken, of which elements may see nothing.
-    """
-    if disc.approach is None:
-        return disc.normal_force == 0
-    if disc.approach <= disc.base:
-        return True
-    if not closed_form:
-        return False
-    assert disc.hertz is not None
-    return not disc.hertz.on_elements(disc.grid).any()
-
-
-def _without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Solution:
-    """A step in which the bodies are apart, or just touch: no tractions."""
-    motion = scene.motion
-    assert isinstance(motion, TimeStep)
-    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
-    if size > 0:
-        raise Saturated(size, 0.0)
-    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
-    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
-    state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())

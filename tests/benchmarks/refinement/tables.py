@@ -290,6 +290,7 @@ TABLES: dict[str, Callable[[], None]] = {
     "by-element": by_element,
     "laws": laws,
     "histories": histories.table,
+    "random-histories": histories.random_histories,
     "unlike": unlike.table,
     "shifts": shifts,
 }

@@ -13,6 +13,9 @@ Cells = tuple[int, int]
 SLIPS = 1 - 1e-6
 """Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""
 
+REVERSED, TURNED = 0.5, 0.9
+"""Size of the mean of two directions, a quarter and three quarters of them: opposite ones, and 60 degrees apart."""
+
 
 @dataclass(frozen=True, eq=False)
 class Shape:
@@ -36,6 +39,7 @@ def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells
     Where elements stick, the ratio of traction to weight is interpolated between the centres of the elements in
     contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges. Where an
     element around slips, size and direction are interpolated apart, and between slipping ones the size is the bound.
+    Between slip and stick that is for tractions that turn; where they reverse, vectors are interpolated again.
 
     Parameters
     ----------
@@ -66,11 +70,18 @@ def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells
     slips = contact & (np.hypot(*ratio) >= SLIPS)
     near_slip, near_stick = (interpolated(each.astype(float), contact, cells) > 0 for each in (slips, contact & ~slips))
     smooth = interpolated(factor, contact, cells)
-    size = np.where(near_slip, interpolated(np.hypot(*factor), contact, cells), np.hypot(*smooth))
-    size = np.where(near_stick, np.minimum(size * fine.weight, fine.bound), fine.bound)
-    direction = np.where(near_slip, interpolated(ratio, contact, cells), smooth)
-    length = np.hypot(*direction)
-    return np.asarray(direction * (size / np.where(length > 0, length, 1.0)))
+    within = _of_size(smooth, np.minimum(np.hypot(*smooth) * fine.weight, fine.bound))
+    size = np.minimum(interpolated(np.hypot(*factor), contact, cells) * fine.weight, fine.bound)
+    turned = _of_size(interpolated(ratio, contact, cells), np.where(near_stick, size, fine.bound))
+    length = np.hypot(*interpolated(_of_size(ratio, np.where(contact, 1.0, 0.0)), contact, cells))
+    turns = np.where(near_stick, np.clip((length - REVERSED) / (TURNED - REVERSED), 0.0, 1.0), 1.0)
+    return np.where(near_slip, turns * turned + (1 - turns) * within, within)
+
+
+def _of_size(vectors: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Vectors of the same direction and another size; zeros stay."""
+    length = np.hypot(*vectors)
+    return np.asarray(vectors * (size / np.where(length > 0, length, 1.0)))
 
 
 def held_behind(correction: np.ndarray, traction: np.ndarray, bound: np.ndarray) -> np.ndarray:

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, influence_operator
+from varcontact.elasticity.operators import GridOperator
 from varcontact.problem.discretisation import Discretisation
+from varcontact.problem.operators import Operators
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.solving.refine.field import Cells
@@ -17,25 +18,44 @@ from varcontact.solving.refine.rooted import Rooted, rooted
 
 
 @dataclass(frozen=True, eq=False)
+class Brought:
+    """What a step of a history finds on the parts, dimensionless.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (2, ny rows, nx columns)
+        The displacement differences that the particles bring along to the centres of the parts.
+    operators : Operators
+        Of the parts, the same for all steps.
+    """
+
+    displacement: np.ndarray
+    operators: Operators
+
+
+@dataclass(frozen=True, eq=False)
 class Parts:
-    """A contact in steady rolling or in a shift, on equal parts of the elements of its grid.
+    """A contact in steady rolling, in a shift or in a step of a history, on equal parts of the elements of its grid.
 
     Attributes
     ----------
     disc : Discretisation
-        Of the coarse elements, in steady rolling or in a shift, with quasi-identical bodies.
+        Of the coarse elements, with quasi-identical bodies.
     cells : tuple of int
         (rows, columns): parts of an element along y and x.
     elements : ndarray, shape (ny, nx)
         Pressure on the elements, dimensionless.
     finer : ndarray, optional
         The pressure that was solved for, on parts of the parts, dimensionless. None: Hertz's in closed form.
+    brought : Brought, optional
+        In a step of a history: what the step before left.
     """
 
     disc: Discretisation
     cells: Cells
     elements: np.ndarray
     finer: np.ndarray | None = None
+    brought: Brought | None = None
 
     @cached_property
     def grid(self) -> Grid:
@@ -62,18 +82,19 @@ class Parts:
 
     @property
     def weights(self) -> tuple[np.ndarray, np.ndarray]:
-        """What tractions are in proportion to without slip, on the elements and on the parts; in a shift it slips."""
+        """What tractions are in proportion to without slip, on the elements and on the parts; in a step it slips."""
         return self.pressed.weights if self.disc.steady else (self.elements, self.pressed.pressure)
 
     @cached_property
-    def rigid_shift(self) -> np.ndarray:
-        """Rigid shift in a step of the coarse grid at the centres of the parts, dimensionless, (2, ...)."""
+    def known_shift(self) -> np.ndarray:
+        """Shift in a step of the coarse grid but for that by tractions, at the centres of the parts, (2, ...)."""
         disc, motion = self.disc, self.disc.motion
         assert motion is not None
         if isinstance(motion, Steady):
             motion = replace(motion, spin_offset=0.0)  # the derivative is exact: nothing is sampled ahead
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
-        return motion.step((disc.step or 0.0) * disc.length).shift(x, y, disc.length) / disc.displacement
+        rigid = motion.step((disc.step or 0.0) * disc.length).shift(x, y, disc.length) / disc.displacement
+        return rigid if self.brought is None else rigid - self.brought.displacement
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
         """What a traction in proportion to the pressure around each part adds to the shift, means over the parts.
@@ -86,7 +107,7 @@ class Parts:
         Returns
         -------
         ndarray, shape (2, ny rows, nx columns)
-            In steady rolling by a step of the coarse grid; in a shift at the centres of the parts.
+            In steady rolling by a step of the coarse grid; in a shift or a step at the centres of the parts.
         """
         if not self.disc.steady:
             return self.displacement.apply(traction)
@@ -103,8 +124,7 @@ class Parts:
     @cached_property
     def displacement(self) -> GridOperator:
         """Displacement at the centres of the parts."""
-        operators = self.disc.operators
-        return influence_operator(self.lattice, "xy", "xy", nu=operators.nu, depth=operators.depth)
+        return (self.disc.operators.on(self.lattice) if self.brought is None else self.brought.operators).tangential()
 
     @cached_property
     def derivative(self) -> GridOperator:

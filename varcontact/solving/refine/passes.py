@@ -11,10 +11,10 @@ import numpy as np
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState
-from varcontact.scene.motion import Motion, Shift, Steady
+from varcontact.scene.motion import Motion, Steady
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.refine.field import continued, held_behind, means
-from varcontact.solving.refine.parts import Parts
+from varcontact.solving.refine.parts import Brought, Parts
 from varcontact.solving.refine.sublattice import Sublattice, loads
 from varcontact.solving.refine.unslipping import Still, Unslipping
 
@@ -22,6 +22,8 @@ PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
 PASSES = 3
 """Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
+OF_A_STEP = 2
+"""The same in a step of a history: a third one changes little."""
 STUCK = 20
 """Most of them where nothing slips: what tractions do at the trailing edge is found more slowly."""
 SETTLED = 3e-6
@@ -78,8 +80,9 @@ def defect_corrected(
     parts: int = PARTS,
     finer: np.ndarray | None = None,
     passes: int | None = None,
+    brought: Brought | None = None,
 ) -> Corrected:
-    """Correct a coarse solution of steady rolling or of a shift towards the continuum.
+    """Correct a coarse solution of steady rolling, of a shift or of a step of a history towards the continuum.
 
     In each pass the field on parts of the elements is reconstructed from the coarse tractions, and the continuum's slip
     under it averaged over the elements, weighted by the traction bound. The coarse problem's rigid shift is changed by
@@ -87,14 +90,14 @@ def defect_corrected(
     extrapolated from all passes so far. Where forces are prescribed, those of the coarse problem are
     changed by what its elements carry more than the field. Under a law of friction each pass has the coefficients that
     the law has at the corrected slip of the elements. Where the pressure is solved for, the bound on the elements is of
-    its means from the finer lattice.
+    its means from the finer lattice; in a shift or a step also of those of Hertz's.
 
     Parameters
     ----------
     disc : Discretisation
         With quasi-identical bodies.
     state : ContactState
-        Its solution.
+        Its solution; in a step of a history the pressure is enough.
     rough, last : callable
         From a discretisation and a state to the state with the tractions that go with its pressure: in all passes but
         the last, and in that. Where nothing slips, `last` is for all: the extrapolation would amplify what they leave.
@@ -103,17 +106,19 @@ def defect_corrected(
     finer : ndarray, optional
         The pressure that was solved for, on parts of the parts, dimensionless. None: it is Hertz's.
     passes : int, optional
-        `PASSES` if not given; where nothing slips, until forces settle, but no more than `STUCK`.
+        `PASSES` if not given, or `OF_A_STEP`; where nothing slips, until forces settle, but no more than `STUCK`.
+    brought : Brought, optional
+        In a step of a history: what the step before left on the parts; `disc` has means of it over the elements.
 
     Returns
     -------
     Corrected
     """
     cells, share, given = (1 if disc.line else parts, parts), shares(disc, state, finer), disc.coefficient
-    if finer is not None and disc.law is None:
+    if np.any(share != 1) or brought is not None:
         disc = disc.rubbing(of_elements(disc) * share)
         state = rough(disc, state)
-    divided = Parts(disc, cells, state.pressure * share, finer)
+    divided = Parts(disc, cells, state.pressure * share, finer, brought)
     posed, fine = disc, _on_parts(divided, replace(disc, coefficient=given), state)
     traction = fine.field(state.traction)
     forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
@@ -122,7 +127,8 @@ def defect_corrected(
     if stuck:
         fine = _unslipping(fine, disc, state, rough)
         traction = fine.field(state.traction)
-    left = passes or (STUCK if stuck else PASSES)
+    left = passes or (STUCK if stuck else PASSES if brought is None else OF_A_STEP)
+    came = Carried(np.zeros_like(state.traction), np.zeros(2)) if disc.carried is None else disc.carried
     used, found, seconds = [np.zeros(state.traction.size + 2)], [], []  # corrections, and forces beside those given
     while left:
         begun, left = time.perf_counter(), left - 1
@@ -136,7 +142,7 @@ def defect_corrected(
         used.append(extrapolated(used, found) if stuck else found[-1])
         correction, more = used[-1][:-2].reshape(lacking.shape), used[-1][-2:] * disc.force
         motion = with_forces(disc.motion, prescribed + more)
-        posed = replace(disc, motion=motion, carried=Carried(-correction, np.zeros(2)))
+        posed = replace(disc, motion=motion, carried=Carried(came.displacement - correction, came.force))
         state = (rough if left and not stuck else last)(posed, state)
         if not stuck:
             fine = _on_parts(divided, replace(posed, coefficient=given), state)
@@ -199,7 +205,11 @@ def of_elements(disc: Discretisation) -> np.ndarray:
 
 
 def shares(disc: Discretisation, state: ContactState, finer: np.ndarray | None) -> np.ndarray:
-    """Means over the elements of a pressure on parts of the parts, by the elements' own pressure, with the same load.
+    """Means over the elements of the continuum's pressure, by the elements' own pressure, with the same load.
+
+    In steady rolling Hertz's is taken as it is at the centres. In a shift or a step tractions stick up to the edge, in
+    proportion to the pressure: an element whose centre is just inside has next to none, where its parts have much, and
+    what changes there would grow from pass to pass.
 
     Parameters
     ----------
@@ -211,12 +221,17 @@ def shares(disc: Discretisation, state: ContactState, finer: np.ndarray | None) 
     Returns
     -------
     ndarray, shape (ny, nx)
-        One outside the contact; one all over for Hertz's pressure, and under a law of friction.
+        One outside the contact; one all over for Hertz's pressure in steady rolling, and under a law of friction.
     """
     own, (ny, nx) = state.pressure, disc.grid.shape
-    if finer is None or disc.law is not None:
+    if disc.law is not None or (finer is None and disc.steady):
         return np.ones((ny, nx))
-    mean = means(finer, (finer.shape[0] // ny, finer.shape[1] // nx)) * (own > 0)
+    if finer is None:
+        assert disc.hertz is not None
+        mean = disc.hertz.mean_pressure(*disc.grid.lines)
+    else:
+        mean = means(finer, (finer.shape[0] // ny, finer.shape[1] // nx))
+    mean = mean * (own > 0)
     return np.where(own > 0, mean * (own.sum() / mean.sum()) / np.where(own > 0, own, 1.0), 1.0)
 
 
@@ -253,11 +268,11 @@ def with_forces(motion: Motion | None, forces: np.ndarray) -> Motion:
 
     Parameters
     ----------
-    motion : Steady or Shift
+    motion : Steady, Shift or TimeStep
     forces : ndarray, shape (2,)
         Fx and Fy.
     """
-    assert isinstance(motion, Steady | Shift)
+    assert motion is not None
     Fx, Fy = forces
     return replace(motion, Fx=None if motion.Fx is None else float(Fx), Fy=None if motion.Fy is None else float(Fy))
 

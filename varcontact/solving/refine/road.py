@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,19 +14,22 @@ from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import Saturated, SceneError
 from varcontact.machine.memory import SMALLER, need
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import across, known_grid, within
+from varcontact.problem.contact_grid import across, known_grid, wanted_grid, within
 from varcontact.problem.containment import contact_box
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
+from varcontact.problem.operators import KEPT_DISTANCES
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
-from varcontact.solving.error_norm import units
+from varcontact.scene.transient import Transient
+from varcontact.solving.error_norm import creepage_names, units
+from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected, defect_corrected
 from varcontact.solving.refine.pressed import FINER, divided, within_parts
 from varcontact.solving.subproblems import Steps, contact
@@ -35,6 +39,8 @@ KINDS = ("continuum",)
 """What can be asked for."""
 LEAST = 8
 """Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
+LEAST_OF_A_HISTORY = 16
+"""The same in a history: on half of fewer, errors that steps hand on are no longer in proportion."""
 FIELDS = 80
 """Numbers for each part, about, with which Hertz's contact without slip is known."""
 ROUGH = 1e-5
@@ -70,29 +76,45 @@ def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str
         reason = "it corrects on the scene's own grid; leave it out, or accuracy and time_budget"
     if reason:
         raise SceneError("refine", kind, "left out", message=f'refine = "{kind}": {reason}')
-    grid, hertz = known_grid(scene), scene.hertz
-    if hertz is not None:
+    marches = isinstance(scene.motion, Transient)
+    grid, hertz = wanted_grid(scene) if marches else known_grid(scene), scene.hertz
+    if hertz is not None and not marches:
         dx, dy = grid.sides
-        _check_count(scene, (2 * hertz.a / dx, 2 * hertz.b / dy))
-    elif not grid.explicit:
-        _check_count(scene, (grid.nx, grid.rows))
+        check_count(scene, (2 * hertz.a / dx, 2 * hertz.b / dy))
+    elif not grid.explicit:  # otherwise the contact has to be solved for, or the largest of a history to be found
+        check_count(scene, (grid.nx, grid.rows), LEAST_OF_A_HISTORY if marches else LEAST)
     parts = PARTS if plan.closed_form else PARTS * FINER
     blocks = 4 * table_bytes(parts * grid.rows, parts * grid.nx, 1)
-    known = FIELDS * parts**2 * grid.size if plan.closed_form else 0
-    need("the parts of the elements", 2.0 * blocks + 8 * known, SMALLER)
+    known = FIELDS * parts**2 * grid.size if plan.closed_form and not marches else 0
+    kept = 2.0 + KEPT_DISTANCES if marches else 2.0
+    need("the parts of the elements", kept * blocks + 8 * known, SMALLER)
     return True
 
 
-def _check_count(scene: Scene, count: tuple[float, float]) -> None:
-    """There are enough elements along x and y across the contact; in line contact along x."""
+def check_count(scene: Scene, count: tuple[float, float], least: int = LEAST) -> None:
+    """There are enough elements along x and y across the contact; in line contact along x.
+
+    Parameters
+    ----------
+    scene : Scene
+    count : tuple of float
+        Elements across the contact along x and y.
+    least : int
+        Fewest of them.
+
+    Raises
+    ------
+    SceneError
+        Naming the grid.
+    """
     counted = count[:1] if scene.line else count
-    if min(counted) < LEAST * (1 - 1e-9):
+    if min(counted) < least * (1 - 1e-9):
         found = " by ".join(f"{each:.3g}" for each in counted)
         raise SceneError(
             "grid",
             scene.grid,
-            f"at least {LEAST} elements across the contact each way",
-            message=f'refine = "{KINDS[0]}" needs a grid with at least {LEAST} elements across the contact each way; '
+            f"at least {least} elements across the contact each way",
+            message=f'refine = "{KINDS[0]}" needs a grid with at least {least} elements across the contact each way; '
             f"here it has {found}",
         )
 
@@ -101,20 +123,32 @@ def _why_not(scene: Scene, plan: Plan) -> str:
     """Why a scene cannot be corrected, and what to do instead; nothing where it can."""
     instead = "solve on several grids and extrapolate (converge), or leave refine out"
     motion = scene.motion
-    if not isinstance(motion, Steady | Shift):
-        return f"it is for steady rolling and shifts, motion Steady or Shift; {instead}"
+    if motion is None:
+        return "it is for tractions, and without a motion there are none: leave refine out"
     if scene.frictionless:
         return "without friction there is nothing to correct: leave refine out"
     if scene.bodies.K != 0 and not plan.left_out:
         return f"it is for quasi-identical bodies, and here K = {scene.bodies.K:.3g}: it may lose then; {instead}"
-    if isinstance(motion, Shift) and scene.no_slip:
-        return f"with infinite friction it is for rolling; {instead}"
+    if not isinstance(motion, Steady) and any(isinstance(f, float) and math.isinf(f) for f in scene.frictions):
+        return f"with infinite friction it is for steady rolling; {instead}"
     if scene.no_slip and not plan.closed_form:
         return f"with infinite friction it is for Hertz's pressure in closed form; {instead}"
     if plan.theory is not None:
         return f"it corrects exact methods, not the theory {plan.tangential!r}; leave tangential or refine out"
     if isinstance(scene.grid, Grid) and scene.grid.edge != "centres":
         return f'with grid.edge = "{scene.grid.edge}" it gains less, or loses: leave grid.edge out'
+    return _why_no_history(scene, motion) if isinstance(motion, Transient) else ""
+
+
+def _why_no_history(scene: Scene, motion: Transient) -> str:
+    """Why a history cannot be corrected, and what to do instead; nothing where it can."""
+    if scene.under_law:
+        return "of histories it is for friction that is a number, not for laws of friction; leave refine out"
+    if motion.start is not None:
+        return (
+            "motion.start has no tractions on parts of the elements to go on from; leave motion.start out, and begin "
+            "with the steps that lead there"
+        )
     return ""
 
 
@@ -138,26 +172,48 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         In physical units.
     """
     if scene.hertz is None:
-        _check_count(scene, across(state.pressure))
+        check_count(scene, across(state.pressure))
     with steps.clock("refinement"):
-        finer = _finer(scene, disc, steps)
-        found = _corrected(disc, state, roughly(steps), steps, finer)
+        finer = finer_pressure(scene, disc, steps)
+        found = passed(disc, state, roughly(steps), steps, finer)
     with steps.clock("error estimate"):
         coarser = corrected_on(*_halved(scene, disc, state), steps)
-    rolled = unit_slip(disc)
-    carried = found.disc.carried
+    return found, recorded(found, coarser.forces[-1], coarser.creepages[-1])
+
+
+def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Refinement:
+    """The record of the passes, with the difference from other loads as the estimate, or what the last pass changed.
+
+    Where a force is prescribed, what the field carries more or less counts, too.
+
+    Parameters
+    ----------
+    found : Corrected
+    forces : ndarray, shape (3,)
+        Fx, Fy and Mz on half as many elements, physical.
+    creepages : ndarray, shape (2,)
+        vx and vy there.
+
+    Returns
+    -------
+    Refinement
+        In physical units.
+    """
+    rolled, carried, last = unit_slip(found.disc), found.disc.carried, found.forces[-1]
     assert carried is not None
-    return found, Refinement(
+    prescribed = [getattr(found.parts.disc.motion, name) for name in ("Fx", "Fy")]
+    posed = [F if given is None else given for F, given in zip(last, [*prescribed, None], strict=True)]
+    return Refinement(
         kind=KINDS[0],
         grid=found.parts.grid,
-        traction=found.traction * disc.pressure,
+        traction=found.traction * found.disc.pressure,
         slip=found.shift / rolled,
         correction=-carried.displacement / rolled,
         share=found.share,
         forces=found.forces,
         creepages=found.creepages,
-        estimate=np.abs(found.forces[-1] - [coarser.forces[-1], found.forces[-2]]).max(axis=0),
-        creepage_estimate=np.abs(found.creepages[-1] - [coarser.creepages[-1], found.creepages[-2]]).max(axis=0),
+        estimate=np.abs(last - [forces, found.forces[-2], posed]).max(axis=0),
+        creepage_estimate=np.abs(found.creepages[-1] - [creepages, found.creepages[-2]]).max(axis=0),
         seconds=found.seconds,
     )
 
@@ -171,7 +227,8 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     found : Refinement
     """
     scales = _of_the_force(solution, found) if solution.scene.no_slip else units(solution)
-    names = ("Fx", "Fy", "Mz", *(("ux", "uy") if isinstance(solution.motion, Shift) else ("vx", "vy")))
+    scales = {name: unit for name, unit in scales.items() if unit > 0}  # without load there is none
+    names = ("Fx", "Fy", "Mz", *creepage_names(solution)[:2])
     last, open_ended = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
     values = {name: float(value) for name, value in zip(names, last, strict=True) if name in scales or name[0] in "FM"}
     errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}
@@ -179,6 +236,8 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
         "no bound: the difference from half as many elements across the contact, or what the last of "
         f"{found.passes} passes changed"
     )
+    if isinstance(solution.motion, TimeStep):
+        how += "; or that of the step before, as far as its particles are still in contact"
     nx, ny = across(solution.pressure)
     return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),))
 
@@ -212,17 +271,43 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
         state = contact(disc, rough, rough.pressure(disc, unloaded(grid)))
-        return _corrected(disc, state, rough, replace(rough, tol=steps.tol), _finer(scene, disc, rough))
+        return passed(disc, state, rough, replace(rough, tol=steps.tol), finer_pressure(scene, disc, rough))
     finally:
         disc.operators.forget()
 
 
-def _corrected(
-    disc: Discretisation, state: ContactState, rough: Steps, last: Steps, finer: np.ndarray | None
+def passed(
+    disc: Discretisation,
+    state: ContactState,
+    rough: Steps,
+    last: Steps,
+    finer: np.ndarray | None,
+    brought: Brought | None = None,
 ) -> Corrected:
-    """The passes; forces so near to the limit that a corrected problem cannot carry them are refused."""
+    """A coarse solution after the passes.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        Of the coarse grid; in a step of a history with what the particles bring along.
+    state : ContactState
+        Its solution.
+    rough, last : Steps
+        The methods of all coarse solves but the last, and of that.
+    finer : ndarray or None
+        As of `finer_pressure`.
+    brought : Brought, optional
+        In a step of a history: what the step before left on the parts.
+
+    Raises
+    ------
+    SceneError
+        If forces are so near to the limit that a corrected problem cannot carry them.
+    """
     try:
-        return defect_corrected(disc, state, partial(_solved, rough), partial(_solved, last), finer=finer)
+        return defect_corrected(
+            disc, state, partial(_solved, rough), partial(_solved, last), finer=finer, brought=brought
+        )
     except Saturated as beyond:
         raise SceneError(
             "refine",
@@ -238,18 +323,28 @@ def _solved(steps: Steps, disc: Discretisation, state: ContactState) -> ContactS
     return contact(disc, steps, state)
 
 
-def roughly(steps: Steps) -> Steps:
+def roughly(steps: Steps, tol: float = ROUGH) -> Steps:
     """The same methods, as exact as the solves before the last need to be.
 
     Parameters
     ----------
     steps : Steps
+    tol : float
+        Residual that is enough.
     """
-    return replace(steps, tol=max(steps.tol, ROUGH), refined=False)
+    return replace(steps, tol=max(steps.tol, tol), refined=False)
 
 
-def _finer(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
-    """The pressure on parts of the parts, dimensionless as on the elements; None where it is Hertz's."""
+def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
+    """The pressure on parts of the parts, dimensionless as on the elements; None where it is Hertz's.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        Of the coarse grid.
+    steps : Steps
+    """
     if steps.plan.closed_form:
         return None
     rows, columns = within_parts(disc)
@@ -272,11 +367,25 @@ def _halved(scene: Scene, disc: Discretisation, state: ContactState) -> tuple[Sc
     left, right, bottom, top = box
     nx, ny = round((right - left) / dx / 2), None if grid.line else round((top - bottom) / dy / 2)
     coarser = within(Grid(nx=nx, ny=ny, margin=margin).spread(box), scene.surface)
+    return replace(scene, grid=coarser, friction=friction_on(scene, grid, coarser)), coarser
+
+
+def friction_on(scene: Scene, grid: Grid, other: Grid) -> Any:
+    """The friction of a scene on another grid: of elements the means by overlap.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        Explicit, that of its friction.
+    other : Grid
+        Explicit.
+    """
     if not isinstance(scene.friction, np.ndarray):
-        return scene, coarser
-    (x, y), (coarser_x, coarser_y) = grid.lines, coarser.lines
-    friction = _shares(coarser_y, y) @ scene.friction.reshape(grid.shape) @ _shares(coarser_x, x).T
-    return replace(scene, grid=coarser, friction=friction[0] if grid.line else friction), coarser
+        return scene.friction
+    (x, y), (other_x, other_y) = grid.lines, other.lines
+    friction = _shares(other_y, y) @ scene.friction.reshape(grid.shape) @ _shares(other_x, x).T
+    return friction[0] if grid.line else friction
 
 
 def _shares(lines: np.ndarray, of: np.ndarray) -> np.ndarray:

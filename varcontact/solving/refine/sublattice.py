@@ -79,7 +79,7 @@ class Sublattice:
         ndarray, shape (2, ny rows, nx columns)
             Dimensionless; means over the parts.
         """
-        return np.asarray(self.parts.rigid_shift + rigid[:, None, None] + self.elastic_shift(traction))
+        return np.asarray(self.parts.known_shift + rigid[:, None, None] + self.elastic_shift(traction))
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
         """What a traction adds to the continuum's local shift in a step of the coarse grid, means over the parts.
