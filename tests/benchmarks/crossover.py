@@ -10,6 +10,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,6 +45,13 @@ def strips(cells: int) -> vc.Scene:
     )
 
 
+def unlike(scene: vc.Scene) -> vc.Scene:
+    """The same pressed shape, of bodies of which one is three times as stiff."""
+    hertz, bodies = scene.hertz, vc.Bodies(G=(1.0, 3.0), nu=0.28)
+    shape = vc.Cylinders(hertz.Rx) if scene.line else vc.Paraboloids(hertz.Rx, hertz.Ry)
+    return replace(scene, surface=shape, bodies=bodies)
+
+
 def sampled(cells: int) -> vc.Scene:
     """A sphere with waves, given by samples: the pressure is solved for."""
     grid = vc.Grid(nx=cells + 2, ny=cells + 2, dx=2 / cells, dy=2 / cells, x0=-1 - 1 / cells, y0=-1 - 1 / cells)
@@ -67,6 +75,9 @@ KINDS: dict[str, tuple[Callable[[int], vc.Scene], tuple[int, ...]]] = {
     "steady, spin, a/b = 1": (lambda cells: elliptic(1.0, cells, vc.Steady(**SPIN)), CELLS),
     "steady, forces, a/b = 1": (lambda cells: elliptic(1.0, cells, vc.Steady(Fx=-0.15, Fy=0.1, spin=0.05)), CELLS),
     "steady, line contact": (strips, STRIPS),
+    "steady, unlike bodies": (lambda cells: unlike(elliptic(1.0, cells, vc.Steady(**MIXED))), CELLS[:5]),
+    "shift, unlike bodies": (lambda cells: unlike(elliptic(1.0, cells, vc.Shift(ux=0.05, uy=0.02))), CELLS[:5]),
+    "steady, line contact of unlike bodies": (lambda cells: unlike(strips(cells)), STRIPS[:4]),
 }
 
 
@@ -85,7 +96,11 @@ def measured(posed: Callable[[int], vc.Scene], cells: tuple[int, ...], repeats: 
     rows = []
     for count in cells:
         scene = posed(count)
-        pressures = ("norm", "newton") if isinstance(scene.surface, vc.SampledDistance) else ("hertz", "hertz")
+        pressures = (
+            ("norm", "newton")
+            if isinstance(scene.surface, vc.SampledDistance) or scene.bodies.K != 0
+            else ("hertz", "hertz")
+        )
         dense = seconds(scene, pressures[0], "auto" if scene.motion is None else "tang-safeguarded", repeats)
         free = seconds(scene, pressures[1], "auto" if scene.motion is None else "newton", repeats)
         contact = vc.solve(scene, method="active-set", certify="gap").elements["contact"]

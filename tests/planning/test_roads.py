@@ -94,7 +94,7 @@ def test_auto_with_many_elements_jointly(rolling):
     [
         ({"grid": vc.Grid(nx=17, ny=17)}, {}),
         ({"grid": vc.Grid(nx=80, ny=80, dx=0.25, dy=0.25, x0=-10.0, y0=-10.0)}, {}),  # of which few are in contact
-        ({"grid": vc.Grid(nx=17, ny=17), "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {}),
+        ({"grid": vc.Grid(nx=10, ny=10), "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {}),
         ({"grid": vc.Grid(nx=17, ny=17), "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
         ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {"method": "active-set"}),
         ({"grid": MANY_CELLS}, {"method": "active-set"}),

@@ -21,7 +21,7 @@ MIRRORED = {
     "tang": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "tang"}),
     "tang-safeguarded": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "tang-safeguarded"}),
     "scs": ({"motion": vc.Steady(vx=0.05)}, {"tangential": "scs"}),
-    "unlike": ({"motion": vc.Steady(vx=0.05), "bodies": UNLIKE}, {}),
+    "unlike": ({"motion": vc.Steady(vx=0.05), "bodies": UNLIKE}, {"method": "active-set"}),
 }
 
 

@@ -158,10 +158,11 @@ def test_a_history_begins_with_a_saved_step(history, tmp_path):
     for name in ("dq", "direction", "vx", "Fx", "normal_force", "approach", "friction", "rotation"):
         rest[name] = getattr(MOTION, name)[2:]
     motion = dataclasses.replace(MOTION, steps=3, start=vc.load(tmp_path / "step.nc"), **rest)
-    later = vc.solve(dataclasses.replace(history.scene, motion=motion, grid=history.grid))
+    posed = dataclasses.replace(history.scene, motion=motion, grid=history.grid)
+    later = vc.solve(posed, method="active-set")  # as "auto" chose before
     same(later, history[2:])
     later.save(tmp_path / "later.nc")
-    same(vc.solve(later.scene, store=tmp_path / "later.nc"), later)
+    same(vc.solve(later.scene, method="active-set", store=tmp_path / "later.nc"), later)
     assert vc.load(tmp_path / "later.nc").scene.motion.start.force[0] == history[1].force[0]
 
 

@@ -77,9 +77,10 @@ def make_plan(
     if effect:
         scene = replace(scene, bodies=scene.bodies.alike)
     steps = formulation == "marching" and isinstance(scene.motion, Steady)
+    together = coupling == "auto" and {normal, tangential} <= {"auto", "newton"}
     if method == "auto" and not (formulation == "auto" or steps):
         way = road("convex")  # what is asked for, only programs have
-    elif method == "auto" and not steps and (coupling == "newton" or many_elements(scene)):
+    elif method == "auto" and not steps and (coupling == "newton" or many_elements(scene, together)):
         way = MANY_ELEMENTS
     elif method == "auto" and coupling == "joint":
         way = road("convex")

@@ -126,7 +126,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
     with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
         bound = (np.broadcast_to(np.asarray(disc.coefficient), grid.shape) * pressure).ravel()
     elements = np.flatnonzero(bound > 0)
-    shift = disc.rigid_shift().reshape(2, -1)[:, elements]
+    shift = disc.rigid_shift.reshape(2, -1)[:, elements]
     assert isinstance(scene.motion, Steady | Shift)
     force = (scene.motion.Fx, scene.motion.Fy)
     if scene.line or scene.bodies.combined_nu == 0:  # elasticity does not couple x and y: only what moves is unknown

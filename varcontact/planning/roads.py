@@ -61,10 +61,13 @@ ROADS: dict[str, Road] = {
 MANY = 250
 """Elements in contact beyond which "auto" takes Newton's method without a matrix (docs/measurements.md)."""
 
+MANY_UNLIKE = 100
+"""The same of unlike bodies, whose pressure and tractions it finds together and not in turn."""
+
 MANY_ELEMENTS = Road(
     "newton",
     "newton",
-    f"more than {MANY} elements in contact, where it is the fastest by measurement",
+    f"more than {MANY} elements in contact, of unlike bodies {MANY_UNLIKE}, where it is the fastest by measurement",
     fallback="clarabel",
 )
 """What "auto" stands for with so many elements."""
@@ -75,7 +78,7 @@ SHORT, TOO_MANY = 0.05, 2000
 the elements beyond which these take hours."""
 
 
-def many_elements(scene: Scene) -> bool:
+def many_elements(scene: Scene, together: bool) -> bool:
     """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
 
     It holds for one problem, and for many in a row: of unlike bodies, under a law of friction, in a history.
@@ -83,11 +86,14 @@ def many_elements(scene: Scene) -> bool:
     Parameters
     ----------
     scene : Scene
+    together : bool
+        Whether pressure and tractions of unlike bodies may be found together.
     """
     count, dx = _elements(scene)
     motion = scene.motion
     short = isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx
-    return count > (TOO_MANY if short else MANY)
+    unlike = scene.bodies.K != 0 and not scene.frictionless
+    return count > (TOO_MANY if short else MANY_UNLIKE if unlike and together else MANY)
 
 
 def _elements(scene: Scene) -> tuple[float, float]:

@@ -271,7 +271,7 @@ class Discretisation:
         if possible is not None:
             bears |= possible.ravel() & (friction > 0)
         elements = np.flatnonzero(bears)
-        shift = self.known_shift().reshape(2, -1)[:, elements]
+        shift = self.known_shift.reshape(2, -1)[:, elements]
         if self.K != 0:
             shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
         forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
@@ -325,11 +325,12 @@ class Discretisation:
         moves = [shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)]
         return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
 
-    @property
+    @cached_property
     def points(self) -> np.ndarray:
         """Dimensionless x and y of the element centres, (2, ny, nx)."""
         return np.array(np.meshgrid(self.lattice.x, self.lattice.y))
 
+    @cached_property
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
         assert self.motion is not None
@@ -339,9 +340,10 @@ class Discretisation:
         check_shift(self.motion, shift)
         return shift
 
+    @cached_property
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
-        return self.rigid_shift() if self.carried is None else self.rigid_shift() - self.carried.displacement
+        return self.rigid_shift if self.carried is None else self.rigid_shift - self.carried.displacement
 
 
 def posed(scene: Scene) -> dict[str, Any]:

@@ -32,7 +32,7 @@ def shift_and_areas(disc: Discretisation, state: ContactState) -> tuple[np.ndarr
     shift = np.zeros((2, *contact.shape))
     if disc.motion is None:
         return shift, areas
-    shift[:] = disc.known_shift() + state.rigid[:, None, None]
+    shift[:] = disc.known_shift + state.rigid[:, None, None]
     if not disc.frictionless:
         shift += disc.shift_by_tractions(state.traction)
     if disc.K != 0:

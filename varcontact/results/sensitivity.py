@@ -71,7 +71,7 @@ def _unit_shifts(disc: Discretisation) -> np.ndarray:
     still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
     names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.line else 3]
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
-    return np.array([disc.moved(unit).rigid_shift().reshape(2, -1) for unit in units])
+    return np.array([disc.moved(unit).rigid_shift.reshape(2, -1) for unit in units])
 
 
 @dataclass(frozen=True, eq=False)

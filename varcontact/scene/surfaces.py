@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
+from varcontact.scene.interpolation import Interpolation
 from varcontact.scene.smoothing import smoothed_field
 
 
@@ -296,9 +298,17 @@ class SampledDistance:
                 f"within the samples, {self.box}",
                 message=f"grid (left, right, bottom, top) = {box} must be within the samples, {self.box}",
             )
+        return self._between.at(grid.x, grid.y)
+
+    @cached_property
+    def _between(self) -> Interpolation:
+        assert self.x is not None
         if self.y is None:  # the same row four times
-            return _interpolated(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)), grid.x, grid.y)
-        return _interpolated(self.x, self.y, self.h, grid.x, grid.y)
+            return Interpolation(self.x, np.arange(-1.5, 2.0), np.tile(self.h, (4, 1)))
+        return Interpolation(self.x, self.y, self.h)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in vars(self).items() if name != "_between"}  # made again where it is used
 
     def smoothed(self, wavelength: float) -> SampledDistance:
         """The surface without waves shorter than a wavelength: for measured samples whose noise rules the pressure.
@@ -334,30 +344,6 @@ class SampledDistance:
         x, y = self.coordinates
         h = smoothed_field(self.samples, x, y, wavelength)
         return SampledDistance(h[0] if self.line else h, self.x, self.y, self.reference_depth)
-
-
-def _interpolated(x: np.ndarray, y: np.ndarray, h: np.ndarray, at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
-    """Samples h on (y, x) at the points of a grid: see `SampledDistance.distance`."""
-    from scipy.interpolate import Akima1DInterpolator, RectBivariateSpline
-    from scipy.ndimage import maximum_filter, minimum_filter
-
-    spline = RectBivariateSpline(y, x, h, s=0, kx=min(3, y.size - 1), ky=min(3, x.size - 1))
-
-    def calm(at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
-        return np.asarray(Akima1DInterpolator(x, Akima1DInterpolator(y, h)(at_y), axis=1)(at_x))
-
-    # A cliff shows in a cell's middle, where the two differ by more than a twentieth of the range of the samples
-    # around; the spline's swing has died out twelve cells from there.
-    middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
-    around = (maximum_filter(h, 4) - minimum_filter(h, 4))[1:, 1:]
-    cliffs = np.abs(spline(middle_y, middle_x) - calm(middle_x, middle_y)) > 0.05 * around
-    if not cliffs.any():
-        return np.asarray(spline(at_y, at_x))
-    at_x, at_y = np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1])
-    column = np.clip(np.searchsorted(x, at_x) - 1, 0, x.size - 2)
-    row = np.clip(np.searchsorted(y, at_y) - 1, 0, y.size - 2)
-    beside = maximum_filter(cliffs, 25)[np.ix_(row, column)]
-    return np.where(beside, calm(at_x, at_y), spline(at_y, at_x))
 
 
 Surface = Paraboloids | Ellipse | Cylinders | SampledDistance

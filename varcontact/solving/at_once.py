@@ -41,7 +41,7 @@ def at_once(
         pressure_to_shift=disc.pressure_to_shift.between(chosen, (0,)),
         tangential=disc.tangential_operator.between(chosen, chosen),
         distance=(disc.distance - disc.base) / disc.displacement,
-        rigid_shift=disc.known_shift()[list(chosen)],
+        rigid_shift=disc.known_shift[list(chosen)],
         friction=np.broadcast_to(np.asarray(disc.coefficient, dtype=float), disc.grid.shape),
         area=disc.lattice.area,
         approach=None if free else state.approach,

@@ -23,8 +23,11 @@ from varcontact.solving.start_grid import interpolated
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
+PressureOn = Callable[[Discretisation, ContactState], ContactState]
+"""Solves the frictionless normal problem of a discretisation, from a state that may have a pressure to begin with."""
 
-def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactState]) -> Grid:
+
+def first_grid(scene: Scene, pressure_on: PressureOn) -> Grid:
     """An explicit grid for a scene: its own, or one across the bounding box of the contact.
 
     A Hertzian contact has its ellipse. For sampled distances the box is found by looks at the frictionless
@@ -36,22 +39,29 @@ def first_grid(scene: Scene, pressure_on: Callable[[Discretisation], ContactStat
     pressure_on : callable
         Solves the frictionless normal problem of a discretisation.
     """
+    return _looked_for(scene, pressure_on)[0]
+
+
+def _looked_for(scene: Scene, pressure_on: PressureOn) -> tuple[Grid, _Found | None]:
+    """The first grid of a scene, and the contact that the last look found, if one was needed."""
     spec = known_grid(scene)
     if spec.explicit:
-        return spec
+        return spec, None
     surface = scene.surface
     assert isinstance(surface, SampledDistance)
-    box = surface.box
+    box, found = surface.box, None
     depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
     for _ in range(60):
         look = Grid(nx=24, ny=None if scene.line else 24, margin=0).spread(box)
         lowest = _lowest_in_elements(surface, look, depth)
-        state = pressure_on(discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look))
+        disc = discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look)
+        state = pressure_on(disc, unloaded(look) if found is None else found.on(disc))
+        found = _Found.of(disc, state)
         contact = contact_box(look, state.pressure)
         if min(across(state.pressure)) >= (1 if scene.line else 8) and max(across(state.pressure)) >= 8:
             break
         box = clipped(contact_box(look, state.pressure, around=1), surface)
-    return within(spec.spread(contact), surface)
+    return within(spec.spread(contact), surface), found
 
 
 def on_a_grid_that_holds_it(
@@ -91,9 +101,10 @@ def on_a_grid_that_holds_it(
     with steps.clock("grid"):
         normal = steps.plan.normal if steps.plan.convex else "norm"
         looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
-        grid = _around(scene, near) or first_grid(scene, lambda disc: looks.pressure(disc, unloaded(disc.grid)))
+        beside = None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
+        grid, last = _looked_for(scene, looks.pressure) if beside is None else _near(scene, beside)
         steps.clock.adopt("grid", looks.clock.tally("normal"))
-    moved, last = 0, None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
+    moved = 0
     for attempt in range(20):
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
@@ -112,7 +123,7 @@ def on_a_grid_that_holds_it(
                 return disc, state
             moved += 1
         known.forget()
-        last = _Found(grid, state.pressure * disc.pressure, state.approach * disc.displacement + disc.base)
+        last = _Found.of(disc, state)
         if overlap is not None:
             grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
         elif closer is not None:
@@ -133,6 +144,11 @@ class _Found:
     pressure: np.ndarray
     approach: float
 
+    @classmethod
+    def of(cls, disc: Discretisation, state: ContactState) -> _Found:
+        """That of a state on a discretisation."""
+        return cls(disc.grid, state.pressure * disc.pressure, state.approach * disc.displacement + disc.base)
+
     def on(self, disc: Discretisation) -> ContactState:
         """Its pressure on the elements of another grid."""
         pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.pressure
@@ -140,12 +156,11 @@ class _Found:
         return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
-def _around(scene: Scene, near: Solution | None) -> Grid | None:
-    """The scene's elements across the contact of a solution; None where they are known, or there is none."""
+def _near(scene: Scene, found: _Found) -> tuple[Grid, _Found]:
+    """The scene's grid, without a look: across the contact that was found, where it is not known anyway."""
     spec = known_grid(scene)
-    if near is None or spec.explicit or not isinstance(scene.surface, SampledDistance):
-        return None
-    return within(spec.spread(contact_box(near.grid, near.pressure)), scene.surface)
+    grid = spec if spec.explicit else spec.spread(contact_box(found.grid, found.pressure))
+    return within(grid, scene.surface), found
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:

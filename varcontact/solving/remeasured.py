@@ -199,7 +199,7 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
         return
     shift, _ = shift_and_areas(disc, state)
     moved = disc.shift_by_tractions(state.traction)
-    largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift(), state.rigid, shift))
+    largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift, state.rigid, shift))
     if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
         raise ValueError("slips that are not those under its tractions")
     if not (sol.plan.solves and sol.converged) or disc.no_slip:

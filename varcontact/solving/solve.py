@@ -45,6 +45,10 @@ MOST_BY_PRESSURE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
 
 
+ENOUGH = 1e-4
+"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a million at most."""
+
+
 @overload
 def solve(
     scene: Scene[Transient],
@@ -209,11 +213,11 @@ def solve(
     ) -> Solution | History:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
         check_fits(posed, known)
-        wanted = certify if certified else "none"
+        wanted, enough = (certify, tol) if certified else ("none", max(tol, ENOUGH))
         if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, tol, polish, told, store, wanted, asked is not None, corrects)
+            return solve_transient(posed, known, enough, polish, told, store, wanted, asked is not None, corrects)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
-        steps = Steps(known, tol, polish, Clock(told), Setups() if repeats else None, start, wanted)
+        steps = Steps(known, enough, polish, Clock(told), Setups() if repeats else None, start, wanted, certified)
         disc, state = on_a_grid_that_holds_it(
             posed, roughly(steps) if corrects and known.closed_form else steps, near=near
         )
@@ -322,7 +326,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             message="grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0",
         )
     plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
-    grid = first_grid(scene, lambda disc: unloaded(disc.grid))
+    grid = first_grid(scene, lambda disc, state: state)
     disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))

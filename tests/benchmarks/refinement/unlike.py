@@ -39,7 +39,7 @@ def corrected(scene: vc.Scene, cells: int, again: bool) -> np.ndarray:
     field = reconstructed(state.traction, *fine.shapes, PARTS)
     forces = [loads(state.traction * disc.pressure, grid)]
     for _ in range(PASSES):
-        own = disc.known_shift() + disc.tangential_operator.apply(state.traction)
+        own = disc.known_shift + disc.tangential_operator.apply(state.traction)
         own += disc.pressure_to_shift.apply(state.pressure[None])
         lacking = fine.on_elements(fine.shift(field, np.zeros(2)) + by_pressure) - own
         bound = fine.coefficient * state.pressure

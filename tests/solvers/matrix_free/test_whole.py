@@ -29,7 +29,7 @@ def posed(request):
         pressure_to_shift=disc.pressure_to_shift,
         tangential=disc.tangential_operator,
         distance=(disc.distance - disc.base) / disc.displacement,
-        rigid_shift=disc.known_shift(),
+        rigid_shift=disc.known_shift,
         friction=np.full(disc.grid.shape, 0.3),
         area=disc.lattice.area,
         approach=None,

@@ -331,9 +331,10 @@ def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough
 
 def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:
     """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
-    best, trial, count, idle = _better(problem, None, at), _trial(problem, at), 0, 0
-    lowest = merit = _merit(problem, at, trial)
-    while count < max_steps and idle < STALLED and tangential_residual(problem, best.traction, best.rigid) > ENOUGH:
+    best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
+    residual, lowest = _residual(problem, best), _merit(problem, at, trial)
+    merit = lowest
+    while count < max_steps and idle < STALLED and residual > ENOUGH:
         count += 1
         sticks = magnitude(trial) <= problem.bound
         begin = _on_bound(problem, sticks, at, trial)
@@ -349,10 +350,12 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
                 least, at, trial = there_merit, there, there_trial
             if least < (1 - 0.1 * part) * merit:
                 break
-        merit, best = least, _better(problem, best, at)
+        merit, found = least, _admissible(problem, at)
+        if (left := _residual(problem, found)) < residual:
+            best, residual = found, left
         idle = 0 if merit < 0.99 * lowest else idle + 1
         lowest = min(lowest, merit)
-    solved = tangential_residual(problem, best.traction, best.rigid) <= SOLVED
+    solved = residual <= SOLVED
     return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
 
 
@@ -363,8 +366,14 @@ def _merit(problem: TangentialProblem, at: _Point, trial: np.ndarray) -> float:
 
 def _better(problem: TangentialProblem, best: RawSolution | None, at: _Point) -> RawSolution:
     """The better of two by the residual."""
-    traction = project(at.traction, problem.bound)
-    residual = tangential_residual(problem, traction, at.rigid)
-    if best is not None and not residual < tangential_residual(problem, best.traction, best.rigid):
-        return best
-    return RawSolution(traction, at.rigid, 0, "")
+    found = _admissible(problem, at)
+    return found if best is None or _residual(problem, found) < _residual(problem, best) else best
+
+
+def _admissible(problem: TangentialProblem, at: _Point) -> RawSolution:
+    """Tractions within the bound."""
+    return RawSolution(project(at.traction, problem.bound), at.rigid, 0, "")
+
+
+def _residual(problem: TangentialProblem, raw: RawSolution) -> float:
+    return tangential_residual(problem, raw.traction, raw.rigid)

@@ -36,6 +36,8 @@ BESIDE = 0.5
 """The same for the best grid to extrapolate with, of all that were solved before the finest."""
 LEAST_STEP, GREATEST_STEP = 1.2, 3.0
 """Elements across the contact on the next grid by those on the last one, at least and at most."""
+LIKELY = 2.0
+"""By how much the first step may exceed the usual one: a finer grid costs less than another one."""
 SPARE = 1.05
 """How much finer it is than the order of the error asks for."""
 WORTHWHILE = 1.5
@@ -107,13 +109,14 @@ class Climb:
         NotConverged
             If the answer's own estimate asks for more than fits into memory; it has the best answer.
         """
-        accuracy, most = self.asked.accuracy, self.most()
+        accuracy = self.asked.accuracy
         assert accuracy is not None
-        n = self.ladder.first(accuracy, self.slender)
-        if n > most:
-            raise self._out_of_reach(accuracy, most)
+        n = self.ladder.first(accuracy, self.slender, LIKELY)
+        if not self._fits(n):
+            raise self._out_of_reach(accuracy)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
-        n = max(n, math.ceil(WORTHWHILE * self.rungs[-1].n))
+        n = self.ladder.first(accuracy, self.slender, LIKELY)  # whether it is slender may be known only now
+        n = max(n if self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
             self.on(n)
             answer = self.answer()
@@ -122,10 +125,10 @@ class Climb:
                 return answer
             step = (estimated / accuracy) ** (1 / self.ladder.law.order)
             n, before = math.ceil(n * min(max(SPARE * step, LEAST_STEP), GREATEST_STEP)), n
-            if n > most:
-                if before >= most / LEAST_STEP:
+            if not self._fits(n):
+                n = self.most()
+                if before >= n / LEAST_STEP:
                     raise self._out_of_memory(accuracy, answer)
-                n = most
 
     def in_time(self) -> Answer:
         """The answer on the finest grid that is expected to be solved in time.
@@ -244,6 +247,10 @@ class Climb:
             )
         return with_values(fine.answer, ErrorEstimate(best, errors, how, solves, *self._asked, fine.values))
 
+    def _fits(self, n: int) -> bool:
+        """Whether so many elements across the contact fit into memory: into half of it."""
+        return memory.fits(2 * self._bytes(n))
+
     def most(self) -> int:
         """Most elements across the contact that fit into memory."""
         left, n = memory.available() / 2, 2**20
@@ -274,8 +281,8 @@ class Climb:
         known = seconds_of(method, self.plan.formulation, self.ladder.elements(n))
         return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
 
-    def _out_of_reach(self, accuracy: float, most: int) -> TooLarge:
-        n, reached = self.ladder.first(accuracy, self.slender), self.ladder.law.expected(most, self.slender)
+    def _out_of_reach(self, accuracy: float) -> TooLarge:
+        n, reached = self.ladder.first(accuracy, self.slender), self.ladder.law.expected(self.most(), self.slender)
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 

@@ -132,7 +132,7 @@ def defect_corrected(
     used, found, seconds = [np.zeros(state.traction.size + 2)], [], []  # corrections, and forces beside those given
     while left:
         begun, left = time.perf_counter(), left - 1
-        own = disc.known_shift() + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
+        own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
         lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
         bound = fine.coefficient * divided.elements
         if disc.steady and not stuck:
