@@ -186,6 +186,24 @@ def test_newton_on_fine_grids(place, nx, ny):
     assert sol.iterations["tangential"] < 60
 
 
+def test_where_newton_begins_from_the_first_order():
+    """Pure spin of a contact ten times as long as wide, on long elements: from coarser grids Newton's method fails."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.0),
+        surface=vc.Ellipse(a=3.106773263053941, b=0.3218773677152756),
+        normal_force=1.0,
+        friction=0.05,
+        motion=vc.Steady(spin=0.0028149602049788295),
+        grid=vc.Grid(nx=96, ny=64),
+    ).second_order()
+    sol = vc.solve(scene, certify="gap")
+    assert sol.calls["tangential"]["newton"].count == 3, "one that fails, the easier one, and one that begins there"
+    assert sol.certificate.residual < 1e-8
+    grid = dataclasses.replace(scene.grid, nx=90, ny=60)
+    near = vc.solve(dataclasses.replace(scene, grid=grid), certify=None)
+    assert sol.force[1] == pytest.approx(near.force[1], rel=2e-3)
+
+
 def test_mirror_direction_and_units(rolling):
     """The other way round, on the other side of the x-axis, and in other units: the same."""
     numbers = {"vx": 0.04, "vy": -0.02, "spin": 0.05}

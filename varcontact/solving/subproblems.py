@@ -21,6 +21,7 @@ from varcontact.problem.out_of_reach import out_of_reach
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
+from varcontact.scene.motion import Steady
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
@@ -135,7 +136,12 @@ class Steps:
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
             _check_force(problem, disc.force)
             enough = enough_traction(self.plan, disc, state, self.tol)
-            raw = self._tractions(problem, state, self._settings("tangential", enough, in_passes(self.plan, disc)))
+            settings = self._settings("tangential", enough, in_passes(self.plan, disc))
+            raw = self._tractions(problem, state, settings)
+            if isinstance(disc.motion, Steady) and disc.difference == "second-order" and not raw.solved:
+                first = disc.moved(replace(disc.motion, slip_difference="first-order", spin_offset=None))
+                easier = first.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
+                raw = self._from_first_order(easier, problem, settings, raw)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
             traction, rigid = problem.on_grid(raw.traction, raw.rigid)
@@ -145,6 +151,18 @@ class Steps:
                 rigid=rigid,
                 **_answered(state, "tangential", raw),
             )
+
+    def _from_first_order(
+        self, easier: TangentialProblem, problem: TangentialProblem, settings: Settings, missed: RawSolution
+    ) -> RawSolution:
+        """An answer from the tractions with the slip of first order; where that fails, too, what missed the tolerance.
+
+        On elements much longer than wide the slip of second order may not be monotone, where that of first order is.
+        """
+        begun = self._solved(easier, None, settings)
+        raw = self._solved(problem, begun, settings) if begun.solved else missed
+        count = missed.iterations + begun.iterations + raw.iterations * begun.solved
+        return replace(raw if raw.solved else missed, iterations=count)
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with pressure and tractions of each other, under the traction bound of its `bearing`.
