@@ -160,29 +160,29 @@ LADDERS = {
     (False, "hertz", "history"): Ladder(
         "histories under Hertz's pressure", Law(1.75, 2.0, 0.24, 1.5, 0.47, 1.2), coarsest=6, edge="touched"
     ),
-    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.0, 2.0, 0.77, 3.2), coarsest=6),
+    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.0, 2.0, 0.77, 3.2), coarsest=4),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
         Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
-        coarsest=6,
+        coarsest=4,
         along=1.5,
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
-        "shifts under computed pressure", Law(2.0, 1.5, 0.8, 2.0, 0.28, 1.0), coarsest=6
+        "shifts under computed pressure", Law(2.0, 1.5, 0.8, 2.0, 0.28, 1.0), coarsest=4
     ),
     (False, "computed", "history"): Ladder(
-        "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=6
+        "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=4
     ),
     (False, "coupled", "steady"): Ladder(
         "rolling of unlike bodies",
         Law(2.0, 0.5, 1.1, 1.5, 0.5, 2.0),
-        coarsest=6,
+        coarsest=4,
         along=1.5,
         second_order=True,
     ),
-    (False, "coupled", "shift"): Ladder("shifts of unlike bodies", Law(2.0, 2.0, 0.35, 2.0, 0.23, 0.6), coarsest=6),
-    (False, "coupled", "history"): Ladder("histories of unlike bodies", Law(2.0, 2.0, 0.55, 1.5, 0.7, 3.1), coarsest=6),
+    (False, "coupled", "shift"): Ladder("shifts of unlike bodies", Law(2.0, 2.0, 0.35, 2.0, 0.23, 0.6), coarsest=4),
+    (False, "coupled", "history"): Ladder("histories of unlike bodies", Law(2.0, 2.0, 0.55, 1.5, 0.7, 3.1), coarsest=4),
     (True, "hertz", "steady"): Ladder(
         "line contact, rolling under Hertz's pressure",
         Law(1.75, 0.5, 0.12, 1.25, 0.077, 0.67),
