@@ -160,7 +160,7 @@ LADDERS = {
     (False, "hertz", "history"): Ladder(
         "histories under Hertz's pressure", Law(1.75, 2.0, 0.24, 1.5, 0.47, 1.2), coarsest=6, edge="touched"
     ),
-    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.0, 2.0, 0.77, 3.2), coarsest=4),
+    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=4),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
         Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
