@@ -1,5 +1,7 @@
 """Distances between samples: accurate where they are smooth, and without phantoms beside cliffs."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -77,3 +79,13 @@ def test_radii_of_the_bodies_come_in_pairs(pair):
     with pytest.raises(vc.SceneError, match="a pair of radii") as failure:
         vc.Paraboloids.from_bodies(Rx=pair, Ry=(1.0, 1.0))
     assert failure.value.field == "surface.Rx"
+
+
+def test_the_interpolation_is_kept_but_not_sent():
+    """Asked again for the same points the distance is the same, and a pickled surface is its samples alone."""
+    surface = vc.SampledDistance(bowl_with_an_edge(X, X[:, None]), X, X)
+    samples = pickle.dumps(surface)
+    first = surface.distance(FINE)
+    np.testing.assert_array_equal(surface.distance(FINE), first)
+    assert pickle.dumps(surface) == samples
+    np.testing.assert_array_equal(pickle.loads(samples).distance(FINE), first)
