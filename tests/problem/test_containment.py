@@ -34,7 +34,7 @@ def pressed(cells, line=False, bodies=None):
 @pytest.mark.parametrize("bodies", [None, vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.4))], ids=["like", "unlike"])
 @pytest.mark.parametrize("cells", [8, 24, 40])
 def test_displacements_by_blocks_are_as_good_as_they_are_taken_for(cells, bodies, line):
-    """Point forces at the centres of blocks, against the exact displacements of all elements, an element away and more."""
+    """Point forces at the centres of blocks, against the exact displacements of all elements, away from the contact."""
     disc, state = pressed(cells, line, bodies)
     dx, dy = disc.lattice.sides
     (left, right, bottom, top) = containment.contact_box(disc.lattice, state.pressure, around=1)
