@@ -371,3 +371,22 @@ def test_bounds_by_the_mean_pressure_in_steps():
         if not same:
             mean = posed.step(0, grid).hertz.mean_pressure(*grid.lines) * (state.pressure > 0)
             np.testing.assert_allclose(share * state.pressure / state.pressure.sum(), mean / mean.sum(), atol=1e-15)
+
+
+def test_only_the_steps_have_loads():
+    """A history whose scene has no load of its own is that with the load of a step, corrected and to an accuracy."""
+    steps = vc.Transient(steps=3, dq=0.3, vx=0.05, normal_force=[1.0, 0.0, 0.7])
+    shared = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=vc.Paraboloids(Rx=1.0, Ry=0.7),
+        normal_force=1.0,
+        friction=0.3,
+        motion=steps,
+        grid=vc.Grid(nx=16, ny=16),
+    )
+    own = replace(shared, normal_force=None)
+    assert own.hertz is None
+    assert np.array_equal(corrected(own).force, corrected(shared).force)
+    to_accuracy = [vc.solve(replace(scene, grid="auto"), accuracy=0.05) for scene in (own, shared)]
+    assert np.array_equal(to_accuracy[0].force, to_accuracy[1].force)
+    assert to_accuracy[0].error_estimate.largest <= 0.05

@@ -32,7 +32,11 @@ def compare(
         typer.Option(help="Compare on the grid on which this accuracy is reached, as for solve.", show_default=False),
     ] = None,
     time_budget: Annotated[
-        float | None, typer.Option(help="In its place, seconds, as for solve.", show_default=False)
+        float | None,
+        typer.Option(
+            help="In its place, on the grid that solve takes in so many seconds; other methods may take longer on it.",
+            show_default=False,
+        ),
     ] = None,
     out: Annotated[
         Path | None,

@@ -163,15 +163,29 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
         return []
-    errors = ", ".join(f"{name} to {error:.1e}" for name, error in estimate.errors.items())
-    kind = "of the tangential force" if sol.scene.no_slip else "of f Fz" if sol.plan.rubs else "of themselves"
+    errors = _errors_by_unit(sol, estimate.errors)
     grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
     return [
         ("", ""),
-        ("accuracy", f"against the continuum, about: {errors} {kind}"),
+        ("accuracy", f"against the continuum, about: {errors}"),
         *(("", line) for line in textwrap.wrap(estimate.how, 98)),
         ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
     ]
+
+
+def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
+    """Estimated errors, each with what it is a part of."""
+    if sol.scene.no_slip:
+        units = dict.fromkeys(errors, "the tangential force")
+    elif not sol.plan.rubs:
+        units = dict.fromkeys(errors, "themselves")
+    else:
+        forces = {"Fx": "f Fz", "Fy": "f Fz", "Mz": "f Fz sqrt(ab)"}
+        units = {name: forces.get(name, "saturation") for name in errors}
+    said: dict[str, list[str]] = {}
+    for name, error in errors.items():
+        said.setdefault(units[name], []).append(f"{name} to {error:.1e}")
+    return "; ".join(f"{', '.join(names)} of {unit}" for unit, names in said.items())
 
 
 def _of_what(sol: Solution) -> str:

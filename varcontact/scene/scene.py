@@ -202,10 +202,10 @@ class Scene(Generic[MotionT_co]):
     def hertz(self) -> HertzContact | None:
         """Hertz's solution where the surface is Hertzian, else None; a line contact is an ellipse with infinite b.
 
-        The approach of a line contact is NaN where no reference depth is given.
+        The approach of a line contact is NaN where no reference depth is given. None, too, if only steps have loads.
         """
-        if self.normal_force == 0 or (self.approach is not None and self.approach <= 0):
-            return None  # a step without contact
+        if not self.normal_force and (self.approach is None or self.approach <= 0):
+            return None  # a step without contact, or loads of the steps alone
         load = {"force": self.normal_force, "approach": self.approach}
         if isinstance(self.surface, Cylinders):
             return _hertz_line(self.surface, self.bodies, **load)
