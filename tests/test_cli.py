@@ -372,6 +372,35 @@ def test_compare_refuses_a_history(folder):
     assert "a history: methods are compared on one problem (motion Steady, Shift or none)" in done.stderr
 
 
+def test_compare_takes_the_accuracy_of_a_file(folder):
+    """As of the command line; files that ask for different ones are refused."""
+    asked = SCENE.split("[grid]")[0] + "\n[solve]\naccuracy = 0.1\n"
+    (folder / "asked.toml").write_text(asked)
+    table = [
+        run("compare", "asked.toml", "--methods", "tang", "--json", *more, folder=folder)
+        for more in ([], ["--accuracy", "0.1"])
+    ]
+    (fx,), (same,) = ([row["Fx"] for row in json.loads(done.stdout)] for done in table)
+    (folder / "plain.toml").write_text(asked.split("[solve]")[0])
+    (plain,) = json.loads(run("compare", "plain.toml", "--methods", "tang", "--json", folder=folder).stdout)
+    assert fx == same != plain["Fx"]
+    done = run("compare", "asked.toml", "plain.toml", folder=folder)
+    assert done.returncode == 2
+    assert "the scene files ask for different accuracies or times" in done.stderr
+
+
+def test_a_history_on_demand_is_saved_at_the_end(folder):
+    history = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 2\ndq = 0.1').split("[grid]")[0]
+    surface = 'kind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
+    (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
+    done = run("solve", "history.toml", "--accuracy", "0.1", "--out", "h.nc", folder=folder)
+    assert done.returncode == 0, done.stderr
+    assert vc.load(folder / "h.nc").error_estimate.largest < 0.1
+    (folder / "text.nc").write_text("mine")
+    done = run("solve", "history.toml", "--accuracy", "0.1", "--out", "text.nc", folder=folder)
+    assert (done.returncode, (folder / "text.nc").read_text()) == (2, "mine")
+
+
 def test_methods_and_formulation_from_the_command_line(folder):
     done = run("solve", "scene.toml", "--tangential", "tang", "--formulation", "marching", "--json", folder=folder)
     assert done.returncode == 0, done.stderr

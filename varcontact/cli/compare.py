@@ -60,7 +60,8 @@ def compare(
     files = scenes or []
     check_outputs(out, plot, files, force)
     known = standard_bank() if bank else {}
-    described = {name: read_scene(path)[0] for name, path in by_name(files, set(known)).items()} | known
+    read = {name: read_scene(path) for name, path in by_name(files, set(known)).items()}
+    described = {name: scene for name, (scene, _) in read.items()} | known
     if not described:
         raise SceneError(
             "scenes",
@@ -70,7 +71,10 @@ def compare(
         )
     chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
     written = table_as_json if as_json else summary
-    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget, "workers": workers}
+    options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
+    if accuracy is None and time_budget is None:
+        options = asked_in([settings for _, settings in read.values()])
+    options["workers"] = workers
     try:
         table = with_progress(
             lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress, **options)
@@ -82,6 +86,30 @@ def compare(
     show(written(table))
     if plot is not None:
         write_picture(plot_comparison(table), plot)
+
+
+def asked_in(settings: list[dict[str, Any]]) -> dict[str, Any]:
+    """The accuracy or the time that scene files ask for, which is one for all of them.
+
+    Parameters
+    ----------
+    settings : list of dict
+        Of each file.
+
+    Raises
+    ------
+    SceneError
+        If they ask for different ones.
+    """
+    names = ("accuracy", "time_budget")
+    wanted = {tuple(each.get(name) for name in names) for each in settings}
+    if len(wanted) > 1:
+        message = (
+            "the scene files ask for different accuracies or times, and methods are compared by one: "
+            "give it with --accuracy or --time-budget"
+        )
+        raise SceneError("accuracy", sorted(wanted, key=str), "one for all files", message=message)
+    return dict(zip(names, wanted.pop() if wanted else (None, None), strict=True))
 
 
 def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:

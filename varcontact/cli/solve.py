@@ -72,7 +72,7 @@ def solve(
         Path | None,
         typer.Option(
             help="Write the solution to this file (.nc; for other programs .csv, .vtu, .vti, .mat). "
-            "A history (.nc) is written step by step and resumed."
+            "A history (.nc) is written step by step and resumed; with --accuracy or --time-budget at the end."
         ),
     ] = None,
     plot: Annotated[
@@ -82,6 +82,7 @@ def solve(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the report.")] = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
+    from varcontact.io.history_file import check_history_file
     from varcontact.io.outputs import check_ending
     from varcontact.io.solution_file import ENDINGS, check_solution_file
     from varcontact.scene.transient import Transient
@@ -96,18 +97,22 @@ def solve(
     given |= {"formulation": formulation, "polish": polish, "tol": tol, "start": start, "certify": certify}
     given |= {"refine": refine, "accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
-    if isinstance(described.motion, Transient):  # the file grows with the history, and is whole at any time
+    moves = isinstance(described.motion, Transient)
+    if moves and {"accuracy", "time_budget"} & options.keys():  # of several grids: the answer alone is kept
+        if out is not None:
+            check_history_file("--out", out, force)
+    elif moves:  # the file grows with the history, and is whole at any time
         if out is not None:
             check_ending("--out", out, ".nc")
         options["store"], out = out, None
-    if out is not None:
+    elif out is not None:
         check_solution_file("--out", out, force)
     try:
         solution = with_progress(lambda progress: solve_scene(described, **options, progress=progress))
     except Interrupted as stopped:
         if stopped.partial:  # a history of one step at least
             deliver(stopped.partial, out, plot, force, as_json)
-        stop(stopped, options["store"], "--out FILE.nc", "steps")
+        stop(stopped, options.get("store"), "--out FILE.nc", "steps")
     except VarcontactError as failure:
         kept = getattr(failure, "solution", None) if failure.history is None else failure.history
         if kept:
@@ -144,7 +149,9 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
     try:
         show(json.dumps(solution.summary(), indent=2, allow_nan=False) if as_json else solution.report())
     finally:  # what was computed is not lost with its reader
-        if out is not None:
+        if out is not None and isinstance(solution, History):
+            solution.save(out, overwrite=force)
+        elif out is not None:
             save(solution, out, "--out", force)
         if plot is not None and plot.suffix.lower() in MOVING and isinstance(solution, History):
             animate(solution, plot, field="--plot", overwrite=force)

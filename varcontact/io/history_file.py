@@ -218,12 +218,25 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
         If it cannot be written, or is there and holds something else.
     """
     path = checks.file_name("path", path)
-    check_ending("path", path, ".nc")
-    check_writable("path", path)
-    check_replaceable("path", path, "history", _is_whole, overwrite)
+    check_history_file("path", path, overwrite)
     _check_any(history, "path", path)
     with only_writer("path", path, PATIENCE), replacing("path", path) as file:
         _write(history, file)
+
+
+def check_history_file(field: str, path: Path, overwrite: bool) -> None:
+    """Refuse a file to which no history may be written, see `save`.
+
+    Parameters
+    ----------
+    field : str
+        What the path is called in an error.
+    path : Path
+    overwrite : bool
+    """
+    check_ending(field, path, ".nc")
+    check_writable(field, path)
+    check_replaceable(field, path, "history", _is_whole, overwrite)
 
 
 def is_history(path: Path) -> bool:
