@@ -23,6 +23,7 @@ import numpy as np
 from varcontact.errors import OutputError
 from varcontact.io.history_record import COUNT_AT, MAGIC
 from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
+from varcontact.io.reading import reading
 
 FORMAT = "varcontact sweep 1"
 OUTCOMES = ("", "solved", "approximate", "not converged", "refused", "unavailable", "failed")
@@ -266,17 +267,11 @@ def _read(path: Path) -> tuple[int, dict[str, Any], int]:
     """Where the records of a file begin, what sweep it is of, and how many there are."""
     from scipy.io import netcdf_file
 
-    try:
-        with netcdf_file(path, "r", mmap=False) as file:
-            if getattr(file, "format", b"") != FORMAT.encode():
-                raise OutputError("path", path, f"is not a {FORMAT!r} file")
-            begin, described = int(file.first_record), json.loads(file.sweep.decode())
-            scenes = int(file.variables["outcome"].shape[0])
-    except OutputError:
-        raise
-    except FileNotFoundError:
-        raise OutputError("path", path, "there is no such file") from None
-    except Exception as error:  # whatever scipy makes of other files, or of damaged bytes
-        words = str(error).splitlines()[0] if str(error) else repr(error)
-        raise OutputError("path", path, f"cannot be read as a sweep ({words})") from None
+    if not path.exists():
+        raise OutputError("path", path, "there is no such file")
+    with reading(path, "cannot be read as a sweep"), netcdf_file(path, "r", mmap=False) as file:
+        if getattr(file, "format", b"") != FORMAT.encode():
+            raise OutputError("path", path, f"is not a {FORMAT!r} file")
+        begin, described = int(file.first_record), json.loads(file.sweep.decode())
+        scenes = int(file.variables["outcome"].shape[0])
     return begin, described, scenes

@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from threading import Lock
 from typing import Any
 
@@ -80,7 +81,7 @@ def one_blas_thread() -> Iterator[None]:
 
 @cache
 def _libraries() -> Any:
-    import scipy.linalg  # noqa: F401  (its BLAS is another library than NumPy's, and has to be there to be found)
     from threadpoolctl import ThreadpoolController
 
+    import_module("scipy.linalg")  # its BLAS is another library than NumPy's, and has to be there to be found
     return ThreadpoolController()

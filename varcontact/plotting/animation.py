@@ -101,11 +101,13 @@ def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool)
 def _frames(history: History) -> Iterator[np.ndarray]:
     """Each step as an image (height, width, 4) of bytes: areas and tractions over the forces, on axes that stay."""
     from matplotlib import pyplot as plt
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     along, box = abscissa(history), _common_box(history)
     largest = max(_largest(sol) for sol in history)
     with styled():
         figure, (above, below) = new_figure(2, 1, (COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
+        canvas: Any = FigureCanvasAgg(figure)  # whatever the backend is: others have no bytes to read
         try:
             draw_forces(below, history, along)
             mark = below.axvline(along.values[0], color="k", linewidth=0.8)
@@ -118,8 +120,8 @@ def _frames(history: History) -> Iterator[np.ndarray]:
                 if k == 0:
                     settle(figure)
                     figure.set_layout_engine("none")
-                figure.canvas.draw()
-                yield np.array(figure.canvas.buffer_rgba())  # type: ignore[attr-defined]
+                canvas.draw()
+                yield np.array(canvas.buffer_rgba())
         finally:
             plt.close(figure)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from varcontact.checks import choice, moderate, named, positive, whole
 from varcontact.errors import SceneError
 from varcontact.scene import words
 
-EDGES = ("centres", "touched", "softened")
+Edge = Literal["centres", "touched", "softened"]
+"""Which elements that the contact's edge cuts belong to it, see `Grid`."""
+EDGES = get_args(Edge)
 
 
 @named(words.GRID)
@@ -76,7 +78,7 @@ class Grid:
     x0: float | None = None
     y0: float | None = None
     margin: int = 1
-    edge: Literal["centres", "touched", "softened"] = "centres"
+    edge: Edge = "centres"
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__

@@ -13,7 +13,7 @@ from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving.error_norm import values
@@ -58,7 +58,7 @@ class Way:
 
     cells: int
     along: float = 1.0
-    edge: str = "centres"
+    edge: Edge = "centres"
     coarser: int = 0
     order: float = 1.0
     motion: tuple[tuple[str, Any], ...] = ()
@@ -95,7 +95,7 @@ class Way:
         """
         along = STRIPS * cells if scene.line else max(2, round(self.along * cells))
         margin = given_grid(scene).margin
-        grid = Grid(nx=along, ny=None if scene.line else cells, margin=margin, edge=self.edge)  # type: ignore[arg-type]
+        grid = Grid(nx=along, ny=None if scene.line else cells, margin=margin, edge=self.edge)
         motion = scene.motion
         if isinstance(motion, Steady):
             motion = replace(motion, **dict(self.motion))

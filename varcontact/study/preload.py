@@ -1,8 +1,6 @@
 """What a process that solves scenes needs, to be imported before it is forked: the package, and SciPy's parts."""
 
-import psutil  # noqa: F401
-import scipy.fft
-import scipy.linalg
-import scipy.special  # noqa: F401
+from importlib import import_module
 
-import varcontact.study.sweep  # noqa: F401
+for name in ("psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.study.sweep"):
+    import_module(name)

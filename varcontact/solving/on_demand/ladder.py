@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from varcontact.planning.plan import Plan
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -115,7 +114,7 @@ class Ladder:
     law: Law
     coarsest: int
     along: float = 1.0
-    edge: Literal["centres", "touched", "softened"] = "centres"
+    edge: Edge = "centres"
     second_order: bool = False
     line: bool = False
 
