@@ -27,8 +27,10 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import creepage_names, units
+from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected, defect_corrected
 from varcontact.solving.refine.pressed import FINER, divided, within_parts
@@ -170,9 +172,15 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         Its `state` is solved to the tolerance of `steps`.
     Refinement
         In physical units.
+
+    Raises
+    ------
+    SceneError
+        For too few elements across the contact, or samples with a cliff in it.
     """
     if scene.hertz is None:
         check_count(scene, across(state.pressure))
+    check_cliffs(disc, state)
     with steps.clock("refinement"):
         finer = finer_pressure(scene, disc, steps)
         found = passed(disc, state, roughly(steps), steps, finer)
@@ -344,9 +352,20 @@ def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarr
     disc : Discretisation
         Of the coarse grid.
     steps : Steps
+
+    Raises
+    ------
+    SceneError
+        For samples that are known on that grid only.
     """
     if steps.plan.closed_form:
         return None
+    if isinstance(scene.surface, SampledDistance) and not scene.surface.placed:
+        message = (
+            f'refine = "{KINDS[0]}": samples without coordinates are known at the centres of the elements alone, and '
+            "not on parts of them; give surface.x and surface.y, or leave refine out"
+        )
+        raise SceneError("refine", KINDS[0], "left out", message=message)
     rows, columns = within_parts(disc)
     grid = divided(disc.grid, (rows if disc.line else rows * PARTS, columns * PARTS))
     posed = discretise(replace(scene, grid=grid, friction=None, motion=None), grid)
