@@ -38,6 +38,7 @@ from varcontact.solving.refine.road import (
     estimated,
     finer_pressure,
     friction_on,
+    from_a_depth,
     passed,
     recorded,
     roughly,
@@ -265,9 +266,8 @@ def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: Step
     if motion.dq is None:
         motion = replace(motion, dq=grid.sides[0])
     other = replace(scene, grid=coarser, motion=motion, friction=friction_on(scene, grid, coarser))
-    on, beside = (
-        _on_parts(marching_on(*posed, steps)) for posed in ((scene, largest, grid), (other, largest, coarser))
-    )
+    on = _on_parts(marching_on(scene, largest, grid, steps))
+    beside = _on_parts(marching_on(other, from_a_depth(largest, on.march.disc), coarser, steps))
     return CorrectedMarch(on, Coarser(beside, unloaded(coarser)))
 
 
