@@ -1,6 +1,6 @@
 """Accuracy on demand: the laws behind it fitted, and what it promises tried, on random scenes.
 
-    python -m tests.benchmarks.on_demand rungs FILE KIND [KIND ...] [--count N] [--seed S]
+    python -m tests.benchmarks.on_demand rungs FILE KIND [KIND ...] [--count N] [--seed S] [--finest N]
     python -m tests.benchmarks.on_demand fit FILE
     python -m tests.benchmarks.on_demand prove FILE KIND [KIND ...] [--count N] [--seed S]
 
@@ -57,10 +57,10 @@ def extrapolated(n: np.ndarray, found: np.ndarray, order: float) -> np.ndarray:
     return found[1:] + np.diff(found, axis=0) * part[:, None]
 
 
-def climbed(scene: vc.Scene) -> dict[str, object]:
-    """A scene on all grids."""
+def climbed(scene: vc.Scene, finest: int) -> dict[str, object]:
+    """A scene on all grids up to the `finest`."""
     key, ladder = ladder_for(scene)
-    cells = CELLS_IN_LINE if scene.line else CELLS
+    cells = [n for n in (CELLS_IN_LINE if scene.line else CELLS) if n <= finest]
     answers = [rung(scene, ladder, n) for n in cells]
     per = units(answers[-1][0])
     found = np.array([[values(sol)[name] / unit for name, unit in per.items()] for sol, _ in answers])
@@ -77,7 +77,7 @@ def climbed(scene: vc.Scene) -> dict[str, object]:
     }
 
 
-def add_rungs(path: Path, kinds: list[str], count: int, seed: int) -> None:
+def add_rungs(path: Path, kinds: list[str], count: int, seed: int, finest: int) -> None:
     """Add a line for each scene that is not there yet."""
     known = {tuple(json.loads(line)["scene"]) for line in path.read_text().splitlines()} if path.exists() else set()
     for kind in kinds:
@@ -85,7 +85,7 @@ def add_rungs(path: Path, kinds: list[str], count: int, seed: int) -> None:
             if (kind, seed, i) in known:
                 continue
             try:
-                record = climbed(scene)
+                record = climbed(scene, finest)
             except VarcontactError as error:
                 record = {"failed": f"{type(error).__name__}: {error}"}
             with path.open("a") as file:
@@ -243,11 +243,12 @@ def main() -> None:
     parser.add_argument("kinds", nargs="*", metavar="KIND")
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--finest", type=int, default=max(CELLS_IN_LINE), help="elements across on the finest grid")
     given = parser.parse_args()
     if given.work == "fit":
         fit(given.file)
     elif given.work == "rungs":
-        add_rungs(given.file, given.kinds or list(KINDS), given.count, given.seed)
+        add_rungs(given.file, given.kinds or list(KINDS), given.count, given.seed, given.finest)
     else:
         prove(given.file, given.kinds or list(KINDS), given.count, given.seed)
 

@@ -21,7 +21,7 @@ class Law:
     order : float
         The error falls like the size of the elements to this power: with it two grids are extrapolated.
     share : float
-        Largest error of the extrapolated value by the step to it from the finer grid's.
+        Largest error of the value by the step from the finer grid's to the extrapolated one.
     floor, fall : float
         What is added to that: ``floor s^arms n^-fall``, s for slender contacts, see `slenderness`.
     usual : float
@@ -30,6 +30,8 @@ class Law:
         Largest error of an answer on one grid: ``single s^arms n^-order``.
     arms : float
         By which power of their slenderness errors of slender contacts are larger: 1, as the arms of moments are, or 2.
+    taken : float
+        Which part of the step to the extrapolated value is taken: 1, or less where errors jump from grid to grid.
     """
 
     order: float
@@ -39,6 +41,7 @@ class Law:
     usual: float
     single: float
     arms: float = 1.0
+    taken: float = 1.0
 
     def remainder(self, n: float, slender: float = 1.0) -> float:
         """The part of the estimate that two answers do not show.
@@ -61,12 +64,12 @@ class Law:
         return self.single * slender**self.arms * n**-self.order
 
     def error(self, step: float, n: float, slender: float = 1.0) -> float:
-        """Estimated error of an extrapolated value.
+        """Estimated error of a value from two grids.
 
         Parameters
         ----------
         step : float
-            Its distance from the value on the finer grid.
+            From the value on the finer grid to the extrapolated one, whatever part of it is `taken`.
         n : float
             Elements across the contact on that grid.
         slender : float
