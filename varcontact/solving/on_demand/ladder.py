@@ -23,13 +23,15 @@ class Law:
     share : float
         Largest error of the value by the step from the finer grid's to the extrapolated one.
     floor, fall : float
-        What is added to that: ``floor s^arms n^-fall``, s for slender contacts, see `slenderness`.
+        What is added to that: ``floor s^arms n^-fall``, s for slender contacts.
     usual : float
         The step to the extrapolated value, usually: ``usual n^-order``.
     single : float
         Largest error of an answer on one grid: ``single s^arms n^-order``.
     arms : float
-        By which power of their slenderness errors of slender contacts are larger: 1, as the arms of moments are, or 2.
+        By which power of s errors of slender contacts are larger: 1, as the arms of moments are, or 2.
+    beyond : float
+        The `slenderness` of the contacts that the law is measured on: s is what is beyond it, or 1.
     taken : float
         Which part of the step to the extrapolated value is taken: 1, or less where errors jump from grid to grid.
     """
@@ -41,7 +43,18 @@ class Law:
     usual: float
     single: float
     arms: float = 1.0
+    beyond: float = 1.0
     taken: float = 1.0
+
+    def larger(self, slender: float) -> float:
+        """By what factor errors of contacts so `slender` are larger.
+
+        Parameters
+        ----------
+        slender : float
+            As of `slenderness`.
+        """
+        return max(slender / self.beyond, 1.0) ** self.arms
 
     def remainder(self, n: float, slender: float = 1.0) -> float:
         """The part of the estimate that two answers do not show.
@@ -53,7 +66,7 @@ class Law:
         slender : float
             As of `slenderness`.
         """
-        return self.floor * slender**self.arms * n**-self.fall
+        return self.floor * self.larger(slender) * n**-self.fall
 
     def expected(self, n: float, slender: float = 1.0, likely: float = 1.0) -> float:
         """The estimate that `n` elements across a contact, so `slender`, lead to by a step `likely` times the usual."""
@@ -61,7 +74,7 @@ class Law:
 
     def alone(self, n: float, slender: float = 1.0) -> float:
         """Estimated error of an answer on a single grid of `n` elements across a contact, so `slender`."""
-        return self.single * slender**self.arms * n**-self.order
+        return self.single * self.larger(slender) * n**-self.order
 
     def error(self, step: float, n: float, slender: float = 1.0) -> float:
         """Estimated error of a value from two grids.
@@ -145,12 +158,22 @@ class Ladder:
 
 EXACT = Law(1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 """The law of what has no error."""
+SLENDER = math.sqrt(8)
+"""Slenderness beyond which contacts have laws of their own: a/b, or b/a, of 8."""
 LADDERS = {
     (False, "hertz", "none"): Ladder("Hertz's contact", EXACT, 24),
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(1.75, 1.5, 0.068, 1.5, 0.147, 1.2, arms=2.0),
+        Law(2.0, 1.0, 0.145, 1.25, 0.26, 2.0, arms=0.0),
+        coarsest=4,
+        along=1.5,
+        edge="softened",
+        second_order=True,
+    ),
+    (False, "hertz", "slender steady"): Ladder(
+        "slender contacts, rolling under Hertz's pressure",
+        Law(1.5, 3.0, 0.074, 2.0, 0.149, 0.16, arms=2.0, taken=0.5),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -159,19 +182,32 @@ LADDERS = {
     (False, "hertz", "shift"): Ladder(
         "shifts under Hertz's pressure", Law(1.75, 1.0, 1.14, 2.0, 0.327, 1.9), coarsest=4, edge="touched"
     ),
-    (False, "hertz", "history"): Ladder(
-        "histories under Hertz's pressure", Law(1.75, 2.0, 0.24, 1.5, 0.47, 1.2), coarsest=6, edge="touched"
+    (False, "hertz", "slender shift"): Ladder(
+        "slender contacts, shifts under Hertz's pressure",
+        Law(2.0, 0.5, 1.25, 2.0, 0.8, 1.1, taken=0.5),
+        coarsest=4,
+        edge="touched",
     ),
-    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=4),
+    (False, "hertz", "history"): Ladder(
+        "histories under Hertz's pressure",
+        Law(2.0, 0.5, 1.03, 1.5, 0.98, 3.2, beyond=SLENDER, taken=0.5),
+        coarsest=6,
+        edge="touched",
+    ),
+    (False, "computed", "none"): Ladder(
+        "normal contact", Law(2.0, 0.5, 1.77, 2.0, 0.62, 7.9, beyond=SLENDER, taken=0.0), coarsest=8
+    ),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
-        Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
+        Law(1.75, 1.0, 0.43, 1.5, 0.2, 1.4, beyond=SLENDER, taken=0.5),
         coarsest=4,
         along=1.5,
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
-        "shifts under computed pressure", Law(2.0, 1.5, 0.8, 2.0, 0.28, 1.0), coarsest=4
+        "shifts under computed pressure",
+        Law(1.75, 1.0, 0.45, 1.5, 0.145, 1.5, beyond=SLENDER, taken=0.5),
+        coarsest=6,
     ),
     (False, "computed", "history"): Ladder(
         "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=4
@@ -242,7 +278,13 @@ def kind_of(scene: Scene, plan: Plan) -> tuple[bool, str, str]:
     motion = scene.motion
     moves = "history" if isinstance(motion, Transient) else "steady" if isinstance(motion, Steady) else "shift"
     pressure = "hertz" if plan.closed_form else "coupled" if plan.coupling != "none" else "computed"
-    return scene.line, pressure, moves if plan.rubs else "none"
+    if not plan.rubs:
+        return scene.line, pressure, "none"
+    hertz = scene.hertz
+    apart = (False, pressure, f"slender {moves}")
+    if not scene.line and hertz is not None and slenderness(hertz.a, hertz.b) > SLENDER and apart in LADDERS:
+        return apart
+    return scene.line, pressure, moves
 
 
 def ladder_of(scene: Scene, plan: Plan) -> Ladder:
