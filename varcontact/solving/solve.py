@@ -28,7 +28,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solving.certify import judged
+from varcontact.solving.certify import as_told, judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.noise import noise
@@ -225,9 +225,9 @@ def solve(
         try:
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
             last = (disc, state) if found is None else (found.disc, found.state)
-            solution = judged(posed, *last, steps, refinement)
             if not certified:
-                return solution
+                return as_told(posed, *last, steps)
+            solution = judged(posed, *last, steps, refinement)
             warning = noise(posed, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
             return replace(solution, warnings=(warning,)) if warning else solution
         finally:
