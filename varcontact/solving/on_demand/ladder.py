@@ -165,7 +165,7 @@ LADDERS = {
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(2.0, 1.0, 0.145, 1.25, 0.26, 2.0, arms=0.0),
+        Law(2.0, 2.0, 0.273, 1.5, 0.267, 2.2, arms=0.0),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -194,20 +194,16 @@ LADDERS = {
         coarsest=6,
         edge="touched",
     ),
-    (False, "computed", "none"): Ladder(
-        "normal contact", Law(2.0, 0.5, 1.77, 2.0, 0.62, 7.9, beyond=SLENDER, taken=0.0), coarsest=8
-    ),
+    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=8),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
-        Law(1.75, 1.0, 0.43, 1.5, 0.2, 1.4, beyond=SLENDER, taken=0.5),
+        Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
         coarsest=4,
         along=1.5,
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
-        "shifts under computed pressure",
-        Law(1.75, 1.0, 0.45, 1.5, 0.145, 1.5, beyond=SLENDER, taken=0.5),
-        coarsest=6,
+        "shifts under computed pressure", Law(2.0, 1.5, 0.8, 2.0, 0.28, 1.0), coarsest=4
     ),
     (False, "computed", "history"): Ladder(
         "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=4
