@@ -1,6 +1,7 @@
 """Defect correction where the pressure is solved for, where friction is no number, and of shifts."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -217,3 +218,63 @@ def test_shares_keep_means():
     """Coefficients of coarser elements are means by overlap; beyond the given ones the nearest hold."""
     shares = _shares(np.array([-0.5, 1.0, 2.5, 4.5]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
     np.testing.assert_allclose(shares, [[1, 0, 0, 0], [0, 2 / 3, 1 / 3, 0], [0, 0, 0.25, 0.75]], atol=1e-15)
+
+
+X = np.linspace(-1.0, 1.0, 161)
+
+
+def cylinders(depth, motion, cells=32, sampled=False):
+    """Line contact, with displacements that count from a depth or are known but for a constant."""
+    surface = vc.SampledDistance(X**2 / 2, X, reference_depth=depth) if sampled else vc.Cylinders(1.0, depth)
+    return vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.25),
+        surface=surface,
+        normal_force=0.05,
+        friction=0.3,
+        motion=motion,
+        grid=vc.Grid(nx=cells),
+    )
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+@pytest.mark.parametrize("motion", [vc.Shift(Fx=0.01), vc.Shift(Fx=0.004, Fy=-0.006), vc.Shift(Fy=0.01, ux=0.0)])
+def test_shifts_that_are_known_but_for_a_constant(motion, sampled, tmp_path):
+    """Without a reference depth they have no value, but the same error as with one; nothing is claimed to be exact."""
+    free, deep = (
+        vc.solve(cylinders(depth, motion, sampled=sampled), refine="continuum", certify=None) for depth in (None, 5.0)
+    )
+    given = [name for name, force in (("ux", motion.Fx), ("uy", motion.Fy)) if force is not None]
+    found, known = free.error_estimate, deep.error_estimate
+    for name in given:
+        assert name not in found.values
+        assert name in known.values
+        assert found.errors[name] == pytest.approx(known.errors[name], rel=1e-3, abs=1e-9)
+        assert found.errors[name] > 1e-7
+    assert f"without surface.reference_depth {' and '.join(given)} counts from a depth" in found.how
+    assert "reference_depth" not in known.how
+    assert all(f"{name} to {found.errors[name]:.1e}" in free.report() for name in given)
+    free.save(tmp_path / "free.nc")
+    again = vc.load(tmp_path / "free.nc")
+    assert again.note == ""
+    assert again.error_estimate == found
+    json.dumps(free.summary(), allow_nan=False)
+
+
+def test_the_error_of_such_a_shift():
+    """Below its estimate: measured from a depth, which changes all shifts under a force by the same."""
+    fine, coarse = (vc.solve(cylinders(5.0, vc.Shift(Fx=0.01), n), refine="continuum", certify=None) for n in (512, 16))
+    free = vc.solve(cylinders(None, vc.Shift(Fx=0.01), 16), refine="continuum", certify=None)
+    saturation = 4 * 0.75 * 0.015 / np.pi  # times a by a
+    error = abs(coarse.creepage[0] - fine.creepage[0]) / saturation
+    assert error < free.error_estimate.errors["ux"] < 100 * error
+
+
+def test_steps_whose_shifts_are_known_but_for_a_constant():
+    """In a history, too: steps that change the force."""
+    motion = vc.Transient(steps=3, dq=[0.0, 0.05, 0.05], Fx=[0.005, 0.008, 0.008])
+    free, deep = (vc.solve(cylinders(depth, motion), refine="continuum", certify=None) for depth in (None, 5.0))
+    for one, other in zip(free, deep, strict=True):
+        assert set(one.error_estimate.errors) == set(other.error_estimate.errors)
+        for name, error in other.error_estimate.errors.items():
+            assert one.error_estimate.errors[name] == pytest.approx(error, rel=1e-2, abs=1e-8)
+    assert all(np.isnan(one.creepage[0]) and "reference_depth" in one.error_estimate.how for one in free[:2])

@@ -18,6 +18,7 @@ from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.outputs import check_replaceable, check_writable, write_whole
 from varcontact.machine.memory import need
+from varcontact.plotting.drawn import drawn
 from varcontact.plotting.history import abscissa, draw_forces
 from varcontact.plotting.line import draw_line_traction
 from varcontact.plotting.maps import box_of, draw_areas
@@ -115,7 +116,7 @@ def _frames(history: History) -> Iterator[np.ndarray]:
                 above.clear()
                 draw = draw_line_traction if history.scene.line else draw_areas
                 draw(above, sol, box, largest)
-                above.set_title(f"Tangential traction on body 1, step {k}")
+                above.set_title(f"Tangential traction on body 1, step {k}{drawn(sol).words}")
                 mark.set_xdata([along.values[k]] * 2)
                 if k == 0:
                     settle(figure)
@@ -134,10 +135,9 @@ def _common_box(history: History) -> tuple[float, float, float, float]:
 
 def _largest(sol: Solution) -> float:
     """The largest number that is drawn of a step: a traction, in line contact also its bound."""
-    shown = [np.hypot(*sol.traction)]
-    if sol.scene.line and np.all(np.isfinite(sol.traction_bound)):
-        shown.append(sol.traction_bound)
-    return float(np.max(shown))
+    field = drawn(sol)
+    largest, bound = float(np.hypot(*field.traction).max()), field.bounds[1]
+    return max(largest, float(bound.max())) if sol.scene.line and np.all(np.isfinite(bound)) else largest
 
 
 def _gif(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.plotting.drawn import Drawn, drawn
 from varcontact.plotting.quantities import Measure, measure_of
 from varcontact.plotting.style import (
     HATCH,
@@ -51,6 +52,8 @@ class Field:
         A map that rises in brightness.
     outside : bool
         Whether it is shown outside the contact as well.
+    of_tractions : bool
+        Whether it is on parts of the elements where a solution was corrected.
     """
 
     title: str
@@ -59,6 +62,19 @@ class Field:
     quantity: Callable[[Solution], str]
     colours: str = "viridis"
     outside: bool = False
+    of_tractions: bool = False
+
+    def on(self, sol: Solution) -> tuple[Grid, np.ndarray, str]:
+        """The grid it is on, the state of its elements, and what its title says of them.
+
+        Parameters
+        ----------
+        sol : Solution
+        """
+        if not self.of_tractions:
+            return sol.grid, sol.state, ""
+        shown = drawn(sol)
+        return shown.grid, shown.state, shown.words
 
 
 def _shifts(sol: Solution) -> bool:
@@ -70,9 +86,10 @@ FIELDS = {
     "slip": Field(
         "Slip of body 1 over body 2",
         "slip",
-        lambda sol: sol.slip,
+        lambda sol: drawn(sol).slip,
         lambda sol: "length" if _shifts(sol) else "1",
         "YlOrBr",
+        of_tractions=True,
     ),
     "distance": Field(
         "Distance of the bodies", "distance", lambda sol: sol.distance, lambda _: "length", "cividis", True
@@ -80,9 +97,10 @@ FIELDS = {
     "power_density": Field(
         "Power density of friction",
         "work by area",
-        lambda sol: sol.power_density,
+        lambda sol: drawn(sol).power_density,
         lambda sol: "line force" if _shifts(sol) else "pressure",
         "YlOrBr",
+        of_tractions=True,
     ),
 }
 """By the word for `Solution.plot`."""
@@ -90,6 +108,8 @@ FIELDS = {
 
 def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float | None = None) -> None:
     """Stick and slip areas, traction arrows on them, and the spin pole where it lies in the picture.
+
+    Of a corrected solution they are those of the parts of the elements.
 
     Parameters
     ----------
@@ -103,14 +123,16 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     from matplotlib.lines import Line2D
 
     shown = _box(sol) if box is None else box
-    lengths = _lengths(sol)
-    _draw_stick_and_slip(ax, sol, lengths)
+    lengths, field = _lengths(sol), drawn(sol)
+    _draw_stick_and_slip(ax, field, lengths)
     handles = area_patches()
-    every = max(1, int(np.ceil(max(sol.grid.shape) / 26)))
-    iy, ix = np.nonzero(sol.state[every // 2 :: every, every // 2 :: every])
+    every = max(1, int(np.ceil(max(field.grid.shape) / 26)))
+    iy, ix = np.nonzero(field.state[every // 2 :: every, every // 2 :: every])
     arrows = iy * every + every // 2, ix * every + every // 2
-    size = np.hypot(*sol.traction).max(initial=0.0)
-    if _draw_arrows(ax, sol, sol.traction, arrows, lengths, every, shown, size if largest is None else largest):
+    size = np.hypot(*field.traction).max(initial=0.0)
+    if _draw_arrows(
+        ax, field.grid, field.traction, arrows, lengths, every, shown, size if largest is None else largest
+    ):
         words = f"traction, up to {measure_of(sol.scene, 'pressure', size).text(size)}"
         handles.append(Line2D([], [], color=TRACTION_COLOUR, marker=r"$\rightarrow$", markersize=9, ls="", label=words))
     first, second, turn = sol.creepage
@@ -118,7 +140,7 @@ def draw_areas(ax: Axes, sol: Solution, box: Box | None = None, largest: float |
     if turn != 0 and left < -second / turn < right and bottom < first / turn < top:
         place = lengths(-second / turn), lengths(first / turn)
         handles += ax.plot(*place, "k.", markersize=7, label="spin pole")
-    ax.set_title("Tangential traction on body 1")
+    ax.set_title(f"Tangential traction on body 1{field.words}")
     _frame(ax, sol, lengths, shown)
     legend_below(ax, handles, columns=2)
 
@@ -134,9 +156,9 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
         One of `FIELDS`.
     """
     field, lengths = FIELDS[name], _lengths(sol)
-    values = field.values(sol)
+    values, (grid, state, words) = field.values(sol), field.on(sol)
     size = np.hypot(*values) if values.ndim == 3 else values
-    shown = np.ma.masked_invalid(size if field.outside else np.where(sol.state > 0, size, np.nan))
+    shown = np.ma.masked_invalid(size if field.outside else np.where(state > 0, size, np.nan))
     measured = measure_of(sol.scene, field.quantity(sol), shown.filled(0.0))
     left, right, bottom, top = (float(lengths(edge)) for edge in sol.grid.box)
     image = ax.imshow(
@@ -144,17 +166,17 @@ def draw_field(ax: Axes, sol: Solution, name: str) -> None:
         origin="lower",
         extent=(left, right, bottom, top),
         cmap=field.colours,
-        vmin=0.0 if shown.count() and shown.min() >= -1e-6 * shown.max() else None,
+        vmin=0.0 if shown.count() and (words or shown.min() >= -1e-6 * shown.max()) else None,
         aspect="auto",
     )
     colour_bar(ax, image, measured.label(field.name))
     box = sol.grid.box if field.outside else _box(sol)
     if values.ndim == 3:
-        every = max(1, int(np.ceil(max(sol.grid.shape) / 20)))
-        iy, ix = np.nonzero((sol.state == SLIP)[every // 2 :: every, every // 2 :: every])
+        every = max(1, int(np.ceil(max(grid.shape) / 20)))
+        iy, ix = np.nonzero((state == SLIP)[every // 2 :: every, every // 2 :: every])
         arrows = iy * every + every // 2, ix * every + every // 2
-        _draw_arrows(ax, sol, values, arrows, lengths, every, box, float(size.max(initial=0.0)))
-    ax.set_title(field.title)
+        _draw_arrows(ax, grid, values, arrows, lengths, every, box, float(size.max(initial=0.0)))
+    ax.set_title(field.title + words)
     _frame(ax, sol, lengths, box)
     if field.outside:
         _draw_edge(ax, sol, lengths)
@@ -185,7 +207,7 @@ def elements_path(chosen: np.ndarray, grid: Grid, factor: float = 1.0) -> Path:
     return Path(factor * np.array(vertices, dtype=float).reshape(-1, 2), codes)
 
 
-def _draw_stick_and_slip(ax: Axes, sol: Solution, lengths: Measure) -> None:
+def _draw_stick_and_slip(ax: Axes, field: Drawn, lengths: Measure) -> None:
     from matplotlib.patches import PathPatch
 
     looks: dict[int, dict[str, Any]] = {
@@ -193,12 +215,12 @@ def _draw_stick_and_slip(ax: Axes, sol: Solution, lengths: Measure) -> None:
         SLIP: {"facecolor": SLIP_COLOUR, "edgecolor": SLIP_INK, "hatch": HATCH, "gid": "slip"},
     }
     for number, look in looks.items():
-        ax.add_patch(PathPatch(elements_path(sol.state == number, sol.grid, lengths.factor), linewidth=0, **look))
+        ax.add_patch(PathPatch(elements_path(field.state == number, field.grid, lengths.factor), linewidth=0, **look))
 
 
 def _draw_arrows(
     ax: Axes,
-    sol: Solution,
+    grid: Grid,
     values: np.ndarray,
     arrows: tuple[np.ndarray, np.ndarray],
     lengths: Measure,
@@ -212,11 +234,11 @@ def _draw_arrows(
     u, v = values[:, *arrows] / largest
     scale: dict[str, Any]
     if _equal(box):
-        length = 1.6 * every * float(lengths(max(sol.grid.sides)))
+        length = 1.6 * every * float(lengths(max(grid.sides)))
         scale = {"angles": "xy", "scale_units": "xy", "scale": 1 / length}
     else:  # directions are kept on the page, and the longest arrow is a twentieth of its width
         scale = {"angles": "uv", "scale_units": "width", "scale": 20}
-    x, y = lengths(sol.grid.x[arrows[1]]), lengths(sol.grid.y[arrows[0]])
+    x, y = lengths(grid.x[arrows[1]]), lengths(grid.y[arrows[0]])
     ax.quiver(x, y, u, v, color=TRACTION_COLOUR, width=0.005, pivot="tail", zorder=3, **scale)
     return True
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.plotting.drawn import drawn
 from varcontact.plotting.quantities import Measure, measure_of
 from varcontact.plotting.style import BOUND_COLOUR, LATERAL_COLOUR, TRACTION_COLOUR, legend_below
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from varcontact.results.solution import Solution
+    from varcontact.scene.grid import Grid
 
 
 def row_of(sol: Solution, y: float | None) -> int:
@@ -64,15 +66,16 @@ def draw_section(ax: Axes, sol: Solution, y: float | None = None) -> None:
     ends = np.flatnonzero(contact) if contact.any() else np.array([0, contact.size])
     shown = slice(max(ends[0] - 1, 0), ends[-1] + 2)
     lengths = measure_of(sol.scene, "length", sol.grid.box)
-    x = lengths(sol.grid.x[shown])
+    place, words = float(sol.grid.y[row]), ""
     if sol.scene.motion is None:
-        _draw_pressure(ax, sol, row, shown, x)
+        _draw_pressure(ax, sol, row, shown, lengths(sol.grid.x[shown]))
     else:
-        _draw_tractions(ax, sol, row, shown, x)
+        left, right = sol.grid.lines[0][[shown.start, min(shown.stop, sol.grid.nx)]]
+        place, words = _draw_tractions(ax, sol, place if y is None else y, (left, right), lengths)
     ax.axhline(0, color="k", linewidth=0.5)
     readable_ticks(ax)
     ax.set_xlabel(lengths.label("x"))
-    ax.set_title("Section along x" if sol.scene.line else f"Section at y = {_place(sol, row, lengths)}")
+    ax.set_title(("Section along x" if sol.scene.line else f"Section at y = {_place(sol, place, lengths)}") + words)
     legend_below(ax, columns=2)
 
 
@@ -83,24 +86,38 @@ def _draw_pressure(ax: Axes, sol: Solution, row: int, shown: slice, x: np.ndarra
     ax.set_ylabel(measured.label("pressure"))
 
 
-def _draw_tractions(ax: Axes, sol: Solution, row: int, shown: slice, x: np.ndarray) -> None:
-    """Between the bounds of either sign their size and components, the lateral one where there is any."""
-    bound, traction = sol.traction_bound[row, shown], sol.traction[:, row, shown]
+def _draw_tractions(
+    ax: Axes, sol: Solution, y: float, ends: tuple[float, float], lengths: Measure
+) -> tuple[float, str]:
+    """Between the bounds of either sign their size and components, the lateral one where there is any.
+
+    The y at which they are, and what the title says of their elements, are returned.
+    """
+    field = drawn(sol)
+    (grid, known), row = field.bounds, _nearest(field.grid, y)
+    at, of_bound = ((ends[0] < each.x) & (each.x < ends[1]) for each in (field.grid, grid))
+    x, traction = lengths(field.grid.x[at]), field.traction[:, row, at]
+    bound = known[_nearest(grid, y), of_bound]
     finite = bool(np.all(np.isfinite(bound)))
-    measured = measure_of(sol.scene, "pressure", [bound if finite else np.zeros_like(bound), *traction])
+    most = max(float(bound.max(initial=0.0)) if finite else 0.0, float(np.abs(traction).max(initial=0.0)))
+    measured = measure_of(sol.scene, "pressure", most)
     if finite:
-        bounds = measured(bound)
-        ax.fill_between(x, -bounds, bounds, color="0.93", linewidth=0)
-        ax.plot(x, bounds, color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
-        ax.plot(x, -bounds, color=BOUND_COLOUR, linewidth=0.9)
+        places, bounds = lengths(grid.x[of_bound]), measured(bound)
+        ax.fill_between(places, -bounds, bounds, color="0.93", linewidth=0)
+        ax.plot(places, bounds, color=BOUND_COLOUR, linewidth=0.9, label="$\\pm$ traction bound")
+        ax.plot(places, -bounds, color=BOUND_COLOUR, linewidth=0.9)
     size = np.hypot(*traction)
     ax.plot(x, measured(size), color="k", linewidth=1.6, label="$|p|$, its size")
     ax.plot(x, measured(traction[0]), "o-", color=TRACTION_COLOUR, markersize=2.5, linewidth=0.9, label="$p_x$")
     if np.abs(traction[1]).max(initial=0.0) > 1e-9 * size.max(initial=0.0):
         ax.plot(x, measured(traction[1]), "s--", color=LATERAL_COLOUR, markersize=2.5, linewidth=0.9, label="$p_y$")
     ax.set_ylabel(measured.label("traction"))
+    return float(field.grid.y[row]), field.words
 
 
-def _place(sol: Solution, row: int, lengths: Measure) -> str:
-    y = float(sol.grid.y[row])
+def _nearest(grid: Grid, y: float) -> int:
+    return int(np.argmin(np.abs(grid.y - y)))
+
+
+def _place(sol: Solution, y: float, lengths: Measure) -> str:
     return lengths.text(0.0 if abs(y) < 1e-9 * sol.grid.sides[1] else y)

@@ -38,8 +38,8 @@ class ErrorEstimate:
     errors : dict of str to float
         Estimated error of each [-]: of a force by f Fz, of the moment by f Fz sqrt(ab), of a creepage by the
         saturation creepage, of the rest by the value itself. Of a history by the largest f Fz of its steps, corrected
-        by that of the step. With infinite friction the tangential force takes the
-        place of f Fz.
+        by that of the step. With infinite friction the tangential force takes the place of f Fz. A corrected solution
+        has those of shifts that are known but for a constant, and have no value, too.
     how : str
         How it was estimated, in words.
     solves : tuple of Solve

@@ -36,7 +36,8 @@ class Refinement:
         Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass. A step of a history
         goes on from the corrected step before.
     creepages : ndarray, shape (passes + 1, 2)
-        vx and vy then, in a shift ux and uy: as given, or found for the forces that are given.
+        vx and vy then, in a shift ux and uy: as given, or found for the forces that are given. What is known but for a
+        constant counts from a depth of four lengths of the grid.
     estimate : ndarray, shape (3,)
         Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way,
         from those before the last pass, or from those prescribed, whichever is most; in a step of a history also that

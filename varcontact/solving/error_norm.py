@@ -117,9 +117,9 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     """
     check_measurable(answer.scene)
     if not isinstance(answer, History):
-        return _units(answer, list(values(answer)))
+        return units_of(answer, list(values(answer)))
     chosen = range(len(answer)) if steps is None else steps
-    single = {k: _units(answer[k], list(values(answer[k]))) for k in chosen}
+    single = {k: units_of(answer[k], list(values(answer[k]))) for k in chosen}
     largest: dict[str, float] = {}
     for units_of_step in single.values():
         for name, unit in units_of_step.items():
@@ -174,7 +174,15 @@ def _frictional(sol: Solution) -> dict[str, float]:
     return found if sol.scene.line else found | {"Mz": sol.moment}
 
 
-def _units(sol: Solution, names: list[str]) -> dict[str, float]:
+def units_of(sol: Solution, names: Sequence[str]) -> dict[str, float]:
+    """What an error of one is, of some quantities of a solution with finite friction; zero of those without contact.
+
+    Parameters
+    ----------
+    sol : Solution
+    names : sequence of str
+        As of `values`; creepages that have no value, too.
+    """
     found = _normal(sol)
     if not sol.scene.frictionless and sol.pressure.any():
         limit, (a, b) = friction_limit(sol), semi_axes(sol)

@@ -154,10 +154,10 @@ def solve(
         Of a history: the file its steps are added to as they are finished, so that memory does not grow with them.
         Called again with the same scene, methods and file, an interrupted history goes on where it stopped.
     accuracy : float, optional
-        Largest error against the continuum: of Fx and Fy by f Fz, of Mz by f Fz sqrt(ab); of a creepage that follows
-        from a prescribed force by the saturation creepage; without friction of the approach and the largest pressure
-        by themselves. The grid is then chosen, the error estimated from the answer itself, and the grid refined until
-        the estimate is below. The scene has no grid of its own.
+        Largest error against the continuum, below 1: of Fx and Fy by f Fz, of Mz by f Fz sqrt(ab); of a creepage that
+        follows from a prescribed force by the saturation creepage; without friction of the approach and the largest
+        pressure by themselves. The grid is then chosen, the error estimated from the answer itself, and the grid
+        refined until the estimate is below. The scene has no grid of its own.
     time_budget : float, optional
         In place of an accuracy: seconds. The most accurate answer that is expected within them.
 

@@ -26,6 +26,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.march import March, marching_on
+from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.march import CorrectedMarch, corrected_march
 from varcontact.solving.refine.road import KINDS
 from varcontact.solving.subproblems import Steps
@@ -97,16 +98,15 @@ def _solved(
     from varcontact.solving.remeasured import with_measured_steps
 
     motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
+    refine = "refine" in settings
     if stored is None:
         spec = wanted_grid(scene)
-        kept = bytes_of_steps(motion, spec.nx * spec.rows, "refine" in settings)
+        kept = bytes_of_steps(motion, spec.nx * spec.rows, refine)
         need("the history in memory", kept, "with store = a file, the steps are kept there")
     contacts = largest_contacts(scene)
-    grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
+    grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps, refine)
     march: March | CorrectedMarch = (
-        corrected_march(scene, contacts, grid, steps)
-        if "refine" in settings
-        else marching_on(scene, contacts[0], grid, steps)
+        corrected_march(scene, contacts, grid, steps) if refine else marching_on(scene, contacts[0], grid, steps)
     )
     in_memory: list[Solution] = []
     history = History(scene, grid, in_memory if stored is None else stored, settings)
@@ -192,8 +192,11 @@ def largest_contacts(scene: Scene) -> list[Scene]:
     return list(largest.values())
 
 
-def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
-    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact."""
+def _grid(scene: Scene, contacts: list[Scene], steps: Steps, refine: bool) -> Grid:
+    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact.
+
+    Where the largest contacts are solved for, those that cannot be corrected are refused before any step.
+    """
     motion = _motion(scene)
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
@@ -201,10 +204,12 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps) -> Grid:
         closed_form = steps.plan.closed_form
         return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
     plan = replace(steps.plan, tangential="none", coupling="none")
-    discs = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock()))[0] for each in contacts]
-    for disc in discs:
+    found = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock())) for each in contacts]
+    for disc, state in found:
         disc.operators.forget()
-    grid = common_grid(scene, [disc.grid for disc in discs])
+        if refine:
+            check_cliffs(disc, state)
+    grid = common_grid(scene, [disc.grid for disc, _ in found])
     if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
         return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around
     return grid

@@ -179,6 +179,8 @@ def test_time_is_used(clock):
     ("changes", "options", "words"),
     [
         ({}, {"accuracy": 0.0}, "accuracy = 0.0 is not allowed: must be a positive, finite number"),
+        ({}, {"accuracy": 1.0}, "accuracy = 1.0 is not allowed: must be below 1: it is a part of the largest friction"),
+        ({"friction": None, "motion": None}, {"accuracy": 2}, "accuracy = 2.0 is not allowed: must be below 1"),
         ({}, {"accuracy": "fine"}, "accuracy = 'fine' is not allowed"),
         ({}, {"time_budget": -1.0}, "time_budget = -1.0 is not allowed: must be a positive"),
         ({}, {"accuracy": 0.01, "time_budget": 1.0}, "accuracy and time_budget are both given: give one of them"),
@@ -197,6 +199,35 @@ def test_refusals(changes, options, words):
     with pytest.raises(vc.VarcontactError) as refused:
         vc.solve(replace(ROLLING, **changes), **options)
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("accuracy", [1.0, 3])
+def test_all_of_the_friction_limit_is_no_accuracy(accuracy, tmp_path):
+    """Refused by all that take an accuracy, in the same words; 0.99 is none to boast of, but one."""
+    words = f"accuracy = {float(accuracy)} is not allowed: must be below 1"
+    history = replace(ROLLING, motion=vc.Transient(steps=2, dq=0.1, vx=0.1))
+    for asked in (
+        lambda: vc.solve(ROLLING, accuracy=accuracy),
+        lambda: vc.solve(history, accuracy=accuracy),
+        lambda: vc.scan(ROLLING, [(0.1, 0.0, 0.0)], accuracy=accuracy),
+        lambda: vc.compare(ROLLING, ["tang"], accuracy=accuracy),
+    ):
+        with pytest.raises(vc.SceneError) as refused:
+            asked()
+        assert words in str(refused.value)
+        assert refused.value.field == "accuracy"
+    (tmp_path / "scene.toml").write_text(SCENE_FILE)
+    (tmp_path / "to.toml").write_text(SCENE_FILE + f"[solve]\naccuracy = {accuracy}\n")
+    for command in (
+        ("solve", "scene.toml", "--accuracy", accuracy),
+        ("solve", "to.toml"),
+        ("scan", "scene.toml", "--vx", "0.1", "--accuracy", accuracy),
+        ("compare", "scene.toml", "--methods", "tang", "--accuracy", accuracy),
+        ("compare", "to.toml", "--methods", "tang"),
+    ):
+        done = run(*command, folder=tmp_path)
+        assert done.returncode == 2 and words in done.stderr, command
+    assert vc.solve(ROLLING, accuracy=0.99).error_estimate.largest <= 0.99
 
 
 def test_what_does_not_fit_is_refused_with_what_does():

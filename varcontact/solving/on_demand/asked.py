@@ -51,7 +51,8 @@ def asked_for(
     Raises
     ------
     SceneError
-        If both are given, or one is not positive; or where the scene or the method leaves no choice.
+        If both are given, or one is not positive; for an accuracy of one and more; or where the scene or the method
+        leaves no choice.
     """
     if accuracy is None and time_budget is None:
         return None
@@ -59,12 +60,20 @@ def asked_for(
         message = "accuracy and time_budget are both given: give one of them, as each decides on the grid"
         raise SceneError("time_budget", time_budget, "left out", message=message)
     if accuracy is not None:
-        field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
+        field, accuracy = "accuracy", _below_one(checks.positive("accuracy", accuracy))
     else:
         field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
     _check_choice(scene, plan, field, start, store)
     check_measurable(scene)
     return Asked(accuracy, time_budget)
+
+
+def _below_one(accuracy: float) -> float:
+    """An accuracy, of which no answer at all is worse: an error of one is all of what errors are counted by."""
+    if accuracy < 1:
+        return accuracy
+    allowed = "below 1: it is a part of the largest friction force (without friction of the approach), as 0.01"
+    raise SceneError("accuracy", accuracy, allowed)
 
 
 def _check_history(motion: Transient, field: str, store: Any) -> None:

@@ -26,6 +26,7 @@ from varcontact.scene.surfaces import Surface
 from varcontact.scene.transient import Transient
 from varcontact.solving.certify import judged
 from varcontact.solving.march import March, begun, check_held, marching_on, state_of, without_contact, without_load
+from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.field import Cells, means
 from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected
@@ -37,6 +38,7 @@ from varcontact.solving.refine.road import (
     estimated,
     finer_pressure,
     friction_on,
+    from_a_depth,
     passed,
     recorded,
     roughly,
@@ -93,8 +95,23 @@ class PartsMarch:
         posed = replace(disc, carried=Carried(means(came, self.cells), force))
         return scene, posed, Brought(came, self.operators)
 
+    def pressed(self, scene: Scene, disc: Discretisation, start: ContactState, steps: Steps) -> ContactState:
+        """A step with its pressure, on a grid that holds its contact.
+
+        Parameters
+        ----------
+        scene, disc
+            As of `problem`.
+        start : ContactState
+            Where the methods begin.
+        steps : Steps
+        """
+        state = steps.pressure(disc, begun(start, steps))
+        check_held(scene, disc, state, steps)
+        return state
+
     def corrected(
-        self, scene: Scene, disc: Discretisation, start: ContactState, brought: Brought, steps: Steps, last: Steps
+        self, scene: Scene, disc: Discretisation, state: ContactState, brought: Brought, steps: Steps, last: Steps
     ) -> Corrected:
         """A step after its passes.
 
@@ -102,13 +119,11 @@ class PartsMarch:
         ----------
         scene, disc, brought
             As of `problem`.
-        start : ContactState
-            Where the methods begin.
+        state : ContactState
+            As of `pressed`.
         steps, last : Steps
             The methods of all coarse solves but the last, and of that.
         """
-        state = last.pressure(disc, begun(start, last))
-        check_held(scene, disc, state, last)
         with last.clock("refinement"):
             if scene.motion.Fx is not None or scene.motion.Fy is not None:
                 state = contact(disc, steps, state)  # a force beyond friction is refused as without refinement
@@ -162,7 +177,8 @@ class Coarser:
             self.left, self.traction = unloaded(disc.grid), None
             self.found.append(np.array([0.0, 0.0, 0.0, *_rigid(scene)]))
             return
-        found = self.on.corrected(scene, disc, self.left, brought, rough, rough)
+        state = self.on.pressed(scene, disc, self.left, rough)
+        found = self.on.corrected(scene, disc, state, brought, rough, rough)
         state = found.state
         self.left = ContactState(state.pressure, state.approach, state.traction, np.zeros(2))
         self.traction = found.traction
@@ -209,13 +225,17 @@ class CorrectedMarch:
             scene, disc, brought = self.on.problem(
                 k, None if was is None else was.traction / self.on.march.disc.pressure
             )
+        touches = not without_load(disc, closed_form=steps.plan.closed_form)
+        if touches:
+            state = self.on.pressed(scene, disc, state_of(disc, before), steps)
+            check_cliffs(disc, state)
         with steps.clock("error estimate"):
             coarser = self.coarser.loads(k)
-        if without_load(disc, closed_form=steps.plan.closed_form):
+        if not touches:
             bare = without_contact(scene, disc, steps)
             refinement = _nothing(scene, divided(disc.grid, self.on.cells), disc.grid, coarser)
             return replace(bare, refinement=refinement, error_estimate=estimated(bare, refinement))
-        found = self.on.corrected(scene, disc, state_of(disc, before), brought, roughly(steps, ROUGH), steps)
+        found = self.on.corrected(scene, disc, state, brought, roughly(steps, ROUGH), steps)
         refinement = recorded(found, coarser[:3], coarser[3:])
         if before is not None:
             refinement = _remembering(refinement, before, scene, found.state.pressure)
@@ -246,9 +266,8 @@ def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: Step
     if motion.dq is None:
         motion = replace(motion, dq=grid.sides[0])
     other = replace(scene, grid=coarser, motion=motion, friction=friction_on(scene, grid, coarser))
-    on, beside = (
-        _on_parts(marching_on(*posed, steps)) for posed in ((scene, largest, grid), (other, largest, coarser))
-    )
+    on = _on_parts(marching_on(scene, largest, grid, steps))
+    beside = _on_parts(marching_on(other, from_a_depth(largest, on.march.disc), coarser, steps))
     return CorrectedMarch(on, Coarser(beside, unloaded(coarser)))
 
 

@@ -27,8 +27,10 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
 from varcontact.scene.transient import Transient
-from varcontact.solving.error_norm import creepage_names, units
+from varcontact.solving.error_norm import creepage_names, units, units_of
+from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected, defect_corrected
 from varcontact.solving.refine.pressed import FINER, divided, within_parts
@@ -170,14 +172,20 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         Its `state` is solved to the tolerance of `steps`.
     Refinement
         In physical units.
+
+    Raises
+    ------
+    SceneError
+        For too few elements across the contact, or samples with a cliff in it.
     """
     if scene.hertz is None:
         check_count(scene, across(state.pressure))
+    check_cliffs(disc, state)
     with steps.clock("refinement"):
         finer = finer_pressure(scene, disc, steps)
         found = passed(disc, state, roughly(steps), steps, finer)
     with steps.clock("error estimate"):
-        coarser = corrected_on(*_halved(scene, disc, state), steps)
+        coarser = corrected_on(*_halved(from_a_depth(scene, disc), disc, state), steps)
     return found, recorded(found, coarser.forces[-1], coarser.creepages[-1])
 
 
@@ -226,11 +234,13 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     solution : Solution
     found : Refinement
     """
-    scales = _of_the_force(solution, found) if solution.scene.no_slip else units(solution)
-    scales = {name: unit for name, unit in scales.items() if unit > 0}  # without load there is none
     names = ("Fx", "Fy", "Mz", *creepage_names(solution)[:2])
+    afloat = [name for name, creepage in zip(names[3:], solution.creepage, strict=False) if math.isnan(creepage)]
+    scales = _of_the_force(solution, found) if solution.scene.no_slip else units(solution) | units_of(solution, afloat)
+    scales = {name: unit for name, unit in scales.items() if unit > 0}  # without load there is none
     last, open_ended = [*found.forces[-1], *found.creepages[-1]], [*found.estimate, *found.creepage_estimate]
-    values = {name: float(value) for name, value in zip(names, last, strict=True) if name in scales or name[0] in "FM"}
+    known = [name for name in names if name[0] in "FM" or (name in scales and name not in afloat)]
+    values = {name: float(value) for name, value in zip(names, last, strict=True) if name in known}
     errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}
     how = (
         "no bound: the difference from half as many elements across the contact, or what the last of "
@@ -238,6 +248,8 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     )
     if isinstance(solution.motion, TimeStep):
         how += "; or that of the step before, as far as its particles are still in contact"
+    if set(afloat) & set(errors):
+        how += f"; without surface.reference_depth {' and '.join(afloat)} counts from a depth that is left open"
     nx, ny = across(solution.pressure)
     return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),))
 
@@ -344,9 +356,20 @@ def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarr
     disc : Discretisation
         Of the coarse grid.
     steps : Steps
+
+    Raises
+    ------
+    SceneError
+        For samples that are known on that grid only.
     """
     if steps.plan.closed_form:
         return None
+    if isinstance(scene.surface, SampledDistance) and not scene.surface.placed:
+        message = (
+            f'refine = "{KINDS[0]}": samples without coordinates are known at the centres of the elements alone, and '
+            "not on parts of them; give surface.x and surface.y, or leave refine out"
+        )
+        raise SceneError("refine", KINDS[0], "left out", message=message)
     rows, columns = within_parts(disc)
     grid = divided(disc.grid, (rows if disc.line else rows * PARTS, columns * PARTS))
     posed = discretise(replace(scene, grid=grid, friction=None, motion=None), grid)
@@ -368,6 +391,22 @@ def _halved(scene: Scene, disc: Discretisation, state: ContactState) -> tuple[Sc
     nx, ny = round((right - left) / dx / 2), None if grid.line else round((top - bottom) / dy / 2)
     coarser = within(Grid(nx=nx, ny=ny, margin=margin).spread(box), scene.surface)
     return replace(scene, grid=coarser, friction=friction_on(scene, grid, coarser)), coarser
+
+
+def from_a_depth(scene: Scene, disc: Discretisation) -> Scene:
+    """The scene with the reference depth that its line contact has on a grid, so that others count from it, too.
+
+    Shifts that are known but for a constant then differ by their errors alone.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+    """
+    surface = scene.surface
+    if not disc.afloat or isinstance(surface, Paraboloids | Ellipse):
+        return scene
+    return replace(scene, surface=replace(surface, reference_depth=disc.operators.depth * disc.length))
 
 
 def friction_on(scene: Scene, grid: Grid, other: Grid) -> Any:

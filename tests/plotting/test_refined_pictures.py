@@ -1,0 +1,161 @@
+"""Pictures of corrected solutions: the field on the parts of the elements, whose force is the solution's."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from matplotlib import pyplot as plt
+from matplotlib.patches import PathPatch
+from matplotlib.quiver import Quiver
+
+import varcontact as vc
+from tests.plotting.test_pictures import CYLINDER, RAIL, check_readable
+from varcontact.plotting.drawn import drawn
+
+X = np.linspace(-0.02, 0.02, 61)
+SAMPLED = dataclasses.replace(RAIL, surface=vc.SampledDistance(X**2 / 0.92 + X[:, None] ** 2 / 0.6, X, X))
+SCENES = {
+    "rolling": RAIL,
+    "shift": dataclasses.replace(RAIL, motion=vc.Shift(ux=1e-5, uy=5e-6, rotation=2e-4)),
+    "law": dataclasses.replace(RAIL, friction=vc.StaticKinetic(0.33, 0.28)),
+    "sampled": SAMPLED,
+    "full slip": dataclasses.replace(RAIL, motion=vc.Steady(vx=0.1)),
+    "no slip": dataclasses.replace(RAIL, friction=np.inf, motion=vc.Steady(vx=1e-5)),
+}
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def corrected(request):
+    return vc.solve(SCENES[request.param], refine="continuum", certify=None)
+
+
+def areas(ax):
+    """Areas of stick and slip in the picture, in mm^2."""
+    found = {}
+    for patch in ax.patches:
+        if isinstance(patch, PathPatch):
+            corners = patch.get_path().vertices.reshape(-1, 5, 2)
+            found[patch.get_gid()] = float(np.prod(np.ptp(corners, axis=1), axis=1).sum())
+    return found
+
+
+def test_maps_are_of_the_parts(corrected):
+    """Arrows and their legend are of the field on the parts; stick and slip together are the contact."""
+    field, ax = corrected.refinement, corrected.plot("traction").axes[0]
+    assert ax.get_title() == "Tangential traction on body 1\n(corrected, on 2 x 2 parts)"
+    (arrows,) = [each for each in ax.collections if isinstance(each, Quiver)]
+    places = 1e-3 * np.array([arrows.X, arrows.Y])
+    column, row = (
+        np.abs(line - place[:, None]).argmin(axis=1)
+        for line, place in zip((field.grid.x, field.grid.y), places, strict=True)
+    )
+    np.testing.assert_allclose(places, [field.grid.x[column], field.grid.y[row]], rtol=1e-12)
+    assert len(arrows.X) > 0.2 * corrected.elements["contact"]
+    largest = np.hypot(*field.traction).max()
+    np.testing.assert_allclose([arrows.U, arrows.V], field.traction[:, row, column] / largest, atol=1e-12)
+    assert f"traction, up to {largest / 1e6:.3g} MPa" in [text.get_text() for text in ax.get_legend().get_texts()]
+    found, part = areas(ax), 1e6 * field.grid.area
+    assert found["stick"] / part == pytest.approx(round(found["stick"] / part), abs=1e-6), "whole parts"
+    assert sum(found.values()) == pytest.approx(1e6 * np.pi * RAIL.hertz.a * RAIL.hertz.b, rel=0.1)
+
+
+def test_what_slips():
+    """All in full slip, nothing without slip; beside a fine grid fewer parts are wrong than by the elements' state."""
+    slips, holds = (
+        areas(vc.solve(SCENES[name], refine="continuum", certify=None).plot("traction").axes[0])
+        for name in ("full slip", "no slip")
+    )
+    assert slips["stick"] == 0 < slips["slip"]
+    assert holds["slip"] == 0 < holds["stick"]
+    for motion in (RAIL.motion, vc.Shift(ux=1e-5, uy=2e-5)):
+        posed = [dataclasses.replace(RAIL, motion=motion, grid=vc.Grid(nx=n, ny=n)) for n in (12, 96)]
+        found, fine = vc.solve(posed[0], refine="continuum", certify=None), vc.solve(posed[1], certify=None)
+        field = drawn(found)
+        places = (
+            np.clip((line[:, None] > other).sum(axis=1) - 1, 0, other.size - 2)
+            for line, other in zip((field.grid.y, field.grid.x), fine.grid.lines[::-1], strict=True)
+        )
+        truth = fine.state[np.ix_(*places)]
+        wrong = [
+            ((state == 2) != (truth == 2))[(truth > 0) & (field.state > 0)].mean()
+            for state in (field.state, np.kron(found.state, np.ones((2, 2))))
+        ]
+        assert wrong[0] < min(wrong[1] / 2, 0.05)
+
+
+@pytest.mark.parametrize("name", ["slip", "power_density"])
+def test_fields_of_the_parts(corrected, name):
+    """A cell of the map is a part."""
+    ax = corrected.plot(name).axes[0]
+    (image,) = ax.images
+    shown, field = image.get_array(), corrected.refinement
+    assert shown.shape == field.grid.shape
+    assert ax.get_title().endswith("(corrected, on 2 x 2 parts)")
+    known = np.hypot(*field.slip) if name == "slip" else -np.sum(field.traction * field.slip, axis=0)
+    seen = known[~np.ma.getmaskarray(shown)]
+    assert seen.size > 0.8 * np.sum(field.traction.any(axis=0))
+    np.testing.assert_allclose(shown.compressed() / np.abs(shown).max(), seen / np.abs(seen).max(), atol=1e-9)
+
+
+def test_sections_of_the_parts(corrected):
+    """The row of parts next to y, within the bound."""
+    field, y = corrected.refinement, float(corrected.refinement.grid.y[9])
+    ax = corrected.plot("section", y=y).axes[0]
+    assert ax.get_title() == f"Section at y = {1e3 * y:.3g} mm\n(corrected, on 2 x 2 parts)"
+    lines = {line.get_label(): line for line in ax.get_lines()}
+    x, size = lines["$|p|$, its size"].get_data()
+    columns = np.abs(field.grid.x - 1e-3 * x[:, None]).argmin(axis=1)
+    scale = np.hypot(*field.traction[:, 9]).max() / size.max()
+    assert np.log10(scale) == pytest.approx(round(np.log10(scale)))
+    np.testing.assert_allclose(scale * size, np.hypot(*field.traction[:, 9, columns]), rtol=1e-9)
+
+
+def test_nothing_lies_over_anything(corrected):
+    check_readable(corrected.plot(["pressure", "traction", "slip", "power_density", "section", "distance"]))
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3), vc.Shift(Fx=-1e6)])
+def test_line_contact(motion):
+    """Twice as many points; where it sticks ends where Carter's and Cattaneo's contacts say, to a part."""
+    scene = dataclasses.replace(CYLINDER, motion=motion, grid=vc.Grid(nx=32))
+    found = vc.solve(scene, refine="continuum", certify=None)
+    figure = found.plot()
+    check_readable(figure)
+    for ax, field in zip(figure.axes, (found.refinement.traction, found.refinement.slip), strict=True):
+        assert ax.get_title().endswith("\n(corrected, on 2 parts)")
+        (line,) = [each for each in ax.get_lines() if each.get_label() == "along x"]
+        values = line.get_ydata()
+        assert values.size == found.refinement.grid.nx == 2 * found.grid.nx
+        known = np.isfinite(values)
+        shown = np.abs(values[known]).max() / np.abs(values[known]).sum()
+        assert shown == pytest.approx(np.abs(field[0, 0, known]).max() / np.abs(field[0, 0, known]).sum())
+    hertz, part = scene.hertz, 1e3 * found.refinement.grid.sides[0]
+    carried = abs(found.force[0]) / (0.33 * found.normal_force)
+    strips = [patch for patch in figure.axes[0].patches if patch.get_label().lstrip("_") == "stick"]
+    width = sum(patch.get_width() for patch in strips)
+    assert width == pytest.approx(2e3 * hertz.a * np.sqrt(1 - carried), abs=1.5 * part)
+
+
+def test_plain_solutions_are_drawn_on_their_elements():
+    """And steps of corrected histories on parts, in films, too."""
+    plain = vc.solve(RAIL, certify=None)
+    ax = plain.plot("traction").axes[0]
+    assert "corrected" not in ax.get_title()
+    assert sum(areas(ax).values()) == pytest.approx(1e6 * plain.areas["contact"])
+
+
+def test_films_of_corrected_histories(tmp_path):
+    """Every step is drawn with its field on the parts."""
+    motion = vc.Transient(steps=2, dq=1e-3, vx=1e-3)
+    history = vc.solve(
+        dataclasses.replace(RAIL, motion=motion, grid=vc.Grid(nx=16, ny=16)), refine="continuum", certify=None
+    )
+    history.animate(tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").stat().st_size > 1000
+    assert history[1].plot("traction").axes[0].get_title().endswith("(corrected, on 2 x 2 parts)")
