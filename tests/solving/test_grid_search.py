@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.planning.choice import make_plan
 from varcontact.solving import grid_search
+from varcontact.solving.start_grid import interpolated
+from varcontact.solving.subproblems import Steps
+from varcontact.solving.timing import Clock
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)
 
@@ -283,3 +287,26 @@ def test_grids_beyond_memory_are_refused_before_anything_is_allocated(grid):
         vc.solve(scene)
     with pytest.raises(vc.TooLarge, match="a grid of this size"):
         vc.certify(scene, np.zeros((2, 1, 1)))
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(Fx=-0.15, vy=0.05, spin=0.1), vc.Shift(ux=0.1, Fy=0.1)])
+def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_steps(motion):
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Ellipse(1.0, 0.7), normal_force=1.0, friction=0.3, motion=motion, grid=vc.Grid(32, 32)
+    )
+    coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
+    steps = Steps(make_plan(scene), 1e-10, True, Clock())
+    alone, near = (grid_search.on_a_grid_that_holds_it(scene, steps, near=each)[1] for each in (None, coarse))
+    assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
+    assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
+    assert near.iterations["tangential"] < alone.iterations["tangential"]
+
+
+def test_linear_fields_go_from_lattice_to_lattice_as_they_are():
+    grid = vc.Grid(nx=7, ny=5, dx=0.3, dy=0.4, x0=-1.0, y0=-1.0)
+    other = vc.Grid(nx=9, ny=11, dx=0.17, dy=0.13, x0=-0.7, y0=-0.7)
+    field = 2.0 + 3.0 * grid.x[None, :] - 1.5 * grid.y[:, None]
+    found = interpolated(grid, field[None], other)[0]
+    assert found == pytest.approx(2.0 + 3.0 * other.x[None, :] - 1.5 * other.y[:, None])
+    beyond = interpolated(grid, field[None], vc.Grid(nx=1, ny=1, dx=0.1, dy=0.1, x0=1.05, y0=0.0))
+    assert beyond == 0.0, "half an element from the edge there is no value on the other side"

@@ -144,26 +144,43 @@ def no_slip(ratio, nu=0.28):
 
 
 @pytest.mark.parametrize(
-    ("ratio", "least", "allowed"),
+    ("ratio", "largest", "allowed"),
     [
-        (0.2, 1.6, [1e-4, 1e-4, 4e-4, 4e-4, 4e-4]),
-        (1.0, 1.6, [0.4e-4, 0.4e-4, 1e-4, 1e-4, 2e-4]),
-        (5.0, 2.0, [0.4e-4, 0.4e-4, 0.5e-4, 0.5e-4, 4e-4]),
+        (0.2, [6e-3, 1.4e-3], [0.4e-4, 0.4e-4, 3.5e-4, 3.5e-4, 1.2e-4]),
+        (1.0, [6e-4, 2e-4], [0.3e-4, 0.3e-4, 0.6e-4, 0.3e-4, 1.2e-4]),
+        (5.0, [1.3e-2, 2e-3], [0.2e-4, 0.2e-4, 0.2e-4, 0.2e-4, 1.5e-4]),
     ],
 )
-def test_nothing_slips(ratio, least, allowed):
-    """No-slip coefficients: four digits of forces on 32 cells, and about second order from 8."""
-    cells, wanted = (8, 16, 32), no_slip(ratio)
-    errors = np.array([np.abs(slopes(ratio, count, np.inf) / wanted - 1) for count in cells])
-    assert np.all(errors[-1] < allowed)
-    assert np.polyfit(np.log(cells), np.log(errors.max(axis=1)), 1)[0] < -least
+def test_nothing_slips(ratio, largest, allowed):
+    """No-slip coefficients: the largest error on 8 and 16 cells, and each of them on 32."""
+    wanted = no_slip(ratio)
+    errors = np.array([np.abs(slopes(ratio, count, np.inf) / wanted - 1) for count in (8, 16, 32)])
+    assert np.all(errors[:2].max(axis=1) < largest)
+    assert np.all(errors[2] < allowed)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 5.0])
+def test_four_digits_by_spin(ratio):
+    """C23 and C33 of slender contacts on 64 cells: the tractions in the outermost rows matter most for them."""
+    motion = vc.Steady(spin=1e-3)
+    posed = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=vc.Ellipse(a=ratio**0.5, b=ratio**-0.5),
+        normal_force=1.0,
+        friction=np.inf,
+        motion=motion,
+        grid=vc.Grid(nx=64, ny=64),
+    )
+    found = vc.solve(posed, refine="continuum", certify=None)
+    wanted = no_slip(ratio)
+    np.testing.assert_allclose([-found.force[1] / 1e-3, -found.moment / 1e-3], wanted[[2, 4]], rtol=1e-4)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.5])
 def test_nothing_slips_at_any_poisson_ratio(nu):
     """Four digits of all five coefficients on 48 cells, and friction that is enough does as well as infinite one."""
-    np.testing.assert_allclose(slopes(1.0, 48, np.inf, nu), no_slip(1.0, nu), rtol=1e-4)
-    np.testing.assert_allclose(slopes(2.0, 24, 0.3, nu), no_slip(2.0, nu), rtol=5e-4)
+    np.testing.assert_allclose(slopes(1.0, 48, np.inf, nu), no_slip(1.0, nu), rtol=0.8e-4)
+    np.testing.assert_allclose(slopes(2.0, 24, 0.3, nu), no_slip(2.0, nu), rtol=3e-4)
 
 
 def test_carter_without_slip():
@@ -501,7 +518,7 @@ def test_extrapolated_passes_solve_linear_problems():
     used, found = [np.zeros(4)], []
     for _ in range(6):
         found.append(matrix @ used[-1] + right)
-        used.append(extrapolated(used, found))
+        used.append(extrapolated(used, found, np.ones(4)))
     np.testing.assert_allclose(used[-1], np.linalg.solve(np.eye(4) - matrix, right), rtol=1e-8)
 
 

@@ -13,6 +13,7 @@ from varcontact.reference import line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.refine.moments import Spread, over_ellipse
 from varcontact.solving.refine.parts import Parts
+from varcontact.solving.refine.rooted import gradients, slopes
 from varcontact.solving.refine.unslipping import Still, Unslipping
 
 A, B = 1.3, 0.8
@@ -61,6 +62,19 @@ def test_moments(a, b):
     assert weight.along[9, 9] == pytest.approx(np.mean(points * (px - centre) ** 2) / dx, rel=1e-4)
 
 
+@pytest.mark.parametrize("cells", [16, 33])
+def test_gradients_where_the_edge_cuts(cells):
+    """Of a linear function, at places beside the lines of the others: along rows alone they are off by one and more."""
+    found = still(cells)
+    weight, known = found.weight, found.weight.mean > 0
+    values = (2 * weight.x - 3 * weight.y)[None]
+    along, across = (each[0] for each in gradients(values, weight.x, weight.y, known))
+    whole = found.parts.disc.hertz.covered(*found.parts.grid.lines) > 1 - 1e-9
+    np.testing.assert_allclose([along[whole], across[whole]], [[2], [-3]] * np.ones(whole.sum()), atol=1e-6)
+    np.testing.assert_allclose([along[known], across[known]], [[2], [-3]] * np.ones(known.sum()), atol=0.05)
+    assert np.abs(slopes(values, weight.x, known)[0] - 2)[known].max() > 1
+
+
 def test_placed_tractions_keep_force_and_moments():
     rng, grid = np.random.default_rng(1), vc.Grid(nx=7, ny=6, dx=0.3, dy=0.2, x0=0.0, y0=0.0)
     mean, along, across = (np.pad(rng.normal(size=(4, 5)), 1) for _ in range(3))
@@ -87,7 +101,7 @@ def test_known_tractions_have_their_derivative():
         assert off < 0.01 * np.abs(gradient).max()
 
 
-def test_a_linear_factor_is_met():
+def test_a_cubic_factor_is_met():
     """Between the elements, beyond the outermost, and along rows in proportion to their length: it is reconstructed."""
     found = still()
     parts, weight = found.parts, found.weight
@@ -97,7 +111,7 @@ def test_a_linear_factor_is_met():
 
     def factor(x, y):
         along = x / (a * np.sqrt(np.maximum(1 - (y / b) ** 2, 1e-12)))
-        return 2 - along * (1 + 0.5 * y / b) + 0.7 * y / b
+        return 2 - along * (1 + 0.5 * y / b) + 0.7 * y / b - 0.3 * along**3 + along**2 * (y / b) ** 3
 
     elements = np.where(parts.elements > 0, parts.weights[0], 1.0)
     field = Unslipping(parts, bound, found, np.array([elements, elements]))

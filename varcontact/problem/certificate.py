@@ -85,6 +85,12 @@ class Certificate:
     level: str
     bounds: Callable[[], ForceBounds] = field(repr=False)
 
+    @classmethod
+    def none(cls) -> Certificate:
+        """That of an answer of which nothing is found out."""
+        nothing = ForceBounds.known(np.full(3, np.inf), np.full(3, np.nan))
+        return cls(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, "none", nothing)
+
     @cached_property
     def _bounds(self) -> ForceBounds:
         found = self.bounds()

@@ -198,7 +198,7 @@ class Scene(Generic[MotionT_co]):
         closed_form = not isinstance(self.surface, SampledDistance) and (self.bodies.K == 0 or self.frictionless)
         return replace(self, motion=motion, grid=replace(self.grid, edge="softened" if closed_form else "centres"))
 
-    @property
+    @cached_property
     def hertz(self) -> HertzContact | None:
         """Hertz's solution where the surface is Hertzian, else None; a line contact is an ellipse with infinite b.
 

@@ -79,6 +79,26 @@ def judged(
     return solution
 
 
+def as_told(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+    """The solution on a first, coarse grid, as its solvers tell it: without a certificate, and without sizes.
+
+    Where they are not done, and where no single solver can tell, it is judged as any other.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        On the grid of the solution.
+    state : ContactState
+        Of the solution, dimensionless.
+    steps : Steps
+    """
+    plan, clock = steps.plan, steps.clock
+    if plan.loops or plan.marches or disc.law is not None or not all(state.solved.values()):
+        return judged(scene, disc, state, steps)
+    return solution_of(scene, disc, plan, state, Certificate.none(), True, clock.timing(), clock.calls())
+
+
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances that count from so far away that their rounding is seen in the contact."""
     approach = state.approach * disc.displacement

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from varcontact.problem.containment import contact_box, outside
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.operators import Operators
+from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -84,7 +86,8 @@ def on_a_grid_that_holds_it(
     begun : callable, optional
         Gives the state without tractions those to begin with.
     near : Solution, optional
-        Of the same scene on another grid: the contact is looked for where that has it, from its pressure.
+        Of the same scene on another grid: the contact is looked for where that has it, from its pressure, and
+        tractions are begun from its own.
 
     Returns
     -------
@@ -104,6 +107,8 @@ def on_a_grid_that_holds_it(
         beside = None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
         grid, last = _looked_for(scene, looks.pressure) if beside is None else _near(scene, beside)
         steps.clock.adopt("grid", looks.clock.tally("normal"))
+    if near is not None and begun is None:
+        begun = partial(_rubbing_as, near)
     moved = 0
     for attempt in range(20):
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
@@ -161,6 +166,17 @@ def _near(scene: Scene, found: _Found) -> tuple[Grid, _Found]:
     spec = known_grid(scene)
     grid = spec if spec.explicit else spec.spread(contact_box(found.grid, found.pressure))
     return within(grid, scene.surface), found
+
+
+def _rubbing_as(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
+    """The state with the tractions of a solution on another grid; under a law of friction they choose no branch."""
+    motion = disc.motion
+    if motion is None or disc.law is not None:
+        return state
+    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.pressure
+    found = np.nan_to_num(near.creepage[:2]) * unit_slip(disc)
+    given = [motion.Fx is None, motion.Fy is None]
+    return replace(state, traction=traction, rigid=np.where(given, 0.0, found))
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:

@@ -28,7 +28,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solving.certify import judged
+from varcontact.solving.certify import as_told, judged
 from varcontact.solving.friction_loop import check_start, coefficient
 from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
 from varcontact.solving.noise import noise
@@ -212,7 +212,8 @@ def solve(
         posed: Scene, told: Callable[[str], None] | None, certified: bool = True, near: Solution | None = None
     ) -> Solution | History:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
-        check_fits(posed, known)
+        if certified:  # a first, coarse grid fits where a finer one does
+            check_fits(posed, known)
         wanted, enough = (certify, tol) if certified else ("none", max(tol, ENOUGH))
         if isinstance(posed.motion, Transient):
             return solve_transient(posed, known, enough, polish, told, store, wanted, asked is not None, corrects)
@@ -224,9 +225,9 @@ def solve(
         try:
             found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
             last = (disc, state) if found is None else (found.disc, found.state)
-            solution = judged(posed, *last, steps, refinement)
             if not certified:
-                return solution
+                return as_told(posed, *last, steps)
+            solution = judged(posed, *last, steps, refinement)
             warning = noise(posed, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
             return replace(solution, warnings=(warning,)) if warning else solution
         finally:

@@ -146,6 +146,26 @@ def no_slip() -> None:
         print(f"line, {cells} strips: {-corrected(posed).force[0] / 1e-3 / exact - 1:.1e}")
 
 
+def ellipses() -> None:
+    """Mixed creepages of random ellipses without slip, against their closed form: errors by the force."""
+    rng, drawn_scenes = np.random.default_rng(24), []
+    for _ in range(24):
+        ratio, nu = math.exp(rng.uniform(math.log(0.1), math.log(10))), float(rng.uniform(0, 0.5))
+        drawn_scenes.append((ratio, nu, rng.normal(size=3) * 1e-3))
+    for cells in (8, 12, 16, 24, 32):
+        errors, estimates = [], []
+        for ratio, nu, creepages in drawn_scenes:
+            posed = scene({"ratio": ratio, "nu": nu} | dict.fromkeys(("vx", "vy", "spin"), 0.0), cells)
+            motion = vc.Steady(*map(float, creepages))
+            one = corrected(replace(posed, friction=math.inf, motion=motion))
+            exact = -no_slip_ellipse(ratio, nu, 128) @ creepages
+            size = np.hypot(*exact[:2])
+            errors.append(np.abs(np.array([*one.force, one.moment]) - exact).max() / size)
+            estimates.append(one.refinement.estimate.max() / size)
+        above = np.count_nonzero(np.array(errors) > estimates)
+        spread(f"{cells} cells", errors, f"{above} above their estimates")
+
+
 def line() -> None:
     """Carter's force by f Fz, at parts of full slip."""
     contact = line_contact(2.0, STEEL, a=0.01)
@@ -294,6 +314,7 @@ TABLES: dict[str, Callable[[], None]] = {
     "sixty": sixty,
     "small": small,
     "no-slip": no_slip,
+    "ellipses": ellipses,
     "line": line,
     "forces": forces,
     "computed": computed,

@@ -12,6 +12,7 @@ import varcontact as vc
 from tests.command import run
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.solving.error_norm import error, units, values
+from varcontact.solving.on_demand.ladder import LADDERS
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
 ROLLING = vc.Scene(
@@ -55,6 +56,40 @@ def test_the_shift_of_cattaneos_force(accuracy):
     exact = cattaneo_mindlin(scene.hertz, scene.bodies, 0.3, force=0.2)
     sol = vc.solve(replace(scene, motion=vc.Shift(Fx=0.2)), accuracy=accuracy)
     assert abs(sol.creepage[0] - exact.shift) <= accuracy * units(sol)["ux"]
+
+
+@pytest.mark.parametrize("accuracy", [0.1, 0.01])
+@pytest.mark.parametrize(("a", "b"), [(20.0, 1.0), (1.0, 20.0), (1.0, 200.0)])
+def test_the_shift_of_a_slender_contact_is_cattaneos(a, b, accuracy):
+    """With nu = 0 a traction moves as a pressure does: what lacks in full slip is Hertz's, of a lesser load."""
+    scene = replace(ROLLING, surface=vc.Ellipse(a=a, b=b), bodies=vc.Bodies(G=1.0, nu=0.0))
+    exact = -0.3 * scene.hertz.approach * (1 - (1 - 0.2 / 0.3) ** (2 / 3))
+    sol = vc.solve(replace(scene, motion=vc.Shift(Fx=0.2)), accuracy=accuracy)
+    assert abs(sol.creepage[0] - exact) <= accuracy * units(sol)["ux"]
+    assert "slender contacts" in sol.error_estimate.how
+
+
+@pytest.mark.parametrize("accuracy", [0.03, 0.01])
+def test_slender_contacts_that_roll_agree_with_many_elements(accuracy):
+    scene = replace(ROLLING, surface=vc.Ellipse(a=1.0, b=0.05), motion=vc.Steady(vx=1.0, spin=1.0))
+    sol = vc.solve(scene, accuracy=accuracy)
+    fine = vc.solve(replace(scene, grid=vc.Grid(nx=144, ny=96)).second_order(), certify="none")
+    assert error(values(sol), values(fine), units(fine)) <= accuracy
+
+
+def test_a_part_of_the_step_is_taken_where_errors_jump():
+    scene = replace(ROLLING, surface=vc.Ellipse(a=1.0, b=0.05), motion=vc.Steady(vx=0.3, spin=0.3))
+    estimate = vc.solve(scene, accuracy=0.01).error_estimate
+    law = LADDERS[False, "hertz", "slender steady"].law
+    coarse, fine = (
+        vc.solve(replace(scene, grid=vc.Grid(nx=one.nx - 2, ny=one.ny - 2)).second_order(), certify="none")
+        for one in estimate.solves[-2:]
+    )
+    part = 1 / (((fine.grid.ny - 2) / (coarse.grid.ny - 2)) ** law.order - 1)
+    step = (fine.force[0] - coarse.force[0]) * part
+    assert 0 < law.taken < 1 and abs(step) > 1e-5
+    assert estimate.values["Fx"] == pytest.approx(fine.force[0] + law.taken * step, abs=1e-4 * abs(step) + 1e-7)
+    assert f"{law.taken:.0%} of that step taken" in estimate.how
 
 
 def test_full_slip_is_exact_at_once():

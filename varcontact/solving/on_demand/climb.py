@@ -57,7 +57,7 @@ class Rung:
     n : int
         Elements across the contact.
     answer : Solution or History
-    values, units : dict of str to float
+    values : dict of str to float
         As of `varcontact.solving.error_norm`.
     seconds : float
     """
@@ -65,7 +65,6 @@ class Rung:
     n: int
     answer: Answer
     values: dict[str, float]
-    units: dict[str, float]
     seconds: float
 
 
@@ -224,7 +223,7 @@ class Climb:
                     raise
                 n = math.ceil(WORTHWHILE * n)
         taken = time.perf_counter() - begun
-        self.rungs.append(Rung(n, found, values(found), units(found), taken))
+        self.rungs.append(Rung(n, found, values(found), taken))
 
     def answer(self) -> Answer:
         """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
@@ -238,13 +237,16 @@ class Climb:
             coarse = min(self.rungs[:-1], key=lambda rung: abs(math.log(rung.n / (BESIDE * fine.n))))
             part = 1 / ((fine.n / coarse.n) ** law.order - 1)
             steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
-            errors = {name: law.error(step / fine.units[name], fine.n, slender) for name, step in steps.items()}
-            best = {name: value + steps[name] for name, value in fine.values.items()}
+            per = units(fine.answer)
+            errors = {name: law.error(step / per[name], fine.n, slender) for name, step in steps.items()}
+            best = {name: value + law.taken * steps[name] for name, value in fine.values.items()}
             how = (
                 f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n, slender):.1e} "
                 f"(measured on {self.ladder.name}); extrapolated with order {law.order:g} "
                 f"from {coarse.n} and {fine.n} elements across the contact"
             )
+            if law.taken < 1:
+                how += f", and {law.taken:.0%} of that step taken"
         return with_values(fine.answer, ErrorEstimate(best, errors, how, solves, *self._asked, fine.values))
 
     def _fits(self, n: int) -> bool:

@@ -21,7 +21,7 @@ class Law:
     order : float
         The error falls like the size of the elements to this power: with it two grids are extrapolated.
     share : float
-        Largest error of the extrapolated value by the step to it from the finer grid's.
+        Largest error of the value by the step from the finer grid's to the extrapolated one.
     floor, fall : float
         What is added to that: ``floor s^arms n^-fall``, s for slender contacts, see `slenderness`.
     usual : float
@@ -29,7 +29,9 @@ class Law:
     single : float
         Largest error of an answer on one grid: ``single s^arms n^-order``.
     arms : float
-        By which power of their slenderness errors of slender contacts are larger: 1, as the arms of moments are, or 2.
+        By which power of their slenderness errors of slender contacts are larger: 1, as the arms of moments, 2 or 0.
+    taken : float
+        Which part of the step to the extrapolated value is taken: 1, or less where errors jump from grid to grid.
     """
 
     order: float
@@ -39,6 +41,7 @@ class Law:
     usual: float
     single: float
     arms: float = 1.0
+    taken: float = 1.0
 
     def remainder(self, n: float, slender: float = 1.0) -> float:
         """The part of the estimate that two answers do not show.
@@ -61,12 +64,12 @@ class Law:
         return self.single * slender**self.arms * n**-self.order
 
     def error(self, step: float, n: float, slender: float = 1.0) -> float:
-        """Estimated error of an extrapolated value.
+        """Estimated error of a value from two grids.
 
         Parameters
         ----------
         step : float
-            Its distance from the value on the finer grid.
+            From the value on the finer grid to the extrapolated one, whatever part of it is `taken`.
         n : float
             Elements across the contact on that grid.
         slender : float
@@ -142,12 +145,22 @@ class Ladder:
 
 EXACT = Law(1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 """The law of what has no error."""
+SLENDER = math.sqrt(8)
+"""Slenderness beyond which Hertz's contacts have laws of their own: a/b, or b/a, of 8."""
 LADDERS = {
     (False, "hertz", "none"): Ladder("Hertz's contact", EXACT, 24),
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(1.75, 1.5, 0.068, 1.5, 0.147, 1.2, arms=2.0),
+        Law(2.0, 2.0, 0.273, 1.5, 0.267, 2.2, arms=0.0),
+        coarsest=4,
+        along=1.5,
+        edge="softened",
+        second_order=True,
+    ),
+    (False, "hertz", "slender steady"): Ladder(
+        "slender contacts, rolling under Hertz's pressure",
+        Law(1.5, 3.0, 0.074, 2.0, 0.149, 0.16, arms=2.0, taken=0.5),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -156,10 +169,16 @@ LADDERS = {
     (False, "hertz", "shift"): Ladder(
         "shifts under Hertz's pressure", Law(1.75, 1.0, 1.14, 2.0, 0.327, 1.9), coarsest=4, edge="touched"
     ),
+    (False, "hertz", "slender shift"): Ladder(
+        "slender contacts, shifts under Hertz's pressure",
+        Law(2.0, 0.5, 1.25, 2.0, 0.8, 1.1, taken=0.5),
+        coarsest=4,
+        edge="touched",
+    ),
     (False, "hertz", "history"): Ladder(
         "histories under Hertz's pressure", Law(1.75, 2.0, 0.24, 1.5, 0.47, 1.2), coarsest=6, edge="touched"
     ),
-    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=4),
+    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=8),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
         Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
@@ -239,7 +258,13 @@ def kind_of(scene: Scene, plan: Plan) -> tuple[bool, str, str]:
     motion = scene.motion
     moves = "history" if isinstance(motion, Transient) else "steady" if isinstance(motion, Steady) else "shift"
     pressure = "hertz" if plan.closed_form else "coupled" if plan.coupling != "none" else "computed"
-    return scene.line, pressure, moves if plan.rubs else "none"
+    if not plan.rubs:
+        return scene.line, pressure, "none"
+    hertz = scene.hertz
+    apart = (False, pressure, f"slender {moves}")
+    if not scene.line and hertz is not None and slenderness(hertz.a, hertz.b) > SLENDER and apart in LADDERS:
+        return apart
+    return scene.line, pressure, moves
 
 
 def ladder_of(scene: Scene, plan: Plan) -> Ladder:

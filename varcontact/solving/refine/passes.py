@@ -24,9 +24,9 @@ PASSES = 3
 """Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
 OF_A_STEP = 2
 """The same in a step of a history: a third one changes little."""
-STUCK = 20
+STUCK = 40
 """Most of them where nothing slips: what tractions do at the trailing edge is found more slowly."""
-SETTLED = 3e-6
+SETTLED = 1e-6
 """Change of forces and of creepages, by the largest, in two passes in a row, after which these end without slip."""
 
 SMALL = 0.1
@@ -139,7 +139,7 @@ def defect_corrected(
             lacking = held_behind(lacking, state.traction, bound)
         more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
         found.append(np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force]))
-        used.append(extrapolated(used, found) if stuck else found[-1])
+        used.append(extrapolated(used, found, _counting(disc)) if stuck else found[-1])
         correction, more = used[-1][:-2].reshape(lacking.shape), used[-1][-2:] * disc.force
         motion = with_forces(disc.motion, prescribed + more)
         posed = replace(disc, motion=motion, carried=Carried(came.displacement - correction, came.force))
@@ -179,6 +179,17 @@ def _unslipping(fine: Sublattice, disc: Discretisation, state: ContactState, rou
         shift = found.on_elements(found.elastic_shift(traction)) * (weight > 0)
         elements[i] = rough(replace(still, carried=Carried(shift, np.zeros(2))), state).traction[i] / size
     return Unslipping(fine.parts, fine.coefficient, found, np.clip(elements, weight / 2, 2 * weight))
+
+
+def _counting(disc: Discretisation) -> np.ndarray:
+    """How much what elements of Hertz's contact lack counts, and forces: by the distance from the trailing edge.
+
+    What happens there hardly matters for what is ahead, particles leave; and it is found last.
+    """
+    hertz, (x, y) = disc.hertz, np.meshgrid(disc.grid.x, disc.grid.y)
+    assert hertz is not None
+    distances = np.maximum(np.sqrt(np.maximum(1 - (y / hertz.b) ** 2, 0.0)) + x / hertz.a, 0.0)
+    return np.concatenate([distances.ravel(), distances.ravel(), np.ones(2)])
 
 
 def _settled(*of_passes: np.ndarray) -> bool:
@@ -235,13 +246,15 @@ def shares(disc: Discretisation, state: ContactState, finer: np.ndarray | None) 
     return np.where(own > 0, mean * (own.sum() / mean.sum()) / np.where(own > 0, own, 1.0), 1.0)
 
 
-def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
+def extrapolated(used: list[np.ndarray], found: list[np.ndarray], counting: np.ndarray) -> np.ndarray:
     """What to use next of a fixed point: that which would be found, if it changed as linearly as it did before.
 
     Parameters
     ----------
     used, found : list of ndarray, shape (n,)
         Of all passes, what was used and what was found from it.
+    counting : ndarray, shape (n,)
+        How much each number counts.
 
     Returns
     -------
@@ -252,13 +265,13 @@ def extrapolated(used: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
     --------
     Of a linear map of one number the fixed point, 2, from two passes.
 
-    >>> extrapolated([np.array([0.0]), np.array([1.0])], [np.array([1.0]), np.array([1.5])])
+    >>> extrapolated([np.array([0.0]), np.array([1.0])], [np.array([1.0]), np.array([1.5])], np.ones(1))
     array([2.])
     """
     if len(found) == 1:
         return found[0]
     came = np.array(found)
-    residuals = came - used
+    residuals = (came - used) * counting
     weights = np.linalg.lstsq(np.diff(residuals, axis=0).T, residuals[-1], rcond=1e-10)[0]
     return np.asarray(came[-1] - weights @ np.diff(came, axis=0))
 

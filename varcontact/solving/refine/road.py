@@ -43,7 +43,7 @@ LEAST = 8
 """Fewest elements across the contact each way: with fewer the estimate, from half of them, says nothing."""
 LEAST_OF_A_HISTORY = 16
 """The same in a history: on half of fewer, errors that steps hand on are no longer in proportion."""
-FIELDS = 80
+FIELDS = 120
 """Numbers for each part, about, with which Hertz's contact without slip is known."""
 ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""

@@ -12,7 +12,7 @@ from varcontact.scene.grid import Grid
 from varcontact.solving.refine.field import means
 from varcontact.solving.refine.moments import Spread, Weight, over_ellipse
 from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.rooted import Rooted, slopes
+from varcontact.solving.refine.rooted import Rooted, gradients
 from varcontact.solving.refine.sublattice import Sublattice, loads
 
 
@@ -20,7 +20,7 @@ from varcontact.solving.refine.sublattice import Sublattice, loads
 class Still:
     """Parts of the elements of Hertz's contact, and the fields on them of which nothing slips.
 
-    The ratio of such a field to the weight ``sqrt((e - x)/(e + x))`` is linear between the elements, and beyond the
+    The ratio of such a field to the weight ``sqrt((e - x)/(e + x))`` is cubic between the elements, and beyond the
     outermost ones, along x/e and y. Parts have the force and the first moments of that field. What they miss of its
     derivative is known for a linear function over the root of the distance from the edge, and for one times that root:
     the one is taken behind the middle, the other ahead of it.
@@ -68,15 +68,14 @@ class Still:
 
     @cached_property
     def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows and columns of the four elements between which each part's factor is linear, and shares, (4, ...)."""
+        """Rows and columns of the elements from which each part's factor is found, and shares, (16, ...)."""
         grid, contact, weight = self.parts.disc.lattice, self.parts.elements > 0, self.weight
         (a, b), inside = self.axes, np.flatnonzero(contact.any(axis=1))
-        below, up = _between(weight.y, grid.y, inside[0], inside[-1])
         first, last = contact.argmax(axis=1), contact.shape[1] - 1 - contact[:, ::-1].argmax(axis=1)
         place, found = weight.x / _half(weight.y, a, b), []
-        for row, part in ((below, 1 - up), (np.minimum(below + 1, inside[-1]), up)):
-            behind, on = _between(place * _half(grid.y[row], a, b), grid.x, first[row], last[row])
-            found += [(row, behind, part * (1 - on)), (row, np.minimum(behind + 1, last[row]), part * on)]
+        for row, part in _cubic(weight.y, grid.y, inside[0], inside[-1]):
+            along = _cubic(place * _half(grid.y[row], a, b), grid.x, first[row], last[row])
+            found += [(row, column, part * share) for column, share in along]
         rows, columns, shares = (np.array(each) for each in zip(*found, strict=True))
         return rows, columns, shares
 
@@ -92,11 +91,9 @@ class Still:
         inside = weight.mean > 0
         factor = np.where(inside, traction / np.where(inside, weight.mean, 1.0), 0.0)
         x, y = np.meshgrid(self.parts.lattice.x, self.parts.lattice.y)
-        along = traction * (weight.x - x) / dx + slopes(factor, weight.x, inside) * weight.along
-        across = np.zeros_like(along)
-        if not self.parts.lattice.line:
-            rises = slopes(factor.swapaxes(1, 2), weight.y.T, inside.T).swapaxes(1, 2)
-            across = traction * (weight.y - y) / dy + rises * weight.across
+        rises = gradients(factor, weight.x, weight.y, inside)
+        along = traction * (weight.x - x) / dx + rises[0] * weight.along
+        across = traction * (weight.y - y) / dy + rises[1] * weight.across
         return Spread(traction, along, across)
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
@@ -221,14 +218,23 @@ def _half(y: np.ndarray, a: float, b: float) -> np.ndarray:
     return np.asarray(a * np.sqrt(np.maximum(1 - (y / b) ** 2, 1e-12)))
 
 
-def _between(
+def _cubic(
     place: np.ndarray, centres: np.ndarray, first: np.ndarray, last: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The element before each place, or the nearest in line from `first` to `last` that has another ahead; and how far.
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The four elements in line from `first` to `last` that are nearest to each place, and their shares.
 
-    How far is in elements: between 0 and 1 but beyond the outermost ones, and zero where there is but one.
+    Shares are those of Lagrange's interpolation, and beyond the outermost elements of its continuation. Where the line
+    has fewer elements the degree is less, and those that are named twice have no share.
     """
     side = centres[1] - centres[0] if centres.size > 1 else 1.0
     at = (place - centres[0]) / side
-    before = np.clip(np.floor(at).astype(int), first, np.maximum(last - 1, first))
-    return before, np.where(last > first, at - before, 0.0)
+    start = np.clip(np.floor(at).astype(int) - 1, first, np.maximum(last - 3, first))
+    elements = [start + k for k in range(4)]
+    found = []
+    for one in elements:
+        share = np.where(one <= last, 1.0, 0.0)
+        for other in elements:
+            if other is not one:
+                share = share * np.where(other <= last, (at - other) / (one - other), 1.0)
+        found.append((np.minimum(one, last), share))
+    return found
