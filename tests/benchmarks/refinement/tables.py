@@ -9,7 +9,17 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.random_scenes import scenes as random_scenes
-from tests.benchmarks.refinement import FRICTION, VALUES, cases, histories, loads, read_references, scene, unlike
+from tests.benchmarks.refinement import (
+    FRICTION,
+    VALUES,
+    cases,
+    cliffs,
+    histories,
+    loads,
+    read_references,
+    scene,
+    unlike,
+)
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.error_norm import values
@@ -314,4 +324,5 @@ TABLES: dict[str, Callable[[], None]] = {
     "random-histories": histories.random_histories,
     "unlike": unlike.table,
     "shifts": shifts,
+    "cliffs": cliffs.table,
 }
