@@ -228,6 +228,11 @@ def test_time_is_used(clock):
         ({"motion": vc.Steady(vx=0.1, dq=0.1)}, {"accuracy": 0.01}, "motion.dq: the step is chosen for the accuracy"),
         ({}, {"accuracy": 0.1, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
         ({"motion": vc.Steady(Fx=0.31)}, {"accuracy": 0.01}, "cannot be carried"),
+        (
+            {"surface": vc.Cylinders(1.0), "motion": vc.Shift(ux=0.0, Fy=0.1)},
+            {"accuracy": 0.01},
+            "surface.reference_depth: in line contact the shift for motion.Fy is known but for a constant",
+        ),
     ],
 )
 def test_refusals(changes, options, words):

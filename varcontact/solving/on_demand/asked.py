@@ -9,7 +9,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.plan import Plan
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import check_measurable
@@ -89,6 +89,17 @@ def _check_history(motion: Transient, field: str, store: Any) -> None:
         raise SceneError("store", store, "left out", message=message)
 
 
+def _check_known(motion: Shift, field: str) -> None:
+    """Refuse forces in line contact without a depth, where what is asked for is known but for a constant."""
+    for name in ("Fx", "Fy"):
+        if getattr(motion, name) is not None:
+            message = (
+                f"surface.reference_depth: in line contact the shift for motion.{name} is known but for a constant, "
+                f"which no {field} is for; give the depth from which displacements count"
+            )
+            raise SceneError("surface.reference_depth", None, "a depth", message=message)
+
+
 def _check_choice(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> None:
     """Refuse what is a grid, or needs one, and methods whose error is not that of a grid."""
     motion = scene.motion
@@ -100,6 +111,8 @@ def _check_choice(scene: Scene, plan: Plan, field: str, start: Any, store: Any) 
     if isinstance(motion, Steady) and motion.dq is not None:
         message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
         raise SceneError("motion.dq", motion.dq, "left out", message=message)
+    if isinstance(motion, Shift) and scene.line and scene.reference_depth is None:
+        _check_known(motion, field)
     if plan.theory is not None:
         message = (
             f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
