@@ -37,8 +37,8 @@ COARSE = 4
 """Grids that may be solved alone, where there is no time for a second one."""
 SAFETY = 1.3
 """By which the added part of an estimate is larger than the scenes that it is fitted to ask for."""
-SURE = 3e-4
-"""Largest uncertainty of the continuum's values with which a scene counts."""
+SURE = 1e-3
+"""Largest uncertainty of the continuum's values with which a scene counts; an error counts as far as it exceeds it."""
 
 
 def ladder_for(scene: vc.Scene) -> tuple[tuple[bool, str, str], Ladder]:
@@ -101,17 +101,15 @@ def add_rungs(path: Path, kinds: list[str], count: int, seed: int, finest: int) 
                 file.write(json.dumps({"scene": [kind, seed, i], **record}) + "\n")
 
 
-def records(path: Path, seed: int | None = None) -> list[dict]:
-    """Lines of the file that count."""
+def records(path: Path, sure: float) -> list[dict]:
+    """Lines of the file whose continuum values are known to that."""
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     failed = [each for each in lines if "failed" in each]
-    unsure = [each for each in lines if each.get("sure", 0) > SURE]
-    print(f"{len(lines)} scenes; {len(failed)} failed, {len(unsure)} are not known to {SURE:g}")
+    unsure = [each for each in lines if each.get("sure", 0) > sure]
+    print(f"{len(lines)} scenes; {len(failed)} failed, {len(unsure)} are not known to {sure:g}")
     for each in failed:
         print("  ", each["scene"], each["failed"][:100])
-    return [
-        each for each in lines if "failed" not in each and each["sure"] <= SURE and seed in (None, each["scene"][1])
-    ]
+    return [each for each in lines if "failed" not in each and each["sure"] <= sure]
 
 
 def part_of_step(cells: list[int], i: int, j: int, order: float) -> float:
@@ -164,7 +162,7 @@ def climb(record: dict, law: Law, coarsest: int, accuracy: float) -> float:
 
 def fit(path: Path) -> None:
     """Print the law of each class with which the accuracies take the least time, by that of the best single grid."""
-    every = records(path)
+    every = records(path, SURE)
     for key in sorted({tuple(each["key"]) for each in every}):
         chosen = [each for each in every if tuple(each["key"]) == key]
         arms = (0.0,) if key[0] else (0.0, 1.0, 2.0)
@@ -187,13 +185,15 @@ def by_best_grid(chosen: list[dict], law: Law, coarsest: int, accuracy: float) -
 
 def prove(path: Path, kinds: list[str], count: int, seed: int) -> None:
     """Ask for accuracies and times on scenes whose continuum values the file has."""
-    known = {tuple(each["scene"]): each for each in records(path)}
+    every = records(path, max(ACCURACIES) / 3)
+    known = {tuple(each["scene"]): each for each in every if each["sure"] <= SURE}
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
     for kind in kinds:
         posed = [(known.get((kind, seed, i)), scene) for i, scene in enumerate(scenes(kind, count, seed))]
         tried = [(record, scene) for record, scene in posed if record is not None]
         for accuracy in ACCURACIES:
-            sure = fixed([each for scene, each in known.items() if scene[0] == kind], accuracy)
+            enough = max(accuracy / 3, SURE)
+            sure = fixed([each for each in every if each["scene"][0] == kind and each["sure"] <= enough], accuracy)
             outcomes = [asked(record, scene, accuracy, sure) for record, scene in tried]
             _print(f"{kind}, accuracy {accuracy:g}", np.array([o for o in outcomes if o is not None]), len(outcomes))
         for budget in BUDGETS:
@@ -217,9 +217,9 @@ def _print(name: str, outcomes: np.ndarray, count: int) -> None:
 
 
 def error_of(record: dict, sol: vc.Solution) -> float:
-    """Against the continuum."""
+    """Against the continuum, less what its values are not sure by."""
     found, exact = values(sol), zip(record["names"], record["units"], record["continuum"], strict=True)
-    return max(abs(found[name] / unit - value) for name, unit, value in exact)
+    return max(max(abs(found[name] / unit - value) for name, unit, value in exact) - record["sure"], 0.0)
 
 
 def errors_of(record: dict) -> np.ndarray:
