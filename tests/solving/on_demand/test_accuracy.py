@@ -227,6 +227,7 @@ def test_time_is_used(clock):
         ({"friction": np.inf}, {"accuracy": 0.01}, "friction = inf: errors are measured by the friction limit"),
         ({"motion": vc.Steady(vx=0.1, dq=0.1)}, {"accuracy": 0.01}, "motion.dq: the step is chosen for the accuracy"),
         ({}, {"accuracy": 0.1, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
+        ({}, {"accuracy": 0.1, "formulation": "marching"}, "takes the slip of first order, and with accuracy it is of"),
         ({"motion": vc.Steady(Fx=0.31)}, {"accuracy": 0.01}, "cannot be carried"),
         (
             {"surface": vc.Cylinders(1.0), "motion": vc.Shift(ux=0.0, Fy=0.1)},

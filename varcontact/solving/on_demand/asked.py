@@ -113,6 +113,12 @@ def _check_choice(scene: Scene, plan: Plan, field: str, start: Any, store: Any) 
         raise SceneError("motion.dq", motion.dq, "left out", message=message)
     if isinstance(motion, Shift) and scene.line and scene.reference_depth is None:
         _check_known(motion, field)
+    if plan.marches and isinstance(motion, Steady):
+        message = (
+            f'formulation = "marching" takes the slip of first order, and with {field} it is of second order; '
+            "leave formulation out, or give a grid"
+        )
+        raise SceneError("formulation", "marching", '"auto"', message=message)
     if plan.theory is not None:
         message = (
             f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
