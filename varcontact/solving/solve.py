@@ -35,7 +35,8 @@ from varcontact.solving.noise import noise
 from varcontact.solving.on_demand.asked import asked_for
 from varcontact.solving.on_demand.climb import on_demand
 from varcontact.solving.options import CouplingName, NormalName, Options, TangentialName
-from varcontact.solving.refine.road import check_refine, refined, roughly
+from varcontact.solving.refine.check import check_refine
+from varcontact.solving.refine.road import refined, roughly
 from varcontact.solving.series import check_saturation
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock

@@ -56,15 +56,16 @@ def interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
         In any unit.
     other : Grid
     """
-    along = _hats(grid.x, other.x)
-    across = np.ones((1, 1)) if grid.line else _hats(grid.y, other.y)
-    return np.asarray(across @ fields @ along.T)
+    along = _between(fields, grid.x, other.x)
+    return along if grid.line else np.swapaxes(_between(np.swapaxes(along, -1, -2), grid.y, other.y), -1, -2)
 
 
-def _hats(known: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """What each place takes of the values at `known`, equally spaced ones, (places, known); nothing beyond these."""
+def _between(fields: np.ndarray, known: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Fields along their last axis, linear between `known`, equally spaced places, and zero beyond these."""
     if len(known) == 1:
-        return np.equal.outer(places, known).astype(float)
-    hats = np.maximum(1 - np.abs(np.subtract.outer(places, known)) / (known[1] - known[0]), 0.0)
-    beyond = (places < known[0]) | (places > known[-1])
-    return np.where(beyond[:, None], 0.0, hats)
+        return np.where(places == known, fields, 0.0)
+    at = (places - known[0]) / (known[1] - known[0])
+    before = np.clip(np.floor(at).astype(int), 0, len(known) - 2)
+    part = at - before
+    values = fields[..., before] * (1 - part) + fields[..., before + 1] * part
+    return np.where((places < known[0]) | (places > known[-1]), 0.0, values)

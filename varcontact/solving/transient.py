@@ -26,9 +26,9 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.march import March, marching_on
+from varcontact.solving.refine.check import KINDS
 from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.march import CorrectedMarch, corrected_march
-from varcontact.solving.refine.road import KINDS
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 

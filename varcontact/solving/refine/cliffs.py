@@ -12,6 +12,7 @@ from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.refine.check import KINDS
 
 TELLS, TELLS_LINE = 0.3, 0.15
 """Pressure by a step alone, by the mean pressure, from which on estimates are missed; and in line contact."""
@@ -73,9 +74,9 @@ def check_cliffs(disc: Discretisation, state: ContactState) -> None:
     place = f"x = {cliff.x:.3g}" + ("" if disc.line else f", y = {cliff.y:.3g}")
     raise SceneError(
         "refine",
-        "continuum",
+        KINDS[0],
         "left out",
-        message='refine = "continuum": surface.h has a cliff in the contact or next to it, where estimates of the '
+        message=f'refine = "{KINDS[0]}": surface.h has a cliff in the contact or next to it, where estimates of the '
         f"error fail: a step of {cliff.height:.3g} over {cliff.over:.3g} at {place}. Leave refine out and solve on a "
         "fine grid; or, where the step is no part of the body, smooth the samples: surface.smoothed(wavelength=...)",
     )

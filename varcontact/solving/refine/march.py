@@ -26,15 +26,13 @@ from varcontact.scene.surfaces import Surface
 from varcontact.scene.transient import Transient
 from varcontact.solving.certify import judged
 from varcontact.solving.march import March, begun, check_held, marching_on, state_of, without_contact, without_load
+from varcontact.solving.refine.check import KINDS, LEAST_OF_A_HISTORY, check_count
 from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.field import Cells, means
 from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected
 from varcontact.solving.refine.pressed import divided
 from varcontact.solving.refine.road import (
-    KINDS,
-    LEAST_OF_A_HISTORY,
-    check_count,
     estimated,
     finer_pressure,
     friction_on,
