@@ -242,8 +242,9 @@ def _solved(
     progress: Callable[[Standing], None] | None,
 ) -> np.ndarray:
     """Normalised forces of entries on one grid: a chunk has as many as a ray has magnitudes."""
-    settings = {"tol": TOL, "certify": None, "chunk": chunk, "executor": executor, "workers": workers}
-    swept = sweep(scenes, store=store, progress=progress, **settings)  # type: ignore[arg-type]
+    swept = sweep(
+        scenes, store=store, progress=progress, tol=TOL, certify=None, chunk=chunk, executor=executor, workers=workers
+    )
     failed = np.flatnonzero(swept["outcome"].values != "solved")
     if failed.size:
         k = int(failed[0])
