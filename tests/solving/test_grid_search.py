@@ -310,3 +310,11 @@ def test_linear_fields_go_from_lattice_to_lattice_as_they_are():
     assert found == pytest.approx(2.0 + 3.0 * other.x[None, :] - 1.5 * other.y[:, None])
     beyond = interpolated(grid, field[None], vc.Grid(nx=1, ny=1, dx=0.1, dy=0.1, x0=1.05, y0=0.0))
     assert beyond == 0.0, "half an element from the edge there is no value on the other side"
+
+
+def test_fields_on_many_strips_go_to_others_without_a_matrix():
+    """One between all of these would take 2^34 numbers."""
+    grid = vc.Grid(nx=2**17, dx=2.0**-16, x0=-1.0)
+    other = vc.Grid(nx=2**17, dx=2.0**-17, x0=-0.5)
+    found = interpolated(grid, grid.x[None, None], other)[0, 0]
+    assert found == pytest.approx(other.x, abs=1e-12)
