@@ -11,9 +11,10 @@ from tests.benchmarks.refinement import VALUES, cases, loads, read_references, s
 from tests.command import run
 from varcontact.elasticity.ellipsoidal import rooted_gradients
 from varcontact.problem.discretise import discretise
+from varcontact.problem.parts import means
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
-from varcontact.solving.refine.field import Shape, held_behind, interpolated, means, reconstructed
+from varcontact.solving.refine.field import Shape, held_behind, interpolated, reconstructed
 from varcontact.solving.refine.parts import Parts
 from varcontact.solving.refine.passes import extrapolated
 from varcontact.solving.refine.rooted import over_root

@@ -14,6 +14,8 @@ from varcontact.scene import words
 Edge = Literal["centres", "touched", "softened"]
 """Which elements that the contact's edge cuts belong to it, see `Grid`."""
 EDGES = get_args(Edge)
+Cells = tuple[int, int]
+"""Equal parts of an element along y and along x."""
 
 
 @named(words.GRID)
@@ -197,6 +199,29 @@ class Grid:
     def extended(self) -> Grid:
         """The same lattice with one more element on every side."""
         return self.window(-1, self.nx + 1, -1, self.rows + 1)
+
+    def divided(self, cells: Cells) -> Grid:
+        """The lattice of equal parts of the elements, which count by their centres.
+
+        Parameters
+        ----------
+        cells : tuple of int
+            (rows, columns): parts of an element along y and x; one row in line contact.
+
+        Returns
+        -------
+        Grid
+            Explicit, in the same unit of length.
+
+        Examples
+        --------
+        >>> Grid(nx=3, ny=2, dx=0.5, dy=1.0, x0=0.0, y0=-1.0).divided((2, 5)).shape
+        (4, 15)
+        """
+        (dx, dy, x0, y0), (rows, columns) = self._lattice(), cells
+        if self.line:
+            return Grid(nx=self.nx * columns, dx=dx / columns, x0=x0)
+        return Grid(nx=self.nx * columns, ny=self.rows * rows, dx=dx / columns, dy=dy / rows, x0=x0, y0=y0)
 
     def scaled(self, length: float) -> Grid:
         """The lattice in another unit of length.

@@ -12,10 +12,11 @@ import varcontact as vc
 from varcontact.elasticity.operators import influence_operator
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
+from varcontact.problem.parts import means
 from varcontact.problem.state import ContactState, unloaded
-from varcontact.solving.refine.field import held_behind, means, reconstructed
+from varcontact.solving.refine.field import held_behind, reconstructed
 from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.pressed import divided, within_parts
+from varcontact.solving.refine.pressed import within_parts
 from varcontact.solving.refine.sublattice import Sublattice, loads
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
@@ -32,7 +33,7 @@ def corrected(scene: vc.Scene, cells: int, again: bool) -> np.ndarray:
     disc = discretise(posed, grid)
     state = contact(disc, steps, steps.pressure(disc, unloaded(grid)))
     within = within_parts(disc)
-    finest = divided(grid, (PARTS[0] * within[0], PARTS[1] * within[1]))
+    finest = grid.divided((PARTS[0] * within[0], PARTS[1] * within[1]))
     on_finest = discretise(replace(scene, grid=finest), finest)
     pressure = steps.pressure(on_finest, unloaded(finest))
     fine, by_pressure = _parts(disc, state, pressure.pressure * (on_finest.pressure / disc.pressure))
@@ -58,7 +59,7 @@ def corrected(scene: vc.Scene, cells: int, again: bool) -> np.ndarray:
 def _parts(disc: Discretisation, state: ContactState, finer: np.ndarray) -> tuple[Sublattice, np.ndarray]:
     """The parts with their bound, and the shift by the pressure on parts of the parts."""
     parts, within = Parts(disc, PARTS, state.pressure, finer), within_parts(disc)
-    lattice = divided(parts.lattice, within)
+    lattice = parts.lattice.divided(within)
     side, operators = lattice.sides[0], disc.operators
     slopes = influence_operator(lattice, "xy", "z", nu=operators.nu, K=disc.K, lag=side, offset=-side / 2)
     by_pressure = means(slopes.apply(finer[None]), within) * within[1] * parts.steps

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Cells = tuple[int, int]
-"""Parts of an element along y and along x."""
-
+from varcontact.scene.grid import Cells
 
 SLIPS = 1 - 1e-6
 """Part of its bound from which on a traction counts as slipping: coarse solves are exact to 1e-5 of the largest."""
@@ -152,23 +150,6 @@ def _around(values: np.ndarray) -> np.ndarray:
     padded = np.pad(values, 1)
     rows = padded[:-2] + padded[1:-1] + padded[2:]
     return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:])
-
-
-def means(values: np.ndarray, cells: Cells) -> np.ndarray:
-    """Means over the parts of each element.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., ny rows, nx columns)
-    cells : tuple of int
-
-    Returns
-    -------
-    ndarray, shape (..., ny, nx)
-    """
-    rows, columns = cells
-    ny, nx = values.shape[-2] // rows, values.shape[-1] // columns
-    return np.asarray(values.reshape(*values.shape[:-2], ny, rows, nx, columns).mean(axis=(-3, -1)))
 
 
 def _bilinear(values: np.ndarray, cells: Cells) -> np.ndarray:

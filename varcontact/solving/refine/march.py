@@ -16,10 +16,11 @@ import numpy as np
 from varcontact.problem.contact_grid import across
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.operators import Operators
+from varcontact.problem.parts import means
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Surface
@@ -28,10 +29,8 @@ from varcontact.solving.certify import judged
 from varcontact.solving.march import March, begun, check_held, marching_on, state_of, without_contact, without_load
 from varcontact.solving.refine.check import KINDS, LEAST_OF_A_HISTORY, check_count
 from varcontact.solving.refine.cliffs import check_cliffs
-from varcontact.solving.refine.field import Cells, means
 from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected
-from varcontact.solving.refine.pressed import divided
 from varcontact.solving.refine.road import (
     estimated,
     finer_pressure,
@@ -231,7 +230,7 @@ class CorrectedMarch:
             coarser = self.coarser.loads(k)
         if not touches:
             bare = without_contact(scene, disc, steps)
-            refinement = _nothing(scene, divided(disc.grid, self.on.cells), disc.grid, coarser)
+            refinement = _nothing(scene, disc.grid.divided(self.on.cells), disc.grid, coarser)
             return replace(bare, refinement=refinement, error_estimate=estimated(bare, refinement))
         found = self.on.corrected(scene, disc, state, brought, roughly(steps, ROUGH), steps)
         refinement = recorded(found, coarser[:3], coarser[3:])
@@ -271,7 +270,7 @@ def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: Step
 
 def _on_parts(march: March) -> PartsMarch:
     disc = march.disc
-    return PartsMarch(march, disc.operators.on(divided(disc.lattice, (1 if disc.line else PARTS, PARTS))))
+    return PartsMarch(march, disc.operators.on(disc.lattice.divided((1 if disc.line else PARTS, PARTS))))
 
 
 def _halved(scene: Scene, contacts: list[Scene], grid: Grid) -> Grid:

@@ -10,10 +10,9 @@ import numpy as np
 from varcontact.elasticity.operators import GridOperator
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.operators import Operators
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
-from varcontact.solving.refine.field import Cells
-from varcontact.solving.refine.pressed import Pressed, derivative, divided, hertz_pressed, solved_pressed
+from varcontact.solving.refine.pressed import Pressed, derivative, hertz_pressed, solved_pressed
 from varcontact.solving.refine.rooted import Rooted, rooted
 
 
@@ -60,12 +59,12 @@ class Parts:
     @cached_property
     def grid(self) -> Grid:
         """The parts, physical."""
-        return divided(self.disc.grid, self.cells)
+        return self.disc.grid.divided(self.cells)
 
     @cached_property
     def lattice(self) -> Grid:
         """The parts, dimensionless."""
-        return divided(self.disc.lattice, self.cells)
+        return self.disc.lattice.divided(self.cells)
 
     @cached_property
     def pressed(self) -> Pressed:

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.problem.discretisation import Carried, Discretisation
+from varcontact.problem.parts import means
 from varcontact.problem.slip import unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Motion, Steady
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.refine.field import continued, held_behind, means
+from varcontact.solving.refine.field import continued, held_behind
 from varcontact.solving.refine.parts import Brought, Parts
 from varcontact.solving.refine.sublattice import Sublattice, loads
 from varcontact.solving.refine.unslipping import Still, Unslipping

@@ -9,8 +9,8 @@ import numpy as np
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.problem.discretisation import Discretisation
-from varcontact.scene.grid import Grid
-from varcontact.solving.refine.field import Cells, means
+from varcontact.problem.parts import means
+from varcontact.scene.grid import Cells, Grid
 from varcontact.solving.refine.rooted import over_root
 
 BEHIND = 0.25
@@ -58,7 +58,7 @@ def hertz_pressed(disc: Discretisation, cells: Cells) -> Pressed:
     """
     hertz = disc.hertz
     assert hertz is not None
-    grid, lattice = divided(disc.grid, cells), divided(disc.lattice, cells)
+    grid, lattice = disc.grid.divided(cells), disc.lattice.divided(cells)
     x, y = np.meshgrid(lattice.x, lattice.y)
     a, b = hertz.a / disc.length, hertz.b / disc.length
     gradients = ellipsoidal_gradients(x, y, a, b, nu=disc.operators.nu)
@@ -88,8 +88,8 @@ def solved_pressed(disc: Discretisation, cells: Cells, elements: np.ndarray, fin
     """
     within = within_parts(disc)
     both = (cells[0] * within[0], cells[1] * within[1])
-    pressure, grid = means(finer, within), divided(disc.grid, both)
-    operator, nothing = derivative(disc, divided(disc.lattice, both)), np.zeros_like(finer)
+    pressure, grid = means(finer, within), disc.grid.divided(both)
+    operator, nothing = derivative(disc, disc.lattice.divided(both)), np.zeros_like(finer)
     shift = np.array([operator.apply(np.array(each)) for each in ((finer, nothing), (nothing, finer))]).swapaxes(0, 1)
     weight = np.where(pressure > 0, pressure, 1.0)  # by the pressure: beyond the edge the derivative says nothing
 
@@ -98,7 +98,7 @@ def solved_pressed(disc: Discretisation, cells: Cells, elements: np.ndarray, fin
         return np.asarray(distance / disc.length)
 
     on_elements = elements / behind(disc.grid, _trailing(finer, grid, both))
-    on_parts = pressure / behind(divided(disc.grid, cells), _trailing(finer, grid, within))
+    on_parts = pressure / behind(disc.grid.divided(cells), _trailing(finer, grid, within))
     return Pressed(pressure, means(shift * finer, within) / weight * within[1], (on_elements, on_parts))
 
 
@@ -138,19 +138,3 @@ def derivative(disc: Discretisation, lattice: Grid) -> GridOperator:
     """
     side, operators = lattice.sides[0], disc.operators
     return influence_operator(lattice, "xy", "xy", nu=operators.nu, depth=operators.depth, lag=side, offset=-side / 2)
-
-
-def divided(grid: Grid, cells: Cells) -> Grid:
-    """A grid whose elements are parts of those of another.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit.
-    cells : tuple of int
-        (rows, columns): parts of an element along y and x; one row in line contact.
-    """
-    (dx, dy), (left, _, bottom, _), (rows, columns) = grid.sides, grid.box, cells
-    if grid.line:
-        return Grid(nx=grid.nx * columns, dx=dx / columns, x0=left)
-    return Grid(nx=grid.nx * columns, ny=grid.rows * rows, dx=dx / columns, dy=dy / rows, x0=left, y0=bottom)

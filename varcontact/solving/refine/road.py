@@ -28,7 +28,7 @@ from varcontact.solving.refine.check import KINDS, check_count
 from varcontact.solving.refine.cliffs import check_cliffs
 from varcontact.solving.refine.parts import Brought
 from varcontact.solving.refine.passes import PARTS, Corrected, defect_corrected
-from varcontact.solving.refine.pressed import divided, within_parts
+from varcontact.solving.refine.pressed import within_parts
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
@@ -253,7 +253,7 @@ def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarr
         )
         raise SceneError("refine", KINDS[0], "left out", message=message)
     rows, columns = within_parts(disc)
-    grid = divided(disc.grid, (rows if disc.line else rows * PARTS, columns * PARTS))
+    grid = disc.grid.divided((rows if disc.line else rows * PARTS, columns * PARTS))
     posed = discretise(replace(scene, grid=grid, friction=None, motion=None), grid)
     quick = replace(steps, plan=replace(steps.plan, normal="newton"), clock=Clock(), setups=None, refined=False)
     try:

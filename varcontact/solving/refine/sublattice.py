@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.scene.grid import Grid
-from varcontact.solving.refine.field import Cells, Shape, means, reconstructed
+from varcontact.problem.parts import means
+from varcontact.scene.grid import Cells, Grid
+from varcontact.solving.refine.field import Shape, reconstructed
 from varcontact.solving.refine.parts import Parts
 
 

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.problem.parts import means
 from varcontact.scene.grid import Grid
-from varcontact.solving.refine.field import means
 from varcontact.solving.refine.moments import Spread, Weight, over_ellipse
 from varcontact.solving.refine.parts import Parts
 from varcontact.solving.refine.rooted import Rooted, gradients
