@@ -30,8 +30,8 @@ from varcontact.io.outputs import (
     only_writer,
     replacing,
 )
+from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.io.reading import first_line, reading
-from varcontact.io.refinement_record import ON_PARTS, refinement_from
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import AS_STORED, assembled, solution_from_bytes
 from varcontact.planning.plan import Plan
@@ -148,6 +148,7 @@ class Stored(Sequence[Solution]):
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
             step, share = self.scene.step(k, grid), parts.get("bound_share", 1.0)
             sol = assembled(step, grid, self.plan, fields, approach, creepage, record, share)
+            sol = with_pressure(sol, _native(file.variables[PRESSURE][k]) if PRESSURE in file.variables else None)
             if "refinement" in record:
                 sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
             return sol

@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from varcontact.io.refinement_record import refinement_to
+from varcontact.io.parts_record import pressure_to, refinement_to
 from varcontact.io.scene_file import scene_to
 from varcontact.io.solution_file import FIELDS, record_of, solution_to_bytes, units_of
 from varcontact.planning.plan import Plan
@@ -96,6 +96,9 @@ def _file_of(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, 
     if sol.refinement is not None:
         parts, places_of_parts, record["refinement"] = refinement_to(sol.refinement, units, scene.line, shift=False)
         (sizes["y_parts"], sizes["x_parts"]), places = sol.refinement.grid.shape, places | places_of_parts
+    if sol.pressure_on_parts is not None:
+        parts, places_of_parts, divided = pressure_to(sol, units)
+        (sizes["y_parts"], sizes["x_parts"]), places = divided.shape, places | places_of_parts
     file.createDimension("step", None)
     for name, size in sizes.items():
         file.createDimension(name, size)

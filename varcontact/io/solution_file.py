@@ -15,9 +15,9 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.io.elements import EXPORTS
 from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
+from varcontact.io.parts_record import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
 from varcontact.io.plausible import check_plausible
 from varcontact.io.reading import first_line, reading, regular
-from varcontact.io.refinement_record import ON_PARTS, refinement_from, refinement_to
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
@@ -85,6 +85,9 @@ def dataset(sol: Solution) -> xr.Dataset:
     rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
     if sol.refinement is not None:
         added, places, rest["refinement"] = refinement_to(sol.refinement, units, line, shift)
+        variables, coordinates = variables | added, coordinates | places
+    if sol.pressure_on_parts is not None:
+        added, places, _ = pressure_to(sol, units)
         variables, coordinates = variables | added, coordinates | places
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
@@ -287,6 +290,7 @@ def solution_from(data: xr.Dataset) -> Solution:
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
     creepage, share = data["creepage"].values, data["bound_share"].values if "bound_share" in data else 1.0
     sol = assembled(scene, grid, plan, fields, float(data["approach"].values), creepage, record, share)
+    sol = with_pressure(sol, data[PRESSURE].values if PRESSURE in data else None)
     if "refinement" in record:
         parts = {name: data[name].values for name in ON_PARTS if name in data}
         sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))

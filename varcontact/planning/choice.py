@@ -8,7 +8,7 @@ from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
-from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, road
+from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, many_on_parts, road
 from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
@@ -84,9 +84,9 @@ def make_plan(
         way = MANY_ELEMENTS
     elif method == "auto" and coupling == "joint":
         way = road("convex")
-    chosen["normal"], reasons["normal"] = _normal(scene, normal, way)
+    chosen["normal"], reasons["normal"] = _normal(scene, normal, way, method)
     check_on_road(method, "normal", normal)
-    _check_edge(scene, chosen["normal"], reasons["normal"])
+    _check_edge(scene, chosen["normal"])
     chosen["tangential"], reasons["tangential"] = _tangential(scene, tangential, way)
     check_on_road(method, "tangential", tangential)
     chosen["coupling"], reasons["coupling"] = _coupling(scene, coupling, chosen, steps)
@@ -114,19 +114,26 @@ def make_plan(
     )
 
 
-def _check_edge(scene: Scene, normal: str, reason: str) -> None:
-    """What part of a touched element bears pressure is known of Hertz's ellipse, not where pressures are computed."""
-    if scene.touched and normal != "hertz":
-        raise SceneError(
-            "grid.edge",
-            scene.edge,
-            '"centres"',
-            message=f'grid.edge = "{scene.edge}" is for Hertz\'s pressure, and here the pressure is by '
-            f'{normal} ({reason}); use "centres"',
+def _check_edge(scene: Scene, normal: str) -> None:
+    """What part of an element bears pressure is found before the tractions, from distances all over the element."""
+    if not scene.touched or normal == "hertz":
+        return
+    if scene.bodies.K != 0 and not scene.frictionless:
+        why = (
+            f"is for pressures that tractions do not change, and here the bodies are unlike (K = {scene.bodies.K:.3g})"
         )
+    elif any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
+        why = (
+            "needs distances on parts of elements, and these samples have no coordinates: give surface.x and surface.y"
+        )
+    else:
+        return
+    raise SceneError(
+        "grid.edge", scene.edge, '"centres"', message=f'grid.edge = "{scene.edge}" {why}; or use "centres"'
+    )
 
 
-def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
+def _normal(scene: Scene, wanted: str, way: Road, method: str) -> tuple[str, str]:
     if wanted in [*tangential_methods(), *THEORIES] and wanted not in normal_methods():
         raise SceneError(
             "normal",
@@ -160,7 +167,10 @@ def _normal(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     if hertzian and not coupled:
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
-    return way.normal, f"{reason}: {_how(way.normal)}"
+    if scene.touched and method == "auto" and many_on_parts(scene):
+        way = MANY_ELEMENTS
+    parts = ", on parts of the elements" if scene.touched else ""
+    return way.normal, f"{reason}: {_how(way.normal)}{parts}"
 
 
 def _how(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
+from varcontact.problem.on_parts import cells_of
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -94,6 +96,17 @@ def many_elements(scene: Scene, together: bool) -> bool:
     short = isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx
     unlike = scene.bodies.K != 0 and not scene.frictionless
     return count > (TOO_MANY if short else MANY_UNLIKE if unlike and together else MANY)
+
+
+def many_on_parts(scene: Scene) -> bool:
+    """Whether a pressure that is solved for on parts of the elements has so many unknowns.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a grid whose elements at the edge count in part.
+    """
+    return _elements(scene)[0] * math.prod(cells_of(scene.edge, scene.line)) > MANY
 
 
 def _elements(scene: Scene) -> tuple[float, float]:

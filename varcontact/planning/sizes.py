@@ -11,6 +11,7 @@ import numpy as np
 from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.mirror import mirror_of
+from varcontact.problem.on_parts import as_solved
 from varcontact.problem.operators import DryRun, Operators
 from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
@@ -144,7 +145,7 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
     """
     traction = state.traction if plan.coupling != "none" and np.any(state.traction) else None
     contact = int(np.sum(state.pressure > 0))
-    normal = contact if plan.closed_form else disc.normal_problem(traction).reachable().distance.size
+    normal = contact if plan.closed_form else _reachable(disc, state, traction)
     if plan.joint:
         normal = disc.grid.size
     counted = Counted(normal, contact, 0)
@@ -153,6 +154,11 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
         folded = folds(plan) and mirror_of(problem) is not None
         counted = Counted(normal, contact, problem.size, len(problem.rigid_shift), folded)
     return sizes_of(scene, plan, disc.grid.shape, disc.grid.sides, counted)
+
+
+def _reachable(disc: Discretisation, state: ContactState, traction: np.ndarray | None) -> int:
+    """Elements of the normal problem, or parts of them, that can come into contact at all."""
+    return as_solved(disc, state.pressure, state.approach)[0].normal_problem(traction).reachable().distance.size
 
 
 def folds(plan: Plan) -> bool:

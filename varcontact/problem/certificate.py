@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -21,6 +22,8 @@ from varcontact.problem.gap import (
     tangential_residual,
     worst,
 )
+from varcontact.problem.on_parts import as_solved
+from varcontact.problem.parts import means
 from varcontact.problem.problem import TangentialProblem
 
 LEVELS = ("full", "gap", "none")
@@ -174,14 +177,15 @@ def certify_problems(
     Certificate
     """
     coupled = disc.K != 0
-    normal = disc.normal_problem(traction if coupled and np.any(traction) else None)
-    normal_error = normal_residual(normal, pressure.ravel(), np.array([approach]))
+    posed, pressed, nearer = as_solved(disc, pressure, approach)
+    normal = posed.normal_problem(traction if coupled and np.any(traction) else None)
+    normal_error = normal_residual(normal, pressed.ravel(), np.array([nearer]))
     tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
     if level == "auto":
         level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
     absolute = normal_relative = np.nan
     if level != "none":
-        absolute, normal_relative = normal_gap(normal, pressure.ravel(), np.array([approach]))
+        absolute, normal_relative = normal_gap(normal, pressed.ravel(), np.array([nearer]))
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
@@ -249,11 +253,14 @@ def _of_tractions(
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
     error = None
     if not (tangential.no_slip or tangential.free):
-        error = pressure_error(disc.normal_problem(), pressure.ravel(), approach)
+        posed, pressed, nearer = as_solved(disc, pressure, approach)
+        error = pressure_error(posed.normal_problem(), pressed.ravel(), nearer)
     if error is None:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.full(3, np.nan)
-    wider = disc.tangential_problem(pressure, acting=traction, possible=error.possible.reshape(pressure.shape))
-    part = pressure_part(wider, error.size * float(np.max(np.asarray(disc.coefficient))))
+    possible = means(error.possible.reshape(pressed.shape).astype(float), disc.cells) > 0
+    wider = disc.tangential_problem(pressure, acting=traction, possible=possible)
+    of_means = error.size / math.sqrt(math.prod(disc.cells))
+    part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.coefficient))))
     return force_bound(wider, *wider.of_grid(traction, rigid)) + part, part
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import undeformed_distance
-from varcontact.problem.state import ContactState
+from varcontact.problem.on_parts import as_solved
+from varcontact.problem.state import ContactState, unloaded
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -28,7 +30,8 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     """The box of the places outside the potential contact where the bodies would overlap, or None.
 
     Looked for on the lattice one element further, where the contact reaches the potential contact's edge; and
-    at all samples that lie outside, where a sampled distance has its own coordinates.
+    at all samples that lie outside, where a sampled distance has its own coordinates. Where the pressure was solved for
+    on parts of the elements after that on the elements, only the parts around these are left to look at.
 
     Parameters
     ----------
@@ -37,19 +40,30 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     closed_form : bool
         Whether the pressure is Hertz's: then his ellipse tells.
     """
-    contact = state.pressure > 0
+    if disc.on_parts is not None:
+        return _beyond(*_parted(disc, state), closed_form)
+    found = _beyond(disc, state, closed_form)
+    return _overlapping_samples(disc, state) if found is None else found
+
+
+def _parted(disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
+    """The same on parts of the elements, where the pressure was solved for on these."""
+    parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
+    return parts, replace(unloaded(parts.grid), pressure=pressure, approach=approach)
+
+
+def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box | None:
+    """The box of the next elements outside the potential contact where the bodies would overlap, or None."""
     grid = disc.grid.extended()
     overlap = np.zeros(grid.shape, dtype=bool)
-    if (contact & _rim(disc.grid)).any():
+    if ((state.pressure > 0) & _rim(disc.grid)).any():
         if closed_form:
             assert disc.hertz is not None
             overlap = disc.hertz.on_elements(grid) > 0
         else:
             overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
-    if overlap.any():
-        return contact_box(grid, overlap)
-    return _overlapping_samples(disc, state)
+    return contact_box(grid, overlap) if overlap.any() else None
 
 
 def _rim(grid: Grid) -> np.ndarray:

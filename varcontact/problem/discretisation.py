@@ -17,13 +17,14 @@ from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.errors import SceneError
 from varcontact.problem.operators import Operators
 from varcontact.problem.out_of_reach import check_shift
+from varcontact.problem.parts import means
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.problem.softening import softening
 from varcontact.reference.hertz import HertzContact
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Surface
@@ -85,6 +86,9 @@ class Discretisation:
         Influence numbers on the dimensionless grid.
     carried : Carried, optional
         In a step of a history: what the step before left.
+    on_parts : ndarray, shape (ny rows, nx columns), optional
+        The pressure on equal parts of the elements, dimensionless, where it was solved for there; the elements then
+        bear the means. See `varcontact.problem.on_parts`.
     """
 
     bodies: Bodies
@@ -101,6 +105,7 @@ class Discretisation:
     pressure: float
     operators: Operators
     carried: Carried | None = None
+    on_parts: np.ndarray | None = None
 
     @property
     def K(self) -> float:
@@ -187,11 +192,24 @@ class Discretisation:
     @cached_property
     def softening(self) -> np.ndarray | None:
         """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx), or None."""
-        if self.grid.edge != "softened" or self.hertz is None:
+        if self.grid.edge != "softened" or self.covered is None:
             return None
         (ny, nx), table = self.grid.shape, self.tangential_operator.table
         own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
-        return own[:, None, None] * softening(self.hertz.covered(*self.grid.lines))
+        return own[:, None, None] * softening(self.covered)
+
+    @cached_property
+    def covered(self) -> np.ndarray | None:
+        """Parts of the elements that the contact covers, (ny, nx), as far as that is known: between 0 and 1."""
+        if self.on_parts is not None:
+            return means((self.on_parts > 0).astype(float), self.cells)
+        return None if self.hertz is None else self.hertz.covered(*self.grid.lines)
+
+    @property
+    def cells(self) -> Cells:
+        """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for elements alone."""
+        rows, columns = self.grid.shape if self.on_parts is None else self.on_parts.shape
+        return rows // self.grid.rows, columns // self.grid.nx
 
     @property
     def normal_operator(self) -> GridOperator:

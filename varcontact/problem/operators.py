@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
 """Operators C of steps in time that are kept, one for each distance of a step."""
@@ -93,6 +93,7 @@ class Operators:
     make: Callable[..., GridOperator] | None = None
     _tables: dict[tuple[str, str, float | None, str], GridOperator] = field(default_factory=dict, repr=False)
     _carrying: dict[float, GridOperator] = field(default_factory=dict, repr=False)
+    _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
 
     @property
     def normal(self) -> GridOperator:
@@ -163,6 +164,18 @@ class Operators:
         """Those of the lattice with one more element on every side, where one looks whether the contact goes on."""
         return self.on(self.lattice.extended())
 
+    def divided(self, cells: Cells) -> Operators:
+        """Those of the lattice of equal parts of the elements.
+
+        Parameters
+        ----------
+        cells : tuple of int
+            (rows, columns): parts of an element along y and x.
+        """
+        if cells not in self._divided:
+            self._divided[cells] = self.on(self.lattice.divided(cells))
+        return self._divided[cells]
+
     def on(self, lattice: Grid) -> Operators:
         """Those of the same bodies on another lattice.
 
@@ -180,6 +193,8 @@ class Operators:
         """
         for operator in self._tables.values():
             operator.forget()
+        for operators in self._divided.values():
+            operators.forget()
 
     def same(self, lattice: Grid, nu: float, K: float, depth: float) -> bool:
         """Whether these are the operators of that lattice and those constants.

@@ -10,6 +10,7 @@ import numpy as np
 from varcontact.errors import SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
+from varcontact.problem.on_parts import with_parts
 from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -58,7 +59,7 @@ def sensitivity(sol: Solution) -> np.ndarray:
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
     if bearing.size == 0:
         return np.zeros((2, 3))
-    disc = discretise(scene, sol.grid, coupled=not plan.left_out)
+    disc = with_parts(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
     linear = _Linearised(disc, sol, bearing, contact if disc.K != 0 else np.zeros(0, dtype=int))
     slopes = linear.forces(_unit_shifts(disc)[:, :, bearing])
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin

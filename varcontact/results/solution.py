@@ -83,6 +83,9 @@ class Solution(Delivered):
     error_estimate : ErrorEstimate or None
         Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
         They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
+    pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
+        Where elements at the edge count in part, see `Grid`, and the pressure is not Hertz's closed form: the pressure
+        on equal parts of the elements, on which it was solved for [force/area]. The elements bear the means.
     refinement : Refinement or None
         Where `solve` was told to `refine`: the field on parts of the elements that has these forces. The fields here
         and the certificate are then those of the corrected problem on the elements.
@@ -111,6 +114,7 @@ class Solution(Delivered):
     warnings: tuple[str, ...] = ()
     error_estimate: ErrorEstimate | None = None
     refinement: Refinement | None = None
+    pressure_on_parts: np.ndarray | None = None
 
     @property
     def normal_force(self) -> float:

@@ -168,8 +168,9 @@ class Scene(Generic[MotionT_co]):
     def second_order(self) -> Scene:
         """The same steady rolling, discretised for accurate forces on coarse grids in place of as CONTACT does.
 
-        ``Steady(slip_difference="second-order")`` with the spin offset that goes with it, and, where the pressure is
-        Hertz's, ``Grid(edge="softened")``. See docs/sampling.md for what it gains.
+        ``Steady(slip_difference="second-order")`` with the spin offset that goes with it, and ``Grid(edge="softened")``
+        where tractions do not change the pressure, and it can be found on parts of the elements: not for samples
+        without coordinates. See docs/sampling.md for what it gains.
 
         Returns
         -------
@@ -195,8 +196,9 @@ class Scene(Generic[MotionT_co]):
         if not isinstance(self.grid, Grid):
             raise SceneError("grid", self.grid, "a Grid: its edge is to be softened")
         motion = replace(self.motion, slip_difference="second-order", spin_offset=None)
-        closed_form = not isinstance(self.surface, SampledDistance) and (self.bodies.K == 0 or self.frictionless)
-        return replace(self, motion=motion, grid=replace(self.grid, edge="softened" if closed_form else "centres"))
+        known = not isinstance(self.surface, SampledDistance) or self.surface.placed
+        softened = known and (self.bodies.K == 0 or self.frictionless)
+        return replace(self, motion=motion, grid=replace(self.grid, edge="softened" if softened else "centres"))
 
     @cached_property
     def hertz(self) -> HertzContact | None:

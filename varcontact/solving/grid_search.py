@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.errors import SceneError
+from varcontact.planning.roads import many_elements
 from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, known_grid, within
 from varcontact.problem.containment import contact_box, outside
 from varcontact.problem.discretisation import Discretisation
@@ -24,6 +25,9 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.start_grid import interpolated
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
+
+FOUND = 1e-4
+"""Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""
 
 PressureOn = Callable[[Discretisation, ContactState], ContactState]
 """Solves the frictionless normal problem of a discretisation, from a state that may have a pressure to begin with."""
@@ -109,14 +113,18 @@ def on_a_grid_that_holds_it(
         steps.clock.adopt("grid", looks.clock.tally("normal"))
     if near is not None and begun is None:
         begun = partial(_rubbing_as, near)
-    moved = 0
+    moved, averaged = 0, scene.touched and not closed_form
+    first = _finding(scene, steps) if averaged else steps
     for attempt in range(20):
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
-        state = steps.pressure(disc, unloaded(grid) if last is None else last.on(disc))
+        state = first.pressure(disc, unloaded(grid) if last is None else last.on(disc))
         with steps.clock("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
+        if averaged and overlap is None and closer is None:
+            disc, state = steps.on_parts(disc, state)
+            overlap = outside(disc, state)
         if (overlap is None and closer is None) or (coupled and moved):
             state = contact(disc, steps, state if begun is None else begun(disc, state))
             if not coupled:
@@ -139,6 +147,13 @@ def on_a_grid_that_holds_it(
         "explicit",
         message="grid: no potential contact was found that holds the contact; give an explicit grid",
     )
+
+
+def _finding(scene: Scene, steps: Steps) -> Steps:
+    """The methods of a pressure that only tells where the contact is, before it is solved for on parts of elements."""
+    few = not (steps.plan.convex or many_elements(scene, together=False))
+    plan = replace(steps.plan, normal="norm") if few else steps.plan
+    return replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)
 
 
 @dataclass(frozen=True, eq=False)

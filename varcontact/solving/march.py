@@ -19,6 +19,7 @@ from varcontact.problem.contact_grid import enlarged
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
+from varcontact.problem.on_parts import apart
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
@@ -115,11 +116,14 @@ class March:
         with steps.clock("carried"):
             scene, disc = self.problem(k, before)
         state = begun(state_of(disc, before), steps)
+        averaged = scene.touched and not steps.plan.closed_form
         if without_load(disc, closed_form=steps.plan.closed_form):
-            return without_contact(scene, disc, steps)
+            return without_contact(scene, apart(disc) if averaged else disc, steps)
         if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
+        elif averaged:
+            disc, state = steps.on_parts(disc, state)
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)

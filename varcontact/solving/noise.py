@@ -86,7 +86,7 @@ def noise(
         return _look(posed, pressure_on(posed))
 
     try:
-        found = look(0.0) if disc.K != 0 else _look(disc, state)
+        found = look(0.0) if disc.K != 0 or disc.on_parts is not None else _look(disc, state)
         without = look(SHORTEST * element)
         if found.apart(without) < RULES:
             return ""

@@ -21,6 +21,7 @@ from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
+from varcontact.problem.on_parts import as_solved, with_parts
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
@@ -134,7 +135,7 @@ def _as_corrected(disc: Discretisation, sol: Solution, found: Refinement) -> Dis
 
 def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     """A solution from a file, with the discretisation of its scene, or of its step of a history."""
-    sol = _on_its_grid(stored)
+    sol, disc = _on_its_grid(stored), with_parts(disc, stored.pressure_on_parts)
     if not sol.pressure.any():
         if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
@@ -214,9 +215,10 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
 
 def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:
     """Whether residuals and gaps are no larger than the certificate says, but for rounding."""
-    told, level = sol.certificate, np.array([state.approach])
-    flat, traction = state.pressure.ravel(), state.traction
-    normal = disc.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
+    told, traction = sol.certificate, state.traction
+    lattice, pressed, nearer = as_solved(disc, state.pressure, state.approach)
+    normal = lattice.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
+    flat, level = pressed.ravel(), np.array([nearer])
     found = {"normal_residual": normal_residual(normal, flat, level), "residual": 0.0}
     gaps = {"normal_relative_gap": normal_gap(normal, flat, level)[1]}
     if disc.frictionless:

@@ -333,6 +333,14 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
+        if grid.edge != "centres":
+            raise SceneError(
+                "grid.edge",
+                grid.edge,
+                '"centres"',
+                message=f'grid.edge = "{grid.edge}": a pressure on the elements does not tell what the contact covers of '
+                'them; use "centres"',
+            )
         pressures = _field("pressure", pressure, grid.shape, disc.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")

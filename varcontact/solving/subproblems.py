@@ -17,7 +17,9 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import project, residuals
 from varcontact.problem.mirror import mirror_of
+from varcontact.problem.on_parts import cells_of, parted
 from varcontact.problem.out_of_reach import out_of_reach
+from varcontact.problem.parts import means
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
@@ -30,6 +32,7 @@ from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
+from varcontact.solving.start_grid import interpolated
 from varcontact.solving.timing import Clock
 
 
@@ -109,6 +112,32 @@ class Steps:
                 approach=float(raw.rigid[0]),
                 **_answered(state, "normal", raw),
             )
+
+    def on_parts(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
+        """The same, but with the pressure solved for on parts of the elements, where those at the edge count in part.
+
+        Parameters
+        ----------
+        disc : Discretisation
+        state : ContactState
+            With a pressure to begin with, dimensionless.
+
+        Returns
+        -------
+        Discretisation
+            That knows the pressure on the parts.
+        ContactState
+            With its means.
+        """
+        cells = cells_of(disc.grid.edge, disc.line)
+        if self.plan.closed_form or cells == (1, 1):
+            return disc, state
+        parts = parted(disc, cells)
+        begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
+        deeper = (disc.base - parts.base) / disc.displacement
+        solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + deeper))
+        means_of = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - deeper)
+        return replace(disc, on_parts=solved.pressure), means_of
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure.

@@ -1,12 +1,14 @@
-"""The refinement of a solution in its file: fields on parts of the elements, and a record."""
+"""Fields on parts of the elements in a file: a pressure that was solved for there, and a refinement with its record."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from varcontact.problem.parts import means
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -14,8 +16,9 @@ from varcontact.scene.units import Units
 
 ON_PARTS = ("traction_on_parts", "slip_on_parts", "slip_correction", "bound_share")
 """The variables of a refinement; files written before pressures were solved for are without the last."""
+PRESSURE = "pressure_on_parts"
 ROUNDED = 1e-9
-"""Relative difference between forces as stored and as summed that counts as rounding."""
+"""Relative difference between forces or means as stored and as summed that counts as rounding."""
 
 
 def refinement_to(
@@ -46,10 +49,6 @@ def refinement_to(
     }
     words = "what the traction bound of the elements was multiplied by"
     variables["bound_share"] = (("y", "x"), found.share, {"units": units.of("1", line), "long_name": words})
-    coordinates = {
-        "x_parts": ("x_parts", found.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
-        "y_parts": ("y_parts", found.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
-    }
     record = {
         "kind": found.kind,
         "grid": vars(found.grid),
@@ -59,7 +58,65 @@ def refinement_to(
         "creepage_estimate": found.creepage_estimate.tolist(),
         "seconds": list(found.seconds),
     }
-    return variables, coordinates, record
+    return variables, _places(found.grid, units), record
+
+
+def _places(parts: Grid, units: Units) -> dict[str, Any]:
+    """Coordinates of the parts."""
+    return {
+        "x_parts": ("x_parts", parts.x, {"units": units.of("length"), "long_name": "rolling direction"}),
+        "y_parts": ("y_parts", parts.y, {"units": units.of("length"), "long_name": "lateral direction"}),
+    }
+
+
+def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, Any], Grid]:
+    """Variables and coordinates of the pressure that was solved for on parts of the elements, and their grid.
+
+    Parameters
+    ----------
+    sol : Solution
+        That has such a pressure.
+    units : Units
+        Of the scene, or words.
+    """
+    assert sol.pressure_on_parts is not None
+    (rows, columns), (ny, nx) = sol.pressure_on_parts.shape, sol.grid.shape
+    said = {"units": units.of("pressure", sol.scene.line), "long_name": "normal traction, on parts of elements"}
+    parts = sol.grid.divided((rows // ny, columns // nx))
+    return {PRESSURE: (("y_parts", "x_parts"), sol.pressure_on_parts, said)}, _places(parts, units), parts
+
+
+def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:
+    """A solution with the pressure on parts of the elements that its file has.
+
+    Parameters
+    ----------
+    sol : Solution
+        Without it.
+    pressure : ndarray, shape (ny rows, nx columns), or None
+        None where the file has none.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be that of the solution.
+    """
+    wanted = sol.scene.touched and not sol.plan.closed_form
+    if (pressure is not None) != wanted:
+        raise ValueError("a pressure on parts of the elements that is missing, or should be")
+    if pressure is None:
+        return sol
+    if pressure.dtype.kind not in "iuf" or not np.isfinite(pressure).all():
+        raise ValueError("a pressure on parts of the elements that is not of finite numbers")
+    (ny, nx), shape = sol.grid.shape, pressure.shape
+    if len(shape) != 2 or 0 in shape or shape[0] % ny or shape[1] % nx:
+        raise ValueError("a pressure that is not on parts of the elements")
+    borne, largest = means(pressure, (shape[0] // ny, shape[1] // nx)), float(np.abs(pressure).max())
+    if np.abs(borne - sol.pressure).max() > ROUNDED * largest:
+        raise ValueError("a pressure on parts of the elements that these do not bear")
+    if np.any(pressure < -(2 * sol.certificate.normal_residual + ROUNDED) * largest):
+        raise ValueError("negative pressures on parts of the elements")
+    return replace(sol, pressure_on_parts=pressure)
 
 
 def refinement_from(data: Mapping[str, Any], record: dict[str, Any], sol: Solution) -> Refinement:
