@@ -108,9 +108,8 @@ class Way:
         ----------
         scene : Scene
         """
-        closed = scene.hertz is not None and (scene.bodies.K == 0 or scene.frictionless)
-        if self.edge != "centres" and not closed:
-            return f"the edge {self.edge!r} is for pressures in closed form only"
+        if self.edge != "centres" and scene.bodies.K != 0 and not scene.frictionless:
+            return f"the edge {self.edge!r} is for pressures that tractions do not change"
         if scene.frictionless and (self.edge != "centres" or self.motion or "tangential" in dict(self.options)):
             return "nothing rubs: the same as with elements by their centres"
         if self.motion and not isinstance(scene.motion, Steady):

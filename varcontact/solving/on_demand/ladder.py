@@ -125,7 +125,7 @@ class Ladder:
         """The `scene` on the grid with `n` elements across the contact."""
         grid = Grid(nx=n, edge=self.edge) if scene.line else Grid(nx=round(self.along * n), ny=n, edge=self.edge)
         posed = replace(scene, grid=grid)
-        return posed.second_order() if self.second_order else posed
+        return replace(posed.second_order(), grid=grid) if self.second_order else posed
 
     def elements(self, n: float) -> int:
         """Elements of the grid with `n` across the contact."""
@@ -181,10 +181,9 @@ LADDERS = {
     (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=8),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
-        Law(2.0, 0.5, 1.43, 2.0, 0.43, 1.7, taken=0.5),
+        Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
         coarsest=4,
         along=1.5,
-        edge="softened",
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
@@ -206,6 +205,7 @@ LADDERS = {
         "line contact, rolling under Hertz's pressure",
         Law(1.75, 0.5, 0.12, 1.25, 0.077, 0.67),
         coarsest=8,
+        edge="softened",
         second_order=True,
         line=True,
     ),
@@ -220,9 +220,8 @@ LADDERS = {
     ),
     (True, "computed", "steady"): Ladder(
         "line contact, rolling under computed pressure",
-        Law(1.5, 3.0, 0.156, 1.0, 0.092, 1.42, arms=0.0),
-        coarsest=8,
-        edge="softened",
+        Law(2.0, 1.5, 4.4, 1.5, 2.7, 9.8),
+        coarsest=12,
         second_order=True,
         line=True,
     ),
