@@ -167,8 +167,16 @@ MESSAGES = [
         'Hertz\'s pressure is for paraboloids, ellipses and cylinders; with sampled distances use "norm" or "clarabel"',
     ),
     (
-        lambda folder: vc.plan(scene(grid=vc.Grid(nx=8, ny=8, edge="touched")), normal="norm"),
-        'grid.edge = "touched" is for Hertz\'s pressure, and here the pressure is by norm (requested); use "centres"',
+        lambda folder: vc.plan(
+            scene(bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2)), grid=vc.Grid(nx=8, ny=8, edge="touched"))
+        ),
+        'grid.edge = "touched" is for a pressure that tractions do not change, and the bodies are unlike '
+        '(K = 0.075); use "centres"',
+    ),
+    (
+        lambda folder: vc.plan(sampled(grid=replace(SQUARE, edge="touched"))),
+        'grid.edge = "touched" needs distances on parts of the elements, and samples without coordinates have none; '
+        'give surface.x and surface.y, or use "centres"',
     ),
     (
         lambda folder: vc.plan(scene(), tangential="osqp"),

@@ -138,26 +138,10 @@ def test_frictionless_unlike_bodies_have_a_closed_form(rolling):
     assert sol.normal_force == pytest.approx(1.0, rel=1e-14)
 
 
-SAMPLED = vc.SampledDistance(
-    np.add.outer(np.linspace(-1, 1, 9) ** 2, np.linspace(-1, 1, 9) ** 2), *[np.linspace(-1, 1, 9)] * 2
-)
-
-
-@pytest.mark.parametrize(
-    ("changes", "methods", "why"),
-    [
-        ({"surface": SAMPLED}, {}, "not Hertzian"),
-        ({"bodies": vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))}, {}, "K != 0"),
-        ({}, {"normal": "norm"}, "norm (requested)"),
-        ({}, {"normal": "clarabel"}, "clarabel (requested)"),
-    ],
-)
-def test_refused_where_the_pressure_is_computed(rolling, changes, methods, why):
+def test_refused_where_tractions_change_the_pressure(rolling):
     with pytest.raises(vc.SceneError, match=r'use "centres"$') as refused:
-        vc.solve(rolling(grid=TOUCHED, **changes), **methods)
-    assert refused.value.field == "grid.edge"
-    assert refused.value.value == "touched"
-    assert why in str(refused.value)
+        vc.solve(rolling(grid=TOUCHED, bodies=vc.Bodies(G=(1.0, 3.0), nu=(0.3, 0.2))))
+    assert (refused.value.field, refused.value.value) == ("grid.edge", "touched")
 
 
 @pytest.mark.parametrize("theory", ["fastsim", "fastsim-elliptic", "fastsim-weighted", "vermeulen-johnson"])

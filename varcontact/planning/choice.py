@@ -119,18 +119,14 @@ def _check_edge(scene: Scene, normal: str) -> None:
     if not scene.touched or normal == "hertz":
         return
     if scene.bodies.K != 0 and not scene.frictionless:
-        why = (
-            f"is for pressures that tractions do not change, and here the bodies are unlike (K = {scene.bodies.K:.3g})"
-        )
+        why = f"is for a pressure that tractions do not change, and the bodies are unlike (K = {scene.bodies.K:.3g})"
+        remedy = 'use "centres"'
     elif any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
-        why = (
-            "needs distances on parts of elements, and these samples have no coordinates: give surface.x and surface.y"
-        )
+        why = "needs distances on parts of the elements, and samples without coordinates have none"
+        remedy = 'give surface.x and surface.y, or use "centres"'
     else:
         return
-    raise SceneError(
-        "grid.edge", scene.edge, '"centres"', message=f'grid.edge = "{scene.edge}" {why}; or use "centres"'
-    )
+    raise SceneError("grid.edge", scene.edge, '"centres"', message=f'grid.edge = "{scene.edge}" {why}; {remedy}')
 
 
 def _normal(scene: Scene, wanted: str, way: Road, method: str) -> tuple[str, str]:

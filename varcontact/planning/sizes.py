@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.mirror import mirror_of
-from varcontact.problem.on_parts import as_solved
+from varcontact.problem.on_parts import as_solved, cells_of
 from varcontact.problem.operators import DryRun, Operators
 from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
@@ -227,6 +228,11 @@ def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix
         needed(lambda: operators.traction_to_distance, "K != 0: distances due to tractions")
     for name, size in dry.bytes.items():
         yield Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, size, reasons[name])
+    cells = (1, 1) if plan.closed_form else cells_of(scene.edge, scene.line)
+    if cells != (1, 1):
+        rows, columns = shape[0] * cells[0], shape[1] * cells[1]
+        size = table_bytes(rows, columns, 1)
+        yield Matrix("A_zz", "table", 2 * rows - 1, 2 * columns - 1, size, "pressures on parts of the elements")
 
 
 def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[Matrix]:

@@ -14,7 +14,7 @@ from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import undeformed_distance
 from varcontact.scene.grid import Cells
 
-SQUARE: Cells = (2, 2)
+SQUARE: Cells = (3, 3)
 """Parts of an element along y and x. With 4 by 4, forces are a quarter more exact for a third more time."""
 STRIPS: Cells = (1, 8)
 """The same in line contact. Fewer let the error jump, with more it is hardly smaller."""

@@ -338,8 +338,8 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
                 "grid.edge",
                 grid.edge,
                 '"centres"',
-                message=f'grid.edge = "{grid.edge}": a pressure on the elements does not tell what the contact covers of '
-                'them; use "centres"',
+                message=f'grid.edge = "{grid.edge}": a pressure on the elements does not tell how much of them the '
+                'contact covers; use "centres"',
             )
         pressures = _field("pressure", pressure, grid.shape, disc.pressure)
         if np.any(pressures < 0) or not np.any(pressures):

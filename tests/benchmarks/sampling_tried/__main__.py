@@ -10,6 +10,7 @@ TABLES = {
     "time": plane.in_time,
     "normal": space.normal,
     "cut": space.cut,
+    "parts": space.parts,
     "unlike": space.unlike,
     "histories": space.histories,
     "levels": space.levels,

@@ -1,6 +1,7 @@
 """In space: computed pressures and cut elements, histories of the references, forces of the solver's own levels."""
 
 import contextlib
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -11,7 +12,8 @@ import numpy as np
 import varcontact as vc
 from tests.benchmarks.coarse_forces import FRICTION, extrapolated, read, scene
 from varcontact.problem.discretisation import Discretisation
-from varcontact.reference import line_contact
+from varcontact.reference import carter, line_contact
+from varcontact.scene.grid import Edge
 from varcontact.solvers.matrix_free import tangential
 
 
@@ -68,13 +70,13 @@ def softened() -> Iterator[None]:
         yield
 
 
-def sampled(numbers: dict[str, float], n: int) -> vc.Scene:
+def sampled(numbers: dict[str, float], n: int, edge: Edge = "centres") -> vc.Scene:
     """A scene of the forty as a sampled paraboloid, with the difference of second order."""
     posed = scene(numbers, n).second_order()
     hertz = posed.hertz
     x, y = (np.linspace(-1.4 * side, 1.4 * side, 401) for side in (hertz.a, hertz.b))
     h = x**2 / (2 * hertz.Rx) + y[:, None] ** 2 / (2 * hertz.Ry)
-    return replace(posed, surface=vc.SampledDistance(h, x=x, y=y), grid=vc.Grid(nx=n, ny=n))
+    return replace(posed, surface=vc.SampledDistance(h, x=x, y=y), grid=vc.Grid(nx=n, ny=n, edge=edge))
 
 
 def cut() -> None:
@@ -89,6 +91,52 @@ def cut() -> None:
             print(
                 f"{n} {name}: " + "/".join(f"{value:.2f}" for value in np.quantile(errors, [0.5, 0.9, 1])), flush=True
             )
+
+
+def parts() -> None:
+    """Sampled paraboloids, and strips moved by eighths under Carter: errors by centres, and on parts of elements."""
+    edges: tuple[Edge, Edge] = ("centres", "softened")
+    for n in (12, 16, 24, 32, 48):
+        for edge in edges:
+            single, two, seconds = [], [], []
+            for numbers, truth in read():
+                coarse, _ = _loads(sampled(numbers, n // 2, edge))
+                found, taken = _loads(sampled(numbers, n, edge))
+                single.append(100 * np.abs(found - truth).max())
+                two.append(100 * np.abs(extrapolated(coarse, found, 2.0) - truth).max())
+                seconds.append(taken)
+            rows = ("/".join(f"{value:.2f}" for value in np.quantile(each, [0.5, 0.9, 1])) for each in (single, two))
+            print(f"{n} {edge}: {' and from n/2 and n '.join(rows)}; {1e3 * np.median(seconds):.0f} ms", flush=True)
+    for n in (16, 32, 64, 128):
+        for edge in edges:
+            errors = [100 * _off_carter(n, eighths / 8, edge) for eighths in range(8)]
+            print(f"{n} strips, {edge}: {min(errors):.2f} to {max(errors):.2f}", flush=True)
+
+
+def _loads(posed: vc.Scene) -> tuple[np.ndarray, float]:
+    """Fx, Fy and Mz by f Fz, and processor seconds."""
+    begun = time.process_time()
+    sol = vc.solve(posed, certify="none", tol=1e-4)
+    return np.array([*sol.force, sol.moment]) / FRICTION, time.process_time() - begun
+
+
+def _off_carter(n: int, moved: float, edge: Edge) -> float:
+    """Error of the force by Carter's creepage for 60 % of saturation, by f Fz, with a pressure that is solved for."""
+    contact = line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
+    exact = carter(contact, FRICTION, force=-0.6 * FRICTION * contact.force)
+    dx = 0.02 / n
+    motion = vc.Steady(vx=exact.creepage, slip_difference="second-order")
+    grid = vc.Grid(nx=n + 2, dx=dx, x0=-0.01 - (0.5 + moved) * dx, edge=edge)
+    posed = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=contact.force,
+        friction=FRICTION,
+        motion=motion,
+        grid=grid,
+    )
+    sol = vc.solve(posed, normal="newton", certify="none")
+    return (sol.force[0] - exact.force) / (FRICTION * contact.force)
 
 
 def unlike() -> None:

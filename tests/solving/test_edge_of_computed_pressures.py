@@ -1,0 +1,263 @@
+"""Elements that the edge of a computed contact cuts: their pressure is solved for on parts of them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact import energy
+from varcontact.problem.on_parts import SQUARE, STRIPS
+from varcontact.problem.parts import means
+
+PLACES = np.linspace(-2.0, 2.0, 161)
+ROLLS = vc.Steady(vx=0.03, vy=-0.02, spin=0.04)
+
+
+def surface():
+    """A bowl that is no paraboloid."""
+    x, y = np.meshgrid(PLACES, PLACES)
+    return vc.SampledDistance(0.5 * x**2 + 0.8 * y**2 + 0.05 * x**3 + 0.2 * y**4, x=PLACES, y=PLACES)
+
+
+def posed(edge="softened", cells=12, **changes):
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=surface(),
+        normal_force=1.0,
+        friction=0.3,
+        motion=ROLLS,
+        grid=vc.Grid(nx=cells, ny=cells, edge=edge),
+    )
+    return dataclasses.replace(scene, **changes)
+
+
+def loads(scene, **options):
+    """Fx, Fy and Mz by f Fz; the contact is about as long as one."""
+    sol = vc.solve(scene, **options)
+    return np.array([*sol.force, sol.moment]) / (0.3 * sol.normal_force)
+
+
+def second_order(scene):
+    """The slip of the second order, on the grid as it is."""
+    return dataclasses.replace(scene.second_order(), grid=scene.grid)
+
+
+# ----------------------------------------------------------------------------- Hertz's pressure, solved for
+
+
+@pytest.mark.parametrize("edge", ["touched", "softened"])
+def test_means_are_hertzs(rolling, edge):
+    """Pressures and what the contact covers tend to the closed forms; forces are those by these."""
+    off = []
+    for cells in (12, 24):
+        scene = second_order(rolling(grid=vc.Grid(nx=cells, ny=cells, edge=edge)))
+        exact, found = vc.solve(scene), vc.solve(scene, normal="newton")
+        assert found.pressure_on_parts.shape == (SQUARE[0] * found.grid.rows, SQUARE[1] * found.grid.nx)
+        np.testing.assert_allclose(found.pressure, means(found.pressure_on_parts, SQUARE), rtol=1e-14)
+        assert exact.pressure_on_parts is None
+        off.append(np.abs(found.pressure - exact.pressure).max() / exact.pressure.max())
+        covered = means((found.pressure_on_parts > 0).astype(float), SQUARE)
+        assert np.abs(covered - exact.scene.hertz.covered(*exact.grid.lines)).max() < 0.45
+        assert covered.sum() * found.grid.area == pytest.approx(np.pi * 1.2 * 0.9, rel=0.5 / cells)
+        moment = abs(found.moment - exact.moment)
+        assert np.max([*np.abs(found.force - exact.force), moment]) < 0.3 * (0.007 if cells == 12 else 0.002)
+    assert max(off) < 0.015
+
+
+def test_line_contact_means_are_hertzs():
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=1.0),
+        normal_force=0.01,
+        friction=0.3,
+        motion=vc.Steady(vx=0.01),
+        grid=vc.Grid(nx=16, edge="softened"),
+    )
+    exact, found = (vc.solve(second_order(scene), normal=normal) for normal in ("hertz", "newton"))
+    assert found.pressure_on_parts.shape == (1, STRIPS[1] * found.grid.nx)
+    np.testing.assert_allclose(found.pressure, exact.pressure, rtol=0, atol=3e-3 * exact.pressure.max())
+    assert found.force[0] == pytest.approx(exact.force[0], rel=3e-3)
+
+
+# ----------------------------------------------------------------------------- errors
+
+
+def moved_lattice(cells, moved, edge):
+    """So many elements across 2.2 by 1.6, moved by a part of an element."""
+    dx, dy = 2.2 / cells, 1.6 / cells
+    return vc.Grid(
+        nx=cells + 1, ny=cells + 1, dx=dx, dy=dy, x0=-1.1 - moved * dx, y0=-0.8 - 0.7 * moved * dy, edge=edge
+    )
+
+
+def test_errors_are_smaller_than_by_centres():
+    """On lattices moved by parts of an element: half the error on one grid, a third of that extrapolated from two."""
+    fine = [loads(second_order(posed("softened", cells)), certify="none") for cells in (64, 96)]
+    limit = fine[1] + (fine[1] - fine[0]) / (1.5**1.5 - 1)
+    off = {}
+    for edge in ("centres", "softened"):
+        single, two = [], []
+        for moved in (0.0, 0.3, 0.5, 0.8):
+            scenes = [second_order(posed(edge, grid=moved_lattice(cells, moved, edge))) for cells in (10, 20)]
+            coarse, finer = (loads(scene, certify="none") for scene in scenes)
+            single.append(finer - limit)
+            two.append(finer + (finer - coarse) / 3 - limit)
+        off[edge] = [np.sqrt(np.mean(np.square(each))) for each in (single, two)]
+    assert off["softened"][0] < 0.6 * off["centres"][0]
+    assert off["softened"][1] < 0.4 * off["centres"][1]
+
+
+def test_errors_in_line_contact_are_smaller_than_by_centres():
+    """Carter's creepage for 60 % of saturation, on moved strips, with the pressure solved for."""
+    contact = vc.reference.line_contact(1.0, vc.Bodies(G=1.0, nu=0.3), a=0.01)
+    exact = vc.reference.carter(contact, 0.3, force=-0.6 * 0.3 * contact.force)
+    off = {}
+    for edge in ("centres", "softened"):
+        errors = []
+        for moved in (0.0, 0.2, 0.4, 0.6, 0.8):
+            dx = 0.02 / 24
+            scene = vc.Scene(
+                bodies=vc.Bodies(G=1.0, nu=0.3),
+                surface=vc.Cylinders(R=1.0),
+                normal_force=contact.force,
+                friction=0.3,
+                motion=vc.Steady(vx=exact.creepage),
+                grid=vc.Grid(nx=26, dx=dx, x0=-0.01 - (0.5 + moved) * dx, edge=edge),
+            )
+            errors.append(loads(second_order(scene), normal="newton")[0] - exact.force / (0.3 * contact.force))
+        off[edge] = np.sqrt(np.mean(np.square(errors)))
+    assert off["softened"] < off["centres"] / 4
+    assert off["softened"] < 0.002
+
+
+# ----------------------------------------------------------------------------- one discrete problem
+
+
+def test_solvers_agree():
+    """Active sets, a QP and Newton's method on the parts; each certified."""
+    sols = [vc.solve(second_order(posed(cells=8)), normal=name) for name in ("norm", "clarabel", "newton")]
+    for sol in sols:
+        assert sol.certificate.residual < 1e-8
+        assert sol.certificate.normal_relative_gap < 1e-8
+        assert np.isfinite(sol.certificate.force_bound).all() and np.isfinite(sol.certificate.pressure_part).all()
+        largest = sols[0].pressure.max()
+        np.testing.assert_allclose(sol.pressure_on_parts, sols[0].pressure_on_parts, rtol=0, atol=1e-8 * largest)
+        np.testing.assert_allclose(sol.traction, sols[0].traction, rtol=0, atol=1e-8 * largest)
+    by_programs = vc.solve(second_order(posed(cells=8)), method="convex")
+    np.testing.assert_allclose(by_programs.traction, sols[0].traction, rtol=0, atol=1e-7 * largest)
+
+
+def test_the_certificate_judges_the_pressure_on_the_parts():
+    """A rough pressure: residual and gap tell, and the bound on forces holds what it does to them."""
+    exact = vc.solve(second_order(posed()))
+    rough = vc.solve(second_order(posed()), tol=1e-3, polish=False)
+    found = rough.certificate
+    assert exact.certificate.normal_residual < 1e-8
+    assert found.normal_residual > 10 * exact.certificate.normal_residual
+    off = np.abs([*(rough.force - exact.force), rough.moment - exact.moment])
+    assert np.all(off <= found.force_bound + exact.certificate.force_bound)
+
+
+def test_units_and_mirror():
+    """In mm and N, and on the other side of the x-axis: the same."""
+    sol = vc.solve(second_order(posed()))
+    mm = dataclasses.replace(
+        second_order(posed()),
+        bodies=vc.Bodies(G=8e4, nu=0.28),
+        surface=vc.SampledDistance(1e3 * surface().samples, x=1e3 * PLACES, y=1e3 * PLACES),
+        normal_force=8e10,
+        motion=dataclasses.replace(second_order(posed()).motion, spin=ROLLS.spin / 1e3),
+    )
+    other = vc.solve(mm)
+    np.testing.assert_allclose(other.force / 8e10, sol.force, rtol=1e-8)
+    assert other.moment / 8e13 == pytest.approx(sol.moment, rel=1e-8)
+    mirrored = vc.solve(second_order(posed(motion=vc.Steady(vx=0.03, vy=0.02, spin=-0.04))))
+    np.testing.assert_allclose(mirrored.force, sol.force * [1, -1], rtol=1e-7)
+    assert mirrored.moment == pytest.approx(-sol.moment, rel=1e-7)
+
+
+def test_prescribed_approach():
+    """The approach that carries a force is the one with which that force is carried."""
+    by_force = vc.solve(second_order(posed()))
+    by_approach = vc.solve(second_order(posed(normal_force=None, approach=by_force.approach, grid=by_force.grid)))
+    assert by_approach.normal_force == pytest.approx(1.0, rel=1e-9)
+    np.testing.assert_allclose(by_approach.force, by_force.force, rtol=1e-7)
+
+
+def test_a_grid_that_does_not_hold_the_contact_is_refused():
+    grid = vc.Grid(nx=12, ny=12, dx=0.14, dy=0.12, x0=-0.84, y0=-0.72, edge="softened")
+    with pytest.raises(vc.SceneError, match="does not contain the contact"):
+        vc.solve(posed(grid=grid))
+
+
+def test_forces_given_and_friction_by_element():
+    """Shifts and prescribed forces go with both edges, and so does a field of friction."""
+    sol = vc.solve(posed("touched", motion=vc.Shift(Fx=-0.2)))
+    assert sol.force[0] == pytest.approx(-0.2, rel=1e-9)
+    friction = np.linspace(0.2, 0.4, sol.grid.size).reshape(sol.grid.shape)
+    field = vc.solve(posed(grid=sol.grid, friction=friction))
+    assert np.all(np.hypot(*field.traction) <= friction * field.pressure * (1 + 1e-9))
+    assert field.certificate.residual < 1e-8
+
+
+# ----------------------------------------------------------------------------- what else knows the pressure
+
+
+def test_sensitivity():
+    """Derivatives of the forces are their differences."""
+    scene = second_order(posed(motion=vc.Steady(vx=0.03)))
+    slope, step = vc.solve(scene).sensitivity(), 1e-5
+    more, less = (
+        vc.solve(dataclasses.replace(scene, motion=dataclasses.replace(scene.motion, vx=0.03 + d))).force
+        for d in (step, -step)
+    )
+    np.testing.assert_allclose((more - less) / (2 * step), slope[:, 0], rtol=1e-4, atol=1e-4 * abs(slope[0, 0]))
+
+
+def test_energies_are_equal():
+    """Of pressures on the parts, and of tractions on the elements."""
+    problem = energy.posed(vc.solve(posed("touched", motion=vc.Shift(ux=0.02))))
+    for each, found in ((problem.normal, problem.pressure), (problem.tangential, problem.traction)):
+        assert energy.potential_energy(each, found) == pytest.approx(energy.complementary_energy(each, found), rel=1e-9)
+
+
+def test_files(tmp_path):
+    """The pressure on the parts is kept, and measured again; one that the elements do not bear is refused."""
+    sol = vc.solve(second_order(posed()))
+    path = tmp_path / "sol.nc"
+    sol.save(path)
+    again = vc.load(path)
+    assert again.note == ""
+    np.testing.assert_allclose(again.pressure_on_parts, sol.pressure_on_parts, rtol=1e-14)
+    rows, columns = sol.pressure_on_parts.shape
+    assert sol.to_xarray()["pressure_on_parts"].sizes == {"y_parts": rows, "x_parts": columns}
+    wrong = dataclasses.replace(sol, pressure_on_parts=1.01 * sol.pressure_on_parts)
+    wrong.save(path)
+    with pytest.raises(vc.OutputError, match="that these do not bear"):
+        vc.load(path)
+    wrong = dataclasses.replace(sol, pressure_on_parts=None)
+    wrong.save(path)
+    with pytest.raises(vc.OutputError, match="that is missing"):
+        vc.load(path)
+    rows, columns = SQUARE
+    whole = (means((sol.pressure_on_parts > 0).astype(float), SQUARE) == 1).repeat(rows, axis=0).repeat(columns, axis=1)
+    uneven = 0.01 * sol.pressure.max() * np.resize([1, -1], whole.shape) * whole  # whose means are zero
+    other = dataclasses.replace(sol, pressure_on_parts=sol.pressure_on_parts + uneven)
+    other.save(path)
+    assert "made anew" in vc.load(path).note
+
+
+def test_a_history(tmp_path):
+    """A steady state stays; a step without load has no pressure on the parts; the file has every step as it is."""
+    steady = vc.solve(posed("touched"))
+    motion = vc.Transient(steps=3, start=steady, vx=0.03, vy=-0.02, spin=0.04, normal_force=[1.0, 1.0, 0.0])
+    history = vc.solve(posed("touched", motion=motion, grid=steady.grid), store=tmp_path / "history.nc")
+    assert np.abs(history[1].traction - steady.traction).max() < 1e-8 * steady.pressure.max()
+    assert (
+        not history[2].pressure_on_parts.any() and history[2].pressure_on_parts.shape == steady.pressure_on_parts.shape
+    )
+    again = vc.load(tmp_path / "history.nc")
+    for k in range(3):
+        assert again[k].note == ""
+        np.testing.assert_array_equal(again[k].pressure_on_parts, history[k].pressure_on_parts)
