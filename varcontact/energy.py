@@ -27,7 +27,7 @@ from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretise import discretise
 from varcontact.problem.energies import complementary_energy, potential_energy
 from varcontact.problem.gap import gap, normal_gap, normal_residual, tangential_residual
-from varcontact.problem.on_parts import as_solved, with_parts
+from varcontact.problem.on_parts import normal_as_solved, with_parts
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 from varcontact.problem.slip import unit_slip
 from varcontact.results.solution import Solution
@@ -107,12 +107,12 @@ def posed(solution: Solution) -> Posed:
     if solution.friction is not None:
         disc = disc.rubbing(solution.friction)
     pressure, traction = solution.pressure / disc.pressure, solution.traction / disc.pressure
-    lattice, pressed, approach = as_solved(disc, pressure, (solution.approach - disc.base) / disc.displacement)
-    normal, level = lattice.normal_problem(traction if disc.K != 0 and traction.any() else None), np.array([approach])
+    approach = (solution.approach - disc.base) / disc.displacement
+    normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
     unit = disc.force * disc.displacement
     if motion is None or scene.frictionless:
         none = np.zeros((2, 0))
-        return Posed(normal, pressed.ravel(), level, None, none, np.zeros(2), unit)
+        return Posed(normal, pressed, level, None, none, np.zeros(2), unit)
     tangential = disc.tangential_problem(pressure, acting=traction)
     found = (np.array(solution.creepage[:2]) - motion.rigid[:2]) * unit_slip(disc)
-    return Posed(normal, pressed.ravel(), level, tangential, *tangential.of_grid(traction, found), unit)
+    return Posed(normal, pressed, level, tangential, *tangential.of_grid(traction, found), unit)

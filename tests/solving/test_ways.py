@@ -74,7 +74,7 @@ def test_a_history_by_the_steps_that_count():
 
 
 @pytest.mark.parametrize(("scene", "way", "reason"), [
-    (UNLIKE, Way(cells=8, edge="touched"), "the edge 'touched' is for pressures that tractions do not change"),
+    (UNLIKE, Way(cells=8, edge="touched"), "the edge 'touched' is for a pressure that tractions do"),
     (replace(SCENE, motion=None), Way(cells=8, edge="touched"), "nothing rubs"),
     (replace(SCENE, motion=vc.Shift(ux=0.1)), Way(cells=8, motion=(("spin_offset", 0.5),)), "is for steady rolling"),
 ])  # fmt: skip

@@ -80,9 +80,8 @@ def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, 
         Of the scene, or words.
     """
     assert sol.pressure_on_parts is not None
-    (rows, columns), (ny, nx) = sol.pressure_on_parts.shape, sol.grid.shape
     said = {"units": units.of("pressure", sol.scene.line), "long_name": "normal traction, on parts of elements"}
-    parts = sol.grid.divided((rows // ny, columns // nx))
+    parts, _ = sol.contact
     return {PRESSURE: (("y_parts", "x_parts"), sol.pressure_on_parts, said)}, _places(parts, units), parts
 
 
@@ -101,7 +100,7 @@ def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:
     ValueError
         If it cannot be that of the solution.
     """
-    wanted = sol.scene.touched and not sol.plan.closed_form
+    wanted = sol.plan.cells(sol.scene) != (1, 1)
     if (pressure is not None) != wanted:
         raise ValueError("a pressure on parts of the elements that is missing, or should be")
     if pressure is None:

@@ -9,6 +9,7 @@ from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, many_on_parts, road
+from varcontact.scene.consistency import why_centres
 from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
@@ -116,17 +117,11 @@ def make_plan(
 
 def _check_edge(scene: Scene, normal: str) -> None:
     """What part of an element bears pressure is found before the tractions, from distances all over the element."""
-    if not scene.touched or normal == "hertz":
-        return
-    if scene.bodies.K != 0 and not scene.frictionless:
-        why = f"is for a pressure that tractions do not change, and the bodies are unlike (K = {scene.bodies.K:.3g})"
-        remedy = 'use "centres"'
-    elif any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
-        why = "needs distances on parts of the elements, and samples without coordinates have none"
-        remedy = 'give surface.x and surface.y, or use "centres"'
-    else:
-        return
-    raise SceneError("grid.edge", scene.edge, '"centres"', message=f'grid.edge = "{scene.edge}" {why}; {remedy}')
+    why = why_centres(scene) if scene.touched and normal != "hertz" else ""
+    if why:
+        remedy = "give surface.x and surface.y, or use" if scene.bodies.K == 0 or scene.frictionless else "use"
+        message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
+        raise SceneError("grid.edge", scene.edge, '"centres"', message=message)
 
 
 def _normal(scene: Scene, wanted: str, way: Road, method: str) -> tuple[str, str]:

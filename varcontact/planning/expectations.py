@@ -17,7 +17,6 @@ from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.mirror import mirror
-from varcontact.problem.on_parts import cells_of
 from varcontact.problem.out_of_reach import out_of_reach
 from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Shift, Steady
@@ -140,7 +139,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
 
 
 def _at_most(scene: Scene, plan: Plan, elements: int) -> Counted:
-    pressed = elements * (1 if plan.closed_form else math.prod(cells_of(scene.edge, scene.line)))
+    pressed = elements * math.prod(plan.cells(scene))
     if isinstance(scene.friction, np.ndarray):
         return Counted(pressed, elements, min(elements, int(np.sum(scene.friction > 0))), exact=False)
     return Counted(pressed, elements, elements, exact=False)

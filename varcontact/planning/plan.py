@@ -9,6 +9,8 @@ from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.planning.costs import Cost
 from varcontact.planning.sizes import Sizes
+from varcontact.problem.on_parts import cells_of
+from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import (
     MATRIX_FREE,
@@ -84,6 +86,15 @@ class Plan:
     def closed_form(self) -> bool:
         """Whether the pressure is Hertz's."""
         return self.normal == "hertz"
+
+    def cells(self, scene: Scene) -> Cells:
+        """Parts of an element along y and x on which the pressure is solved for; (1, 1): on the elements, or nowhere.
+
+        Parameters
+        ----------
+        scene : Scene
+        """
+        return (1, 1) if self.closed_form else cells_of(scene.edge, scene.line)
 
     @property
     def rubs(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.mirror import mirror_of
-from varcontact.problem.on_parts import as_solved, cells_of
+from varcontact.problem.on_parts import normal_as_solved
 from varcontact.problem.operators import DryRun, Operators
 from varcontact.problem.state import ContactState
 from varcontact.problem.symmetric import DENSE_LIMIT
@@ -116,7 +117,8 @@ class Counted:
     Attributes
     ----------
     normal, contact, tangential : int
-        Of the normal problem, of the contact, and of the tangential problem.
+        Of the normal problem, where its unknowns are on parts of elements of these parts, of the contact, and of the
+        tangential problem.
     components : int
         Of the tractions: 1 or 2.
     mirrored : bool
@@ -159,7 +161,7 @@ def sizes_found(scene: Scene, disc: Discretisation, plan: Plan, state: ContactSt
 
 def _reachable(disc: Discretisation, state: ContactState, traction: np.ndarray | None) -> int:
     """Elements of the normal problem, or parts of them, that can come into contact at all."""
-    return as_solved(disc, state.pressure, state.approach)[0].normal_problem(traction).reachable().distance.size
+    return normal_as_solved(disc, state.pressure, state.approach, traction)[0].reachable().distance.size
 
 
 def folds(plan: Plan) -> bool:
@@ -187,7 +189,8 @@ def sizes_of(
         dx and dy of the elements, where known [length].
     counted : Counted
     """
-    elements = {"normal": counted.normal}
+    cells = plan.cells(scene)
+    elements = {"normal": math.ceil(counted.normal / math.prod(cells))}
     unknowns = {"normal": 0 if plan.closed_form else counted.normal}
     if plan.rubs:
         elements["tangential"] = counted.tangential
@@ -228,11 +231,11 @@ def _tables(scene: Scene, plan: Plan, shape: tuple[int, int]) -> Iterator[Matrix
         needed(lambda: operators.traction_to_distance, "K != 0: distances due to tractions")
     for name, size in dry.bytes.items():
         yield Matrix(name, "table", 2 * shape[0] - 1, 2 * shape[1] - 1, size, reasons[name])
-    cells = (1, 1) if plan.closed_form else cells_of(scene.edge, scene.line)
+    cells = plan.cells(scene)
     if cells != (1, 1):
         rows, columns = shape[0] * cells[0], shape[1] * cells[1]
-        size = table_bytes(rows, columns, 1)
-        yield Matrix("A_zz", "table", 2 * rows - 1, 2 * columns - 1, size, "pressures on parts of the elements")
+        size, why = table_bytes(rows, columns, 1), "pressures on parts of the elements"
+        yield Matrix("A_zz of parts", "table", 2 * rows - 1, 2 * columns - 1, size, why)
 
 
 def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[Matrix]:

@@ -22,7 +22,7 @@ from varcontact.problem.gap import (
     tangential_residual,
     worst,
 )
-from varcontact.problem.on_parts import as_solved
+from varcontact.problem.on_parts import normal_as_solved
 from varcontact.problem.parts import means
 from varcontact.problem.problem import TangentialProblem
 
@@ -106,7 +106,8 @@ class Certificate:
 
         Against the exact solution of the discrete problem. Infinite where no such bound is known: for unlike bodies,
         whose pressure depends on the tractions, under a law of friction, whose coefficient depends on the slip, where
-        S is not found to be positive definite, and where it is left out.
+        S is not found to be positive definite, with elements softened as far as a pressure covers them that is not
+        exact enough to tell, and where it is left out.
         """
         return self._bounds.whole
 
@@ -176,23 +177,20 @@ def certify_problems(
     -------
     Certificate
     """
-    coupled = disc.K != 0
-    posed, pressed, nearer = as_solved(disc, pressure, approach)
-    normal = posed.normal_problem(traction if coupled and np.any(traction) else None)
-    normal_error = normal_residual(normal, pressed.ravel(), np.array([nearer]))
+    normal, pressed, level_of_contact = normal_as_solved(disc, pressure, approach, traction)
+    normal_error = normal_residual(normal, pressed, level_of_contact)
     tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
     if level == "auto":
         level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
     absolute = normal_relative = np.nan
     if level != "none":
-        absolute, normal_relative = normal_gap(normal, pressed.ravel(), np.array([nearer]))
+        absolute, normal_relative = normal_gap(normal, pressed, level_of_contact)
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     flat = traction.reshape(2, -1)
     stray = np.delete(flat, bearing, axis=1)  # what acts where no friction can carry it is all error
     residual = relative(float(magnitude(stray).max(initial=0.0)), float(magnitude(flat).max()))
     relative_gap, whole = normal_relative, normal_error
     if tangential is not None and tangential.size > 0:
-        level_of_contact = np.array([approach])
         whole = worst(whole, handed_on(disc, normal, pressure, level_of_contact, traction, rigid))
         tractions, shifts = tangential.of_grid(traction, rigid)
         residual = worst(residual, tangential_residual(tangential, tractions, shifts))
@@ -253,11 +251,14 @@ def _of_tractions(
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
     error = None
     if not (tangential.no_slip or tangential.free):
-        posed, pressed, nearer = as_solved(disc, pressure, approach)
-        error = pressure_error(posed.normal_problem(), pressed.ravel(), nearer)
+        normal, pressed, level = normal_as_solved(disc, pressure, approach)
+        error = pressure_error(normal, pressed, float(level[0]))
     if error is None:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.full(3, np.nan)
-    possible = means(error.possible.reshape(pressed.shape).astype(float), disc.cells) > 0
+    if disc.softening is not None and np.any(error.possible & (pressed <= error.size)):
+        return unknown(outputs_of(tangential)), np.full(3, np.nan)  # how far elements give way is open
+    of_parts = error.possible.reshape(disc.grid.divided(disc.cells).shape)
+    possible = means(of_parts.astype(float), disc.cells) > 0
     wider = disc.tangential_problem(pressure, acting=traction, possible=possible)
     of_means = error.size / math.sqrt(math.prod(disc.cells))
     part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.coefficient))))

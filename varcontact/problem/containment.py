@@ -31,7 +31,7 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
 
     Looked for on the lattice one element further, where the contact reaches the potential contact's edge; and
     at all samples that lie outside, where a sampled distance has its own coordinates. Where the pressure was solved for
-    on parts of the elements after that on the elements, only the parts around these are left to look at.
+    on parts of the elements, the next parts are looked at.
 
     Parameters
     ----------
@@ -40,16 +40,31 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     closed_form : bool
         Whether the pressure is Hertz's: then his ellipse tells.
     """
-    if disc.on_parts is not None:
-        return _beyond(*_parted(disc, state), closed_form)
-    found = _beyond(disc, state, closed_form)
+    lattice, solved = _as_solved(disc, state)
+    found = _beyond(lattice, solved, closed_form)
+    if found is None and lattice is not disc:
+        found = _where_nothing_is_known(lattice, solved)
     return _overlapping_samples(disc, state) if found is None else found
 
 
-def _parted(disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
+def _as_solved(disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
     """The same on parts of the elements, where the pressure was solved for on these."""
+    if disc.pressure_on_parts is None:
+        return disc, state
     parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
     return parts, replace(unloaded(parts.grid), pressure=pressure, approach=approach)
+
+
+def _where_nothing_is_known(disc: Discretisation, state: ContactState) -> Box | None:
+    """The box of parts of elements in contact whose centres lie beyond the samples, or None."""
+    if not isinstance(disc.surface, SampledDistance):
+        return None
+    (left, right, bottom, top), grid = disc.surface.box, disc.grid
+    x, y = grid.x[None, :], grid.y[:, None]
+    slack = 1e-9 * max(grid.sides)
+    within = (x >= left - slack) & (x <= right + slack) & (y >= bottom - slack) & (y <= top + slack)
+    beyond = (state.pressure > 0) & ~within
+    return contact_box(grid, beyond) if beyond.any() else None
 
 
 def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box | None:

@@ -86,7 +86,7 @@ class Discretisation:
         Influence numbers on the dimensionless grid.
     carried : Carried, optional
         In a step of a history: what the step before left.
-    on_parts : ndarray, shape (ny rows, nx columns), optional
+    pressure_on_parts : ndarray, shape (ny rows, nx columns), optional
         The pressure on equal parts of the elements, dimensionless, where it was solved for there; the elements then
         bear the means. See `varcontact.problem.on_parts`.
     """
@@ -105,7 +105,7 @@ class Discretisation:
     pressure: float
     operators: Operators
     carried: Carried | None = None
-    on_parts: np.ndarray | None = None
+    pressure_on_parts: np.ndarray | None = None
 
     @property
     def K(self) -> float:
@@ -201,14 +201,14 @@ class Discretisation:
     @cached_property
     def covered(self) -> np.ndarray | None:
         """Parts of the elements that the contact covers, (ny, nx), as far as that is known: between 0 and 1."""
-        if self.on_parts is not None:
-            return means((self.on_parts > 0).astype(float), self.cells)
+        if self.pressure_on_parts is not None:
+            return means((self.pressure_on_parts > 0).astype(float), self.cells)
         return None if self.hertz is None else self.hertz.covered(*self.grid.lines)
 
     @property
     def cells(self) -> Cells:
         """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for elements alone."""
-        rows, columns = self.grid.shape if self.on_parts is None else self.on_parts.shape
+        rows, columns = self.grid.shape if self.pressure_on_parts is None else self.pressure_on_parts.shape
         return rows // self.grid.rows, columns // self.grid.nx
 
     @property

@@ -13,7 +13,7 @@ from varcontact.problem.out_of_reach import check_range, out_of_reach
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Paraboloids, Surface
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 
 
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
@@ -80,7 +80,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     )
 
 
-def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid) -> np.ndarray:
+def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid, beyond: float = 0.0) -> np.ndarray:
     """Undeformed distance at the element centres; that of an ellipse has its Hertzian radii.
 
     Parameters
@@ -90,12 +90,16 @@ def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid
         Needed for an ellipse.
     grid : Grid
         Explicit, physical.
+    beyond : float
+        As of `SampledDistance.distance` [length].
 
     Returns
     -------
     ndarray, shape (ny, nx)
         [length]
     """
+    if isinstance(surface, SampledDistance):
+        return surface.distance(grid, beyond)
     if isinstance(surface, Ellipse):
         assert hertz is not None
         return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.on_parts import as_solved
+from varcontact.problem.on_parts import normal_as_solved
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 
 ROUNDING = 4 * float(np.finfo(float).eps)
@@ -42,10 +42,8 @@ def residuals(
     normal, tangential, handed_on : float
         Relative to the largest pressure or traction.
     """
-    coupled = disc.K != 0 and np.any(traction)
-    posed, pressed, nearer = as_solved(disc, pressure, approach)
-    normal, level = posed.normal_problem(traction if coupled else None), np.array([nearer])
-    normal_error = normal_residual(normal, pressed.ravel(), level)
+    normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
+    normal_error = normal_residual(normal, pressed, level)
     tangential_error = _of_tractions(disc, pressure, traction, rigid)
     return normal_error, tangential_error, handed_on(disc, normal, pressure, level, traction, rigid)
 

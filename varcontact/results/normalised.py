@@ -53,7 +53,8 @@ def normalised(sol: Solution) -> Normalised:
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     if not 0 < limit < math.inf:
         limit = sol.normal_force
-    line, area = sol.scene.line, sol.areas["contact"]
+    lattice, contact = sol.contact
+    line, area = sol.scene.line, float(contact.sum()) * lattice.area
     hertz = sol.scene.hertz
     if hertz is not None:
         size, area = (hertz.a, 2 * hertz.a) if line else (math.sqrt(hertz.a * hertz.b), math.pi * hertz.a * hertz.b)

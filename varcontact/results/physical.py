@@ -70,7 +70,7 @@ def solution_of(
         branch=state.branch,
         solved_by=state.solved_by,
         calls=calls,
-        pressure_on_parts=None if disc.on_parts is None else disc.on_parts * disc.pressure,
+        pressure_on_parts=None if disc.pressure_on_parts is None else disc.pressure_on_parts * disc.pressure,
     )
 
 

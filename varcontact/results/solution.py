@@ -11,7 +11,7 @@ from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretise import undeformed_distance
-from varcontact.problem.slip import SLIP, STICK
+from varcontact.problem.slip import EXTERIOR, SLIP, STICK
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
@@ -216,8 +216,19 @@ class Solution(Delivered):
 
     @property
     def areas(self) -> dict[str, float]:
-        """Areas of contact, stick and slip; in line contact per unit length: widths."""
+        """Areas of contact, stick and slip, of whole elements; in line contact per unit length: widths."""
         return {name: count * self.grid.area for name, count in self.elements.items()}
+
+    @property
+    def contact(self) -> tuple[Grid, np.ndarray]:
+        """Where there is contact, as exactly as the pressure is known: a grid, and bool (ny, nx) on it.
+
+        It is the grid of the elements, or that of their parts where the pressure was solved for on these.
+        """
+        if self.pressure_on_parts is None:
+            return self.grid, self.state != EXTERIOR
+        (rows, columns), (ny, nx) = self.pressure_on_parts.shape, self.grid.shape
+        return self.grid.divided((rows // ny, columns // nx)), self.pressure_on_parts > 0
 
     @property
     def motion(self) -> Motion | None:

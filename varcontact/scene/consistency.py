@@ -148,6 +148,20 @@ def check_line(scene: Scene) -> None:
             )
 
 
+def why_centres(scene: Scene) -> str:
+    """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    if scene.bodies.K != 0 and not scene.frictionless:
+        return f"is for a pressure that tractions do not change, and the bodies are unlike (K = {scene.bodies.K:.3g})"
+    if any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
+        return "needs distances on parts of the elements, and samples without coordinates have none"
+    return ""
+
+
 def check_edge(scene: Scene) -> None:
     """Elements at the edge are not softened in a history.
 

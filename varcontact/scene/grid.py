@@ -45,7 +45,7 @@ class Grid:
     edge : {"centres", "touched", "softened"}
         Which elements that the contact's edge cuts belong to it: those with their centre inside, as in CONTACT, with
         the pressure at the centre; or every one that the contact touches, with the pressure averaged over the whole
-        element: Hertz's in closed form, any other solved for on equal parts of the elements, 2 by 2, in line contact 8.
+        element: Hertz's in closed form, any other solved for on equal parts of the elements, 3 by 3, in line contact 7.
         "softened" has the second, and elements that are covered in part give way more to their own traction: with
         ``Steady(slip_difference="second-order")`` it is for accurate forces on coarse grids, see `Scene.second_order`.
         "touched" and "softened" are for pressures that tractions do not change, and not for samples without

@@ -19,7 +19,7 @@ from varcontact.scene import consistency, words
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.transient import Transient
@@ -196,9 +196,8 @@ class Scene(Generic[MotionT_co]):
         if not isinstance(self.grid, Grid):
             raise SceneError("grid", self.grid, "a Grid: its edge is to be softened")
         motion = replace(self.motion, slip_difference="second-order", spin_offset=None)
-        known = not isinstance(self.surface, SampledDistance) or self.surface.placed
-        softened = known and (self.bodies.K == 0 or self.frictionless)
-        return replace(self, motion=motion, grid=replace(self.grid, edge="softened" if softened else "centres"))
+        edge: Edge = "centres" if consistency.why_centres(self) else "softened"
+        return replace(self, motion=motion, grid=replace(self.grid, edge=edge))
 
     @cached_property
     def hertz(self) -> HertzContact | None:

@@ -262,7 +262,7 @@ class SampledDistance:
         bottom, top = (-0.5, 0.5) if self.line else (float(y[0]), float(y[-1]))
         return float(x[0]), float(x[-1]), bottom, top
 
-    def distance(self, grid: Grid) -> np.ndarray:
+    def distance(self, grid: Grid, beyond: float = 0.0) -> np.ndarray:
         """Undeformed distance at the element centres.
 
         A bicubic spline; beside cliffs, where splines swing below the samples, Akima's interpolation, which
@@ -272,6 +272,8 @@ class SampledDistance:
         ----------
         grid : Grid
             Explicit.
+        beyond : float
+            How far its centres may go beyond the samples [length]: there the nearest samples count.
 
         Returns
         -------
@@ -288,7 +290,7 @@ class SampledDistance:
                 raise checks.wrong_shape("surface.h", self.h.shape, f"of the grid's shape {grid.shape}")
             return self.samples
         left, right, bottom, top = self.box
-        slack = 1e-9 * (right - left if self.line else max(right - left, top - bottom))
+        slack = beyond + 1e-9 * (right - left if self.line else max(right - left, top - bottom))
         inside = left - slack <= grid.x[0] and grid.x[-1] <= right + slack
         if not (inside and bottom - slack <= grid.y[0] and grid.y[-1] <= top + slack):
             box = tuple(round(v, 12) for v in grid.box)

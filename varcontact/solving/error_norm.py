@@ -13,11 +13,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.problem.slip import EXTERIOR
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 
 NORMAL = ("approach", "normal_force", "peak_pressure")
@@ -221,24 +219,16 @@ def semi_axes(sol: Solution) -> tuple[float, float]:
     """
     hertz = sol.scene.hertz
     if sol.scene.line:
-        lattice, contact = _contact_of(sol)
+        lattice, contact = sol.contact
         return (np.sum(contact) * lattice.area / 2 if hertz is None else hertz.a), 1.0
     if hertz is not None:
         return hertz.a, hertz.b
-    lattice, contact = _contact_of(sol)
+    lattice, contact = sol.contact
     (dx, dy), size = lattice.sides, math.sqrt(np.sum(contact) * lattice.area / math.pi)
     x, y = np.broadcast_arrays(lattice.x[None, :], lattice.y[:, None])
     # what is within the elements counts as well: a single row of elements is not infinitely slender
     ratio = math.sqrt((x[contact].var() + dx**2 / 12) / (y[contact].var() + dy**2 / 12))
     return size * math.sqrt(ratio), size / math.sqrt(ratio)
-
-
-def _contact_of(sol: Solution) -> tuple[Grid, np.ndarray]:
-    """The contact of a solution, on its elements, or on the parts on which its pressure was solved for."""
-    if sol.pressure_on_parts is None:
-        return sol.grid, sol.state != EXTERIOR
-    (rows, columns), (ny, nx) = sol.pressure_on_parts.shape, sol.grid.shape
-    return sol.grid.divided((rows // ny, columns // nx)), sol.pressure_on_parts > 0
 
 
 def _saturation(scene: Scene, limit: float, a: float, b: float) -> tuple[float, float]:

@@ -113,18 +113,14 @@ def on_a_grid_that_holds_it(
         steps.clock.adopt("grid", looks.clock.tally("normal"))
     if near is not None and begun is None:
         begun = partial(_rubbing_as, near)
-    moved, averaged = 0, scene.touched and not closed_form
-    first = _finding(scene, steps) if averaged else steps
+    moved = 0
     for attempt in range(20):
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
-        state = first.pressure(disc, unloaded(grid) if last is None else last.on(disc))
+        disc, state = _pressed(scene, disc, steps, unloaded(grid) if last is None else last.on(disc), attempt < 3)
         with steps.clock("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
-        if averaged and overlap is None and closer is None:
-            disc, state = steps.on_parts(disc, state)
-            overlap = outside(disc, state)
         if (overlap is None and closer is None) or (coupled and moved):
             state = contact(disc, steps, state if begun is None else begun(disc, state))
             if not coupled:
@@ -149,11 +145,22 @@ def on_a_grid_that_holds_it(
     )
 
 
-def _finding(scene: Scene, steps: Steps) -> Steps:
-    """The methods of a pressure that only tells where the contact is, before it is solved for on parts of elements."""
+def _pressed(
+    scene: Scene, disc: Discretisation, steps: Steps, state: ContactState, may_move: bool
+) -> tuple[Discretisation, ContactState]:
+    """The pressure without tractions; on parts of the elements only where the grid is the last one, as far as known."""
+    if steps.plan.cells(scene) == (1, 1):
+        return disc, steps.pressure(disc, state)
+    if known_grid(scene).explicit:
+        return steps.pressed_on_parts(disc, state)
     few = not (steps.plan.convex or many_elements(scene, together=False))
     plan = replace(steps.plan, normal="norm") if few else steps.plan
-    return replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)
+    with steps.clock("grid"):
+        look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False, clock=Clock())
+        state = look.pressure(disc, state)
+        steps.clock.adopt("grid", look.clock.tally("normal"))
+        moves = outside(disc, state) is not None or (may_move and fitted(scene, disc.grid, state.pressure) is not None)
+    return (disc, state) if moves else steps.pressed_on_parts(disc, state)
 
 
 @dataclass(frozen=True, eq=False)

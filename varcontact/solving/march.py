@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from varcontact.problem.contact_grid import enlarged
 from varcontact.problem.containment import outside
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
-from varcontact.problem.on_parts import apart
+from varcontact.problem.on_parts import parted, unpressed
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
@@ -94,7 +94,8 @@ class March:
         fields = np.concatenate([start.traction, start.pressure[None]])
         fields = start_grid.interpolated(start.grid, fields, grid)
         state = start_grid.sampled(start.grid, start.state, grid)
-        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state)
+        known: dict[str, Any] = {"traction": fields[:2], "pressure": fields[2], "state": state}
+        return replace(start, grid=grid, **known, pressure_on_parts=None)
 
     def forget(self) -> None:
         """Let go of what the operators keep for the next step."""
@@ -116,14 +117,14 @@ class March:
         with steps.clock("carried"):
             scene, disc = self.problem(k, before)
         state = begun(state_of(disc, before), steps)
-        averaged = scene.touched and not steps.plan.closed_form
-        if without_load(disc, closed_form=steps.plan.closed_form):
-            return without_contact(scene, apart(disc) if averaged else disc, steps)
+        cells = steps.plan.cells(scene)
+        if without_load(disc if cells == (1, 1) else parted(disc, cells), closed_form=steps.plan.closed_form):
+            return without_contact(scene, disc if cells == (1, 1) else unpressed(disc), steps)
         if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
-        elif averaged:
-            disc, state = steps.on_parts(disc, state)
+        elif cells != (1, 1):
+            disc, state = steps.pressed_on_parts(disc, state)
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
@@ -241,7 +242,7 @@ def without_load(disc: Discretisation, closed_form: bool) -> bool:
     Parameters
     ----------
     disc : Discretisation
-        Of the step.
+        Of the step: of its elements, or of the parts of these on which the pressure is solved for.
     closed_form : bool
         Whether Hertz's pressure is taken, of which elements may see nothing.
     """

@@ -86,7 +86,7 @@ def noise(
         return _look(posed, pressure_on(posed))
 
     try:
-        found = look(0.0) if disc.K != 0 or disc.on_parts is not None else _look(disc, state)
+        found = look(0.0) if disc.K != 0 or disc.pressure_on_parts is not None else _look(disc, state)
         without = look(SHORTEST * element)
         if found.apart(without) < RULES:
             return ""
@@ -143,12 +143,14 @@ def _message(found: Look, without: Look, shortest: float, helps: float, scene: S
     def unit(quantity: str) -> str:
         return f" {scene.units.of(quantity, scene.line)}" if scene.units is not None else ""
 
+    by_centres = " at the elements' centres" if scene.touched else ""
     patches = ""
     if without.patches != found.patches:
         patches = f", in {without.patches} patch{'es' * (without.patches > 1)} in place of {found.patches}"
     text = (
         f"noise rules the pressure: without waves of the surface shorter than {shortest:.3g}{unit('length')}, four "
-        f"elements, the largest is {without.peak:.3g} in place of {found.peak:.3g}{unit('pressure')}{patches}; "
+        f"elements, the largest{by_centres} is {without.peak:.3g} in place of {found.peak:.3g}"
+        f"{unit('pressure')}{patches}; "
     )
     if helps == 0:
         return text + "no smoothing settles it: measure the surface again, or take the answer for this grid alone"

@@ -21,7 +21,7 @@ from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
-from varcontact.problem.on_parts import as_solved, with_parts
+from varcontact.problem.on_parts import normal_as_solved, with_parts
 from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
@@ -216,9 +216,7 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
 def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:
     """Whether residuals and gaps are no larger than the certificate says, but for rounding."""
     told, traction = sol.certificate, state.traction
-    lattice, pressed, nearer = as_solved(disc, state.pressure, state.approach)
-    normal = lattice.normal_problem(traction if disc.K != 0 and np.any(traction) else None)
-    flat, level = pressed.ravel(), np.array([nearer])
+    normal, flat, level = normal_as_solved(disc, state.pressure, state.approach, traction)
     found = {"normal_residual": normal_residual(normal, flat, level), "residual": 0.0}
     gaps = {"normal_relative_gap": normal_gap(normal, flat, level)[1]}
     if disc.frictionless:

@@ -19,11 +19,13 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
+from varcontact.problem.on_parts import cells_of, parted, with_parts
+from varcontact.problem.parts import means
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -289,7 +291,8 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     traction : array_like, shape (2, ny, nx)
         Tangential tractions on body 1 [force/area].
     pressure : array_like, shape (ny, nx), optional
-        Pressures [force/area]; Hertz's, where the surface is Hertzian and none are given.
+        Pressures [force/area]; Hertz's, where the surface is Hertzian and none are given. With elements at the edge
+        that count in part those on the parts, as of `Solution.pressure_on_parts`.
 
     Returns
     -------
@@ -333,18 +336,11 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))
     else:
-        if grid.edge != "centres":
-            raise SceneError(
-                "grid.edge",
-                grid.edge,
-                '"centres"',
-                message=f'grid.edge = "{grid.edge}": a pressure on the elements does not tell how much of them the '
-                'contact covers; use "centres"',
-            )
-        pressures = _field("pressure", pressure, grid.shape, disc.pressure)
+        cells = cells_of(grid.edge, grid.line)
+        pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
-        state = _given_pressure(disc, pressures / disc.pressure)
+        disc, state = _with_pressure(disc, pressures, cells)
     tractions = _field("traction", traction, (2, *grid.shape), disc.pressure) / disc.pressure
     if isinstance(scene.friction, Law):
         disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
@@ -365,11 +361,15 @@ def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) 
     return array
 
 
-def _given_pressure(disc: Discretisation, pressure: np.ndarray) -> ContactState:
-    """A state with a pressure from outside: the approach is that of the elements it acts on, weighted."""
-    problem = disc.normal_problem()
+def _with_pressure(disc: Discretisation, pressure: np.ndarray, cells: Cells) -> tuple[Discretisation, ContactState]:
+    """A contact with a pressure from outside: the approach is that of the elements, or parts, it acts on, weighted."""
+    given = pressure / disc.pressure
+    lattice = disc if cells == (1, 1) else parted(disc, cells)
+    problem = lattice.normal_problem()
     approach = problem.approach
     if approach is None:
-        level = problem.distance + problem.operator.apply(pressure.reshape(1, -1))[0]
-        approach = float(pressure.ravel() @ level / pressure.sum())
-    return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
+        level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
+        approach = float(given.ravel() @ level / given.sum())
+    approach += (lattice.base - disc.base) / disc.displacement
+    state = replace(unloaded(disc.grid), pressure=means(given, cells), approach=approach)
+    return (disc if lattice is disc else with_parts(disc, pressure)), state

@@ -113,8 +113,8 @@ class Steps:
                 **_answered(state, "normal", raw),
             )
 
-    def on_parts(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
-        """The same, but with the pressure solved for on parts of the elements, where those at the edge count in part.
+    def pressed_on_parts(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
+        """A contact with its pressure solved for on parts of the elements, where those at the edge count in part.
 
         Parameters
         ----------
@@ -130,14 +130,12 @@ class Steps:
             With its means.
         """
         cells = cells_of(disc.grid.edge, disc.line)
-        if self.plan.closed_form or cells == (1, 1):
-            return disc, state
         parts = parted(disc, cells)
         begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
-        deeper = (disc.base - parts.base) / disc.displacement
-        solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + deeper))
-        means_of = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - deeper)
-        return replace(disc, on_parts=solved.pressure), means_of
+        higher = (disc.base - parts.base) / disc.displacement
+        solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + higher))
+        found = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - higher)
+        return replace(disc, pressure_on_parts=solved.pressure), found
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure.

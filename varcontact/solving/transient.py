@@ -21,7 +21,7 @@ from varcontact.planning.plan import Plan
 from varcontact.problem.contact_grid import common_grid, wanted_grid
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
@@ -192,6 +192,13 @@ def largest_contacts(scene: Scene) -> list[Scene]:
     return list(largest.values())
 
 
+def _edge_of_steps(grid: Grid, steps: Steps) -> Edge:
+    """The edge of the start's `grid` as steps can have it: never softened, and by centres where tractions count."""
+    if grid.edge == "centres" or steps.plan.coupling != "none":
+        return "centres"
+    return "touched"
+
+
 def _grid(scene: Scene, contacts: list[Scene], steps: Steps, refine: bool) -> Grid:
     """One grid for the whole history: the scene's own, that of the start, or one that holds every contact.
 
@@ -201,8 +208,7 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps, refine: bool) -> Gr
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
     if motion.start is not None and scene.grid == "auto" and not motion.interpolate:
-        closed_form = steps.plan.closed_form
-        return motion.start.grid if closed_form else replace(motion.start.grid, edge="centres")
+        return replace(motion.start.grid, edge=_edge_of_steps(motion.start.grid, steps))
     plan = replace(steps.plan, tangential="none", coupling="none")
     found = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock())) for each in contacts]
     for disc, state in found:

@@ -13,9 +13,11 @@ from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
+from varcontact.scene.consistency import why_centres
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import values
 from varcontact.solving.solve import solve
 
@@ -108,8 +110,11 @@ class Way:
         ----------
         scene : Scene
         """
-        if self.edge != "centres" and scene.bodies.K != 0 and not scene.frictionless:
-            return f"the edge {self.edge!r} is for pressures that tractions do not change"
+        why = why_centres(scene) if self.edge != "centres" else ""
+        if why:
+            return f"the edge {self.edge!r} {why}"
+        if self.edge == "softened" and isinstance(scene.motion, Transient):
+            return "the edge 'softened' is for steady rolling and shifts"
         if scene.frictionless and (self.edge != "centres" or self.motion or "tangential" in dict(self.options)):
             return "nothing rubs: the same as with elements by their centres"
         if self.motion and not isinstance(scene.motion, Steady):

@@ -12,7 +12,6 @@ from varcontact.machine import memory
 from varcontact.planning.costs import seconds_of
 from varcontact.planning.memory import peak
 from varcontact.planning.plan import Plan
-from varcontact.problem.on_parts import cells_of
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -263,8 +262,7 @@ class Climb:
 
     def _bytes(self, n: int) -> float:
         elements = self.ladder.elements(n)
-        pressed = elements * math.prod(cells_of(self.ladder.edge, self.ladder.line))
-        needed = 0.0 if self.plan.closed_form else peak(self.plan.normal, "", pressed)
+        needed = 0.0 if self.plan.closed_form else peak(self.plan.normal, "", elements)
         tangential = peak(self.plan.tangential, self.plan.formulation, 2 * elements) if self.plan.rubs else 0.0
         motion = self.scene.motion
         kept = bytes_of_steps(motion, elements) if isinstance(motion, Transient) else 0.0
