@@ -45,7 +45,8 @@ class Solution(Delivered):
         Relative slip of body 1 over body 2 in the contact: slip velocity by rolling velocity [-] in rolling, the
         local shift [length] in a shift (also in a step of a history that does not roll); zero outside.
     distance : ndarray, shape (ny, nx)
-        Deformed distance [length].
+        Deformed distance at the elements' centres [length]. Where elements bear mean pressures, see `Grid`, it is not
+        quite zero in the contact.
     state : int8 ndarray, shape (ny, nx)
         0 exterior, 1 stick, 2 slip.
     approach : float
@@ -178,7 +179,7 @@ class Solution(Delivered):
 
     @property
     def max_pressure(self) -> float:
-        """Largest pressure of an element; by `error_estimate`, where there is one."""
+        """Largest pressure of an element, or mean over one, see `Grid`; by `error_estimate`, where there is one."""
         return self._extrapolated("peak_pressure", self.pressure.max())
 
     @property
