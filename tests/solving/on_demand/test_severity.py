@@ -42,9 +42,9 @@ def test_short_steps_are_severe_and_more_so_under_a_force():
         return severity(replace(UNLIKE, motion=vc.Transient(steps=3, **motion))) / severity(UNLIKE)
 
     assert of(dq=2.0, vx=1e-3) == of(dq=0.0, ux=1e-3) == 1
-    assert of(dq=0.01, vx=1e-3) == pytest.approx(10)
-    assert of(dq=[0.0, 1.0, 0.01], vx=1e-3) == pytest.approx(10)
-    assert of(dq=0.01, Fx=1e-5) == of(dq=0.01, Fy=[None, None, 1e-5]) == pytest.approx(1000**0.5)
+    assert of(dq=0.04, vx=1e-3) == of(dq=[0.0, 1.0, 0.04], vx=1e-3) == pytest.approx(5)
+    assert of(dq=0.0625, Fx=1e-5) == of(dq=0.0625, Fy=[None, None, 1e-5]) == pytest.approx(8)
+    assert of(dq=1e-4, vx=1e-3) == of(dq=0.03, vx=1e-3)
 
 
 def test_the_least_friction_counts():

@@ -58,11 +58,11 @@ class Law:
         return self.floor * severity**self.power * n**-self.fall
 
     def expected(self, n: float, severity: float = 1.0, likely: float = 1.0) -> float:
-        """The estimate that `n` elements across a contact lead to by a step `likely` times the usual."""
+        """The estimate that `n` elements lead to in a scene of this `severity`, by a step `likely` times the usual."""
         return self.share * likely * self.usual * n**-self.order + self.remainder(n, severity)
 
     def alone(self, n: float, severity: float = 1.0) -> float:
-        """Estimated error of an answer on a single grid of `n` elements across a contact."""
+        """Estimated error of an answer on a single grid of `n` elements across, in a scene of this `severity`."""
         return self.single * severity**self.power * n**-self.order
 
     def error(self, step: float, n: float, severity: float = 1.0) -> float:
@@ -127,7 +127,7 @@ class Ladder:
         return max(self.coarsest, math.ceil(part * n))
 
     def first(self, accuracy: float, severity: float, likely: float = 1.0) -> int:
-        """Fewest elements across a contact that reach an `accuracy` by a step `likely` times the usual."""
+        """Fewest elements that reach an `accuracy` in a scene of this `severity`, by a step `likely` times usual."""
         n = math.ceil(1.5 * self.coarsest)
         while self.law.expected(n, severity, likely) > accuracy:
             n = math.ceil(1.05 * n)

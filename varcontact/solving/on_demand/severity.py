@@ -12,9 +12,11 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 
 COUPLED = 0.5, 2.0
-"""Between these the errors of histories grow with K/f; beyond, most of the contact slips."""
+"""Between these the errors of histories are taken to grow with K/f."""
 FREE, FORCED = 0.5, 0.75
 """The power of half the contact's length by that of a step with which they grow: with creepages, and under forces."""
+SHORTEST = 0.03
+"""Length of a step by half that of the contact, below which they do not grow any more."""
 
 
 def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> float:
@@ -78,4 +80,5 @@ def shortness(motion: Transient, a: float) -> float:
         Half the contact's length [length].
     """
     steps = zip(motion.every("dq"), motion.every("Fx"), motion.every("Fy"), strict=True)
-    return max((a / dq) ** (FREE if force == [None, None] else FORCED) if 0 < dq < a else 1.0 for dq, *force in steps)
+    rolled = [(min(max(dq / a, SHORTEST), 1.0), force) for dq, *force in steps if dq > 0]
+    return max((part ** -(FREE if force == [None, None] else FORCED) for part, force in rolled), default=1.0)
