@@ -23,11 +23,12 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.random_scenes import KINDS, scenes
-from varcontact.errors import VarcontactError
+from varcontact.errors import SceneError, VarcontactError
 from varcontact.planning.choice import make_plan
 from varcontact.solving.error_norm import semi_axes, units, values
 from varcontact.solving.on_demand.climb import BESIDE, COARSER, GREATEST_STEP, LEAST_STEP, LIKELY, SPARE
-from varcontact.solving.on_demand.ladder import LADDERS, Ladder, Law, kind_of, slenderness
+from varcontact.solving.on_demand.ladder import LADDERS, Ladder, Law, kind_of
+from varcontact.solving.on_demand.severity import severity_of
 
 CELLS = (4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 144)
 CELLS_IN_LINE = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
@@ -75,7 +76,7 @@ def climbed(scene: vc.Scene, finest: int) -> dict[str, object]:
     fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.law.order)
     return {
         "key": list(key),
-        "slender": 1.0 if scene.line else slenderness(*semi_axes(largest_contact(answers[-1][0]))),
+        "severity": severity_of(scene, make_plan(scene), semi_axes(largest_contact(answers[-1][0]))),
         "cells": cells,
         "names": list(per),
         "units": list(per.values()),
@@ -117,12 +118,12 @@ def part_of_step(cells: list[int], i: int, j: int, order: float) -> float:
     return 1 / ((cells[j] / cells[i]) ** order - 1)
 
 
-def covering(chosen: list[dict], order: float, share: float, fall: float, arms: float, taken: float) -> Law:
+def covering(chosen: list[dict], order: float, share: float, fall: float, power: float, taken: float) -> Law:
     """The law of that form with the least floor that covers the errors of all pairs of grids."""
     floor, steps, single = 1e-4, [], 0.0
     for record in chosen:
         cells, found, exact = record["cells"], np.array(record["found"]), np.array(record["continuum"])
-        larger = record["slender"] ** arms
+        larger = record["severity"] ** power
         for j, n in enumerate(cells[:-1]):
             if j < COARSE:
                 single = max(single, abs(found[j] - exact).max() * n**order / larger)
@@ -133,7 +134,7 @@ def covering(chosen: list[dict], order: float, share: float, fall: float, arms: 
                     floor = max(floor, (error - share * abs(step).max()) * n**fall / larger)
                     steps.append(abs(step).max() * n**order)
     usual = max(float(np.median(steps)), 1e-12)
-    return Law(order, share, float(SAFETY * floor), fall, usual, float(SAFETY * single), arms, taken)
+    return Law(order, share, float(SAFETY * floor), fall, usual, float(SAFETY * single), power, taken)
 
 
 def climb(record: dict, law: Law, coarsest: int, accuracy: float) -> float:
@@ -145,14 +146,14 @@ def climb(record: dict, law: Law, coarsest: int, accuracy: float) -> float:
         return int(np.argmin(abs(np.log(np.array(cells) / n))))
 
     n = math.ceil(1.5 * coarsest)
-    while law.expected(n, record["slender"], LIKELY) > accuracy and n < cells[-1]:
+    while law.expected(n, record["severity"], LIKELY) > accuracy and n < cells[-1]:
         n = math.ceil(1.05 * n)
     j = max(nearest(n), 1)
     solved = [min(nearest(max(coarsest, COARSER * n)), j - 1)]
     while True:
         i = min(solved, key=lambda place: abs(math.log(cells[place] / (BESIDE * cells[j]))))
         step = abs(found[j] - found[i]).max() * part_of_step(cells, i, j, law.order)
-        estimate = law.error(step, cells[j], record["slender"])
+        estimate = law.error(step, cells[j], record["severity"])
         solved.append(j)
         if estimate <= accuracy or j == len(cells) - 1:
             return float(seconds[solved].sum())
@@ -165,9 +166,10 @@ def fit(path: Path) -> None:
     every = records(path, SURE)
     for key in sorted({tuple(each["key"]) for each in every}):
         chosen = [each for each in every if tuple(each["key"]) == key]
-        arms = (0.0,) if key[0] else (0.0, 1.0, 2.0)
+        powers = (0.0, 1.0, 2.0) if any(each["severity"] != 1 for each in chosen) else (0.0,)
         best: tuple[float, Law] | None = None
-        for form in itertools.product((1.5, 1.75, 2.0), (0.5, 1.0, 2.0, 3.0), (1.0, 1.25, 1.5, 2.0), arms, (0.5, 1.0)):
+        forms = itertools.product((1.5, 1.75, 2.0), (0.5, 1.0, 2.0, 3.0), (1.0, 1.25, 1.5, 2.0), powers, (0.5, 1.0))
+        for form in forms:
             law = covering(chosen, *form)
             cost = float(np.mean([by_best_grid(chosen, law, LADDERS[key].coarsest, goal) for goal in ACCURACIES]))
             if best is None or cost < best[0]:
@@ -197,12 +199,19 @@ def prove(path: Path, kinds: list[str], count: int, seed: int) -> None:
             outcomes = [asked(record, scene, accuracy, sure) for record, scene in tried]
             _print(f"{kind}, accuracy {accuracy:g}", np.array([o for o in outcomes if o is not None]), len(outcomes))
         for budget in BUDGETS:
-            outcomes = [timed(record, scene, budget) for record, scene in tried]
-            ratio, error = np.array(outcomes).T
-            print(
-                f"{kind}, time_budget {budget:g}: seconds by budget median {np.median(ratio):.2f}, "
-                f"worst {ratio.max():.2f}; error median {np.median(error):.1e}, worst {error.max():.1e}"
-            )
+            _print_times(f"{kind}, time_budget {budget:g}", [timed(record, scene, budget) for record, scene in tried])
+
+
+def _print_times(name: str, outcomes: list[tuple[float, float] | None]) -> None:
+    answered = [outcome for outcome in outcomes if outcome is not None]
+    if not answered:
+        print(f"{name}: all {len(outcomes)} given up")
+        return
+    ratio, error = np.array(answered).T
+    print(
+        f"{name}: {len(answered)} of {len(outcomes)} scenes, seconds by budget median {np.median(ratio):.2f}, "
+        f"worst {ratio.max():.2f}; error median {np.median(error):.1e}, worst {error.max():.1e}"
+    )
 
 
 def _print(name: str, outcomes: np.ndarray, count: int) -> None:
@@ -258,10 +267,13 @@ def spent_on(record: dict, scene: vc.Scene, place: int) -> float:
     return time.process_time() - begun
 
 
-def timed(record: dict, scene: vc.Scene, budget: float) -> tuple[float, float]:
-    """Seconds by the budget, and error."""
+def timed(record: dict, scene: vc.Scene, budget: float) -> tuple[float, float] | None:
+    """Seconds by the budget, and error; a history that is given up has neither."""
     begun = time.perf_counter()
-    sol = vc.solve(scene, time_budget=budget)
+    try:
+        sol = vc.solve(scene, time_budget=budget)
+    except SceneError:
+        return None
     return (time.perf_counter() - begun) / budget, error_of(record, sol)
 
 

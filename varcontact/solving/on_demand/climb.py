@@ -19,7 +19,8 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import creepage_names, friction_limit, semi_axes, units, values
 from varcontact.solving.on_demand.asked import Asked
-from varcontact.solving.on_demand.ladder import Ladder, ladder_of, slenderness
+from varcontact.solving.on_demand.ladder import Ladder, ladder_of
+from varcontact.solving.on_demand.severity import severity_of
 from varcontact.solving.transient import bytes_of_steps
 
 Progress = Callable[[str], None]
@@ -110,11 +111,11 @@ class Climb:
         """
         accuracy = self.asked.accuracy
         assert accuracy is not None
-        n = self.ladder.first(accuracy, self.slender, LIKELY)
+        n = self.ladder.first(accuracy, self.severity, LIKELY)
         if not self._fits(n):
             raise self._out_of_reach(accuracy)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
-        n = self.ladder.first(accuracy, self.slender, LIKELY)  # whether it is slender may be known only now
+        n = self.ladder.first(accuracy, self.severity, LIKELY)  # how severe it is may be known only now
         n = max(n if self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
             self.on(n)
@@ -178,14 +179,14 @@ class Climb:
         return with_values(fine.answer, ErrorEstimate(best, exact, how, solves, *self._asked))
 
     @property
-    def slender(self) -> float:
-        """How slender the contact is, as far as that is known: before the first answer by Hertz."""
+    def severity(self) -> float:
+        """By how much its errors are larger than others', as far as that is known: before the first answer by Hertz."""
         hertz = self.scene.hertz
-        if self.scene.line:
-            return 1.0
         if hertz is not None:
-            return slenderness(hertz.a, hertz.b)
-        return slenderness(*semi_axes(_largest(self.rungs[-1].answer))) if self.rungs else 1.0
+            axes: tuple[float, float] | None = (hertz.a, hertz.b)
+        else:
+            axes = semi_axes(_largest(self.rungs[-1].answer)) if self.rungs else None
+        return severity_of(self.scene, self.plan, axes)
 
     @property
     def _asked(self) -> tuple[float | None, float | None]:
@@ -227,10 +228,10 @@ class Climb:
 
     def answer(self) -> Answer:
         """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
-        fine, law, slender = self.rungs[-1], self.ladder.law, self.slender
+        fine, law, severity = self.rungs[-1], self.ladder.law, self.severity
         solves = tuple(Solve(*_cells(rung.answer), rung.seconds) for rung in self.rungs)
         if len(self.rungs) == 1:
-            errors = {name: law.alone(fine.n, slender) for name in fine.values}
+            errors = {name: law.alone(fine.n, severity) for name in fine.values}
             how = f"by the usual error on {fine.n} elements across the contact: there was no time for a second grid"
             best = fine.values
         else:
@@ -238,10 +239,10 @@ class Climb:
             part = 1 / ((fine.n / coarse.n) ** law.order - 1)
             steps = {name: (value - coarse.values[name]) * part for name, value in fine.values.items()}
             per = units(fine.answer)
-            errors = {name: law.error(step / per[name], fine.n, slender) for name, step in steps.items()}
+            errors = {name: law.error(step / per[name], fine.n, severity) for name, step in steps.items()}
             best = {name: value + law.taken * steps[name] for name, value in fine.values.items()}
             how = (
-                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n, slender):.1e} "
+                f"{law.share:g} times the step to the extrapolated value, and {law.remainder(fine.n, severity):.1e} "
                 f"(measured on {self.ladder.name}); extrapolated with order {law.order:g} "
                 f"from {coarse.n} and {fine.n} elements across the contact"
             )
@@ -284,7 +285,7 @@ class Climb:
         return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
 
     def _out_of_reach(self, accuracy: float) -> TooLarge:
-        n, reached = self.ladder.first(accuracy, self.slender), self.ladder.law.expected(self.most(), self.slender)
+        n, reached = self.ladder.first(accuracy, self.severity), self.ladder.law.expected(self.most(), self.severity)
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 

@@ -10,6 +10,7 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solving.on_demand.severity import slenderness
 
 
 @dataclass(frozen=True)
@@ -23,13 +24,14 @@ class Law:
     share : float
         Largest error of the value by the step from the finer grid's to the extrapolated one.
     floor, fall : float
-        What is added to that: ``floor s^arms n^-fall``, s for slender contacts, see `slenderness`.
+        What is added to that: ``floor s^power n^-fall``, s as of `severity_of`.
     usual : float
         The step to the extrapolated value, usually: ``usual n^-order``.
     single : float
-        Largest error of an answer on one grid: ``single s^arms n^-order``.
-    arms : float
-        By which power of their slenderness errors of slender contacts are larger: 1, as the arms of moments, 2 or 0.
+        Largest error of an answer on one grid: ``single s^power n^-order``.
+    power : float
+        By which power of their severity errors of scenes are larger: 1, as the arms of moments in slender contacts,
+        2 or 0.
     taken : float
         Which part of the step to the extrapolated value is taken: 1, or less where errors jump from grid to grid.
     """
@@ -40,30 +42,30 @@ class Law:
     fall: float
     usual: float
     single: float
-    arms: float = 1.0
+    power: float = 1.0
     taken: float = 1.0
 
-    def remainder(self, n: float, slender: float = 1.0) -> float:
+    def remainder(self, n: float, severity: float = 1.0) -> float:
         """The part of the estimate that two answers do not show.
 
         Parameters
         ----------
         n : float
             Elements across the contact.
-        slender : float
-            As of `slenderness`.
+        severity : float
+            As of `severity_of`.
         """
-        return self.floor * slender**self.arms * n**-self.fall
+        return self.floor * severity**self.power * n**-self.fall
 
-    def expected(self, n: float, slender: float = 1.0, likely: float = 1.0) -> float:
-        """The estimate that `n` elements across a contact, so `slender`, lead to by a step `likely` times the usual."""
-        return self.share * likely * self.usual * n**-self.order + self.remainder(n, slender)
+    def expected(self, n: float, severity: float = 1.0, likely: float = 1.0) -> float:
+        """The estimate that `n` elements lead to in a scene of this `severity`, by a step `likely` times the usual."""
+        return self.share * likely * self.usual * n**-self.order + self.remainder(n, severity)
 
-    def alone(self, n: float, slender: float = 1.0) -> float:
-        """Estimated error of an answer on a single grid of `n` elements across a contact, so `slender`."""
-        return self.single * slender**self.arms * n**-self.order
+    def alone(self, n: float, severity: float = 1.0) -> float:
+        """Estimated error of an answer on a single grid of `n` elements across, in a scene of this `severity`."""
+        return self.single * severity**self.power * n**-self.order
 
-    def error(self, step: float, n: float, slender: float = 1.0) -> float:
+    def error(self, step: float, n: float, severity: float = 1.0) -> float:
         """Estimated error of a value from two grids.
 
         Parameters
@@ -72,21 +74,10 @@ class Law:
             From the value on the finer grid to the extrapolated one, whatever part of it is `taken`.
         n : float
             Elements across the contact on that grid.
-        slender : float
-            As of `slenderness`.
+        severity : float
+            As of `severity_of`.
         """
-        return self.share * abs(step) + self.remainder(n, slender)
-
-
-def slenderness(a: float, b: float) -> float:
-    """The longer semi-axis of a contact by the mean of both: by so much the arms of moments are longer.
-
-    Parameters
-    ----------
-    a, b : float
-        [length]
-    """
-    return math.sqrt(max(a / b, b / a))
+        return self.share * abs(step) + self.remainder(n, severity)
 
 
 @dataclass(frozen=True)
@@ -135,10 +126,10 @@ class Ladder:
         """Elements across the contact on the first of two grids, `part` of the `n` on the second."""
         return max(self.coarsest, math.ceil(part * n))
 
-    def first(self, accuracy: float, slender: float, likely: float = 1.0) -> int:
-        """Fewest elements across a contact, so `slender`, that reach an `accuracy` by a step `likely` times usual."""
+    def first(self, accuracy: float, severity: float, likely: float = 1.0) -> int:
+        """Fewest elements that reach an `accuracy` in a scene of this `severity`, by a step `likely` times usual."""
         n = math.ceil(1.5 * self.coarsest)
-        while self.law.expected(n, slender, likely) > accuracy:
+        while self.law.expected(n, severity, likely) > accuracy:
             n = math.ceil(1.05 * n)
         return n
 
@@ -152,7 +143,7 @@ LADDERS = {
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(2.0, 2.0, 0.273, 1.5, 0.267, 2.2, arms=0.0),
+        Law(2.0, 2.0, 0.273, 1.5, 0.267, 2.2, power=0.0),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -160,7 +151,7 @@ LADDERS = {
     ),
     (False, "hertz", "slender steady"): Ladder(
         "slender contacts, rolling under Hertz's pressure",
-        Law(1.5, 3.0, 0.074, 2.0, 0.149, 0.16, arms=2.0, taken=0.5),
+        Law(1.5, 3.0, 0.074, 2.0, 0.149, 0.16, power=2.0, taken=0.5),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -200,7 +191,9 @@ LADDERS = {
         second_order=True,
     ),
     (False, "coupled", "shift"): Ladder("shifts of unlike bodies", Law(2.0, 2.0, 0.35, 2.0, 0.23, 0.6), coarsest=4),
-    (False, "coupled", "history"): Ladder("histories of unlike bodies", Law(2.0, 2.0, 0.55, 1.5, 0.7, 3.1), coarsest=4),
+    (False, "coupled", "history"): Ladder(
+        "histories of unlike bodies", Law(2.0, 1.0, 1.7, 2.0, 0.79, 3.2, taken=0.5), coarsest=4
+    ),
     (True, "hertz", "steady"): Ladder(
         "line contact, rolling under Hertz's pressure",
         Law(1.75, 0.5, 0.12, 1.25, 0.077, 0.67),

@@ -1,0 +1,84 @@
+"""By how much the errors of a scene are larger than those of others of its class, as known before it is solved."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from varcontact.planning.plan import Plan
+from varcontact.scene.friction import Law
+from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
+
+COUPLED = 0.5, 2.0
+"""Between these the errors of histories are taken to grow with K/f."""
+FREE, FORCED = 0.5, 0.75
+"""The power of half the contact's length by that of a step with which they grow: with creepages, and under forces."""
+SHORTEST = 0.03
+"""Length of a step by half that of the contact, below which they do not grow any more."""
+
+
+def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> float:
+    """Of a slender contact its slenderness; of a history of unlike bodies how strong the coupling is, and short a step.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+    axes : tuple of float, optional
+        Semi-axes of the contact along x and y, if they are known [length].
+    """
+    if scene.line or axes is None:
+        return 1.0
+    if isinstance(scene.motion, Transient) and plan.rubs and plan.coupling != "none":
+        strong = min(max(coupling_strength(scene), COUPLED[0]), COUPLED[1])
+        return strong * shortness(scene.motion, axes[0]) * math.sqrt(slenderness(*axes))
+    return slenderness(*axes)
+
+
+def slenderness(a: float, b: float) -> float:
+    """The longer semi-axis of a contact by the mean of both: by so much the arms of moments are longer.
+
+    Parameters
+    ----------
+    a, b : float
+        [length]
+    """
+    return math.sqrt(max(a / b, b / a))
+
+
+def coupling_strength(scene: Scene) -> float:
+    """K/f: the tractions that pressures alone call for, by those that friction carries.
+
+    Parameters
+    ----------
+    scene : Scene
+        With friction, in one step at least.
+
+    Returns
+    -------
+    float
+        With the least coefficient that is not zero.
+    """
+    laws = [f for f in scene.frictions if isinstance(f, Law)]
+    numbers = [np.ravel(f) for f in scene.frictions if f is not None and not isinstance(f, Law)]
+    coefficients = np.concatenate([*numbers, [law.kinetic or law.static for law in laws]])
+    return abs(scene.bodies.K) / float(coefficients[coefficients > 0].min())
+
+
+def shortness(motion: Transient, a: float) -> float:
+    """By how much errors of a history are larger where it rolls in short steps.
+
+    Under a force they are those of a shift by the length of the step, the creepage.
+
+    Parameters
+    ----------
+    motion : Transient
+        With lengths of its steps.
+    a : float
+        Half the contact's length [length].
+    """
+    steps = zip(motion.every("dq"), motion.every("Fx"), motion.every("Fy"), strict=True)
+    rolled = [(min(max(dq / a, SHORTEST), 1.0), force) for dq, *force in steps if dq > 0]
+    return max((part ** -(FREE if force == [None, None] else FORCED) for part, force in rolled), default=1.0)
