@@ -65,7 +65,7 @@ def _osqp(tol: float) -> dict[str, Any]:
 
 def _scs(tol: float) -> dict[str, Any]:
     asked = _splitting(tol)
-    return {"eps_abs": asked, "eps_rel": asked, "max_iters": 20_000}
+    return {"eps_abs": asked, "eps_rel": asked, "max_iters": 50_000}
 
 
 def _piqp(tol: float) -> dict[str, Any]:
