@@ -89,6 +89,8 @@ class Discretisation:
     pressure_on_parts : ndarray, shape (ny rows, nx columns), optional
         The pressure on equal parts of the elements, dimensionless, where it was solved for there; the elements then
         bear the means. See `varcontact.problem.on_parts`.
+    parts : Discretisation, optional
+        The same contact on those parts, for its normal problem.
     """
 
     bodies: Bodies
@@ -106,6 +108,7 @@ class Discretisation:
     operators: Operators
     carried: Carried | None = None
     pressure_on_parts: np.ndarray | None = None
+    parts: Discretisation | None = None
 
     @property
     def K(self) -> float:

@@ -55,7 +55,7 @@ def parted(disc: Discretisation, cells: Cells) -> Discretisation:
     grid = disc.grid.divided(cells)
     distance = undeformed_distance(disc.surface, disc.hertz, grid, beyond=max(disc.grid.sides) / 2)
     operators = disc.operators.divided(cells)
-    return replace(disc, grid=grid, distance=distance, operators=operators, pressure_on_parts=None)
+    return replace(disc, grid=grid, distance=distance, operators=operators, pressure_on_parts=None, parts=None)
 
 
 def with_parts(disc: Discretisation, pressure: np.ndarray | None) -> Discretisation:
@@ -67,7 +67,11 @@ def with_parts(disc: Discretisation, pressure: np.ndarray | None) -> Discretisat
     pressure : ndarray, shape (ny rows, nx columns), or None
         [force/area]
     """
-    return disc if pressure is None else replace(disc, pressure_on_parts=pressure / disc.pressure)
+    if pressure is None:
+        return disc
+    (rows, columns), (ny, nx) = pressure.shape, disc.grid.shape
+    parts = parted(disc, (rows // ny, columns // nx))
+    return replace(disc, pressure_on_parts=pressure / disc.pressure, parts=parts)
 
 
 def unpressed(disc: Discretisation) -> Discretisation:
@@ -100,9 +104,9 @@ def as_solved(disc: Discretisation, pressure: np.ndarray, approach: float) -> tu
     float
         The approach, dimensionless.
     """
-    if disc.pressure_on_parts is None:
+    if disc.pressure_on_parts is None or disc.parts is None:
         return disc, pressure, approach
-    parts = parted(disc, disc.cells)
+    parts = disc.parts
     return parts, disc.pressure_on_parts, approach + (disc.base - parts.base) / disc.displacement
 
 

@@ -135,7 +135,7 @@ class Steps:
         higher = (disc.base - parts.base) / disc.displacement
         solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + higher))
         found = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - higher)
-        return replace(disc, pressure_on_parts=solved.pressure), found
+        return replace(disc, pressure_on_parts=solved.pressure, parts=parts), found
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure.
