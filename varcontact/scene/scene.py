@@ -19,7 +19,7 @@ from varcontact.scene import consistency, words
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
-from varcontact.scene.grid import Edge, Grid
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.transient import Transient
@@ -169,8 +169,7 @@ class Scene(Generic[MotionT_co]):
         """The same steady rolling, discretised for accurate forces on coarse grids in place of as CONTACT does.
 
         ``Steady(slip_difference="second-order")`` with the spin offset that goes with it, and ``Grid(edge="softened")``
-        where tractions do not change the pressure, and it can be found on parts of the elements: not for samples
-        without coordinates. See docs/sampling.md for what it gains.
+        where tractions do not change the pressure, but for samples without coordinates. See docs/sampling.md.
 
         Returns
         -------
@@ -196,8 +195,8 @@ class Scene(Generic[MotionT_co]):
         if not isinstance(self.grid, Grid):
             raise SceneError("grid", self.grid, "a Grid: its edge is to be softened")
         motion = replace(self.motion, slip_difference="second-order", spin_offset=None)
-        edge: Edge = "centres" if consistency.why_centres(self) else "softened"
-        return replace(self, motion=motion, grid=replace(self.grid, edge=edge))
+        grid = replace(self.grid, edge="centres" if consistency.why_centres(self) else "softened")
+        return replace(self, motion=motion, grid=grid)
 
     @cached_property
     def hertz(self) -> HertzContact | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from varcontact.problem.on_parts import parted, unpressed
 from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -94,8 +94,7 @@ class March:
         fields = np.concatenate([start.traction, start.pressure[None]])
         fields = start_grid.interpolated(start.grid, fields, grid)
         state = start_grid.sampled(start.grid, start.state, grid)
-        known: dict[str, Any] = {"traction": fields[:2], "pressure": fields[2], "state": state}
-        return replace(start, grid=grid, **known, pressure_on_parts=None)
+        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state, pressure_on_parts=None)
 
     def forget(self) -> None:
         """Let go of what the operators keep for the next step."""
@@ -118,7 +117,7 @@ class March:
             scene, disc = self.problem(k, before)
         state = begun(state_of(disc, before), steps)
         cells = steps.plan.cells(scene)
-        if without_load(disc if cells == (1, 1) else parted(disc, cells), closed_form=steps.plan.closed_form):
+        if without_load(disc, steps.plan.closed_form, cells):
             return without_contact(scene, disc if cells == (1, 1) else unpressed(disc), steps)
         if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
@@ -236,19 +235,21 @@ def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: S
         enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
 
 
-def without_load(disc: Discretisation, closed_form: bool) -> bool:
+def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:
     """Whether a step has no contact: no load, or an approach at which no element's centre is in contact.
 
     Parameters
     ----------
     disc : Discretisation
-        Of the step: of its elements, or of the parts of these on which the pressure is solved for.
+        Of the step.
     closed_form : bool
         Whether Hertz's pressure is taken, of which elements may see nothing.
+    cells : tuple of int
+        Parts of an element along y and x on which the pressure is solved for.
     """
     if disc.approach is None:
         return disc.normal_force == 0
-    if disc.approach <= disc.base:
+    if disc.approach <= (disc if cells == (1, 1) else parted(disc, cells)).base:
         return True
     if not closed_form:
         return False

@@ -19,7 +19,7 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
-from varcontact.problem.on_parts import cells_of, parted, with_parts
+from varcontact.problem.on_parts import cells_of, with_parts
 from varcontact.problem.parts import means
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.history import History
@@ -363,13 +363,12 @@ def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) 
 
 def _with_pressure(disc: Discretisation, pressure: np.ndarray, cells: Cells) -> tuple[Discretisation, ContactState]:
     """A contact with a pressure from outside: the approach is that of the elements, or parts, it acts on, weighted."""
-    given = pressure / disc.pressure
-    lattice = disc if cells == (1, 1) else parted(disc, cells)
+    given, posed = pressure / disc.pressure, disc if cells == (1, 1) else with_parts(disc, pressure)
+    lattice = posed.parts or posed
     problem = lattice.normal_problem()
     approach = problem.approach
     if approach is None:
         level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
         approach = float(given.ravel() @ level / given.sum())
     approach += (lattice.base - disc.base) / disc.displacement
-    state = replace(unloaded(disc.grid), pressure=means(given, cells), approach=approach)
-    return (disc if lattice is disc else with_parts(disc, pressure)), state
+    return posed, replace(unloaded(disc.grid), pressure=means(given, cells), approach=approach)
