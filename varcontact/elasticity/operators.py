@@ -15,6 +15,9 @@ from varcontact.scene.grid import Grid
 REMEMBERED = 2
 """Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""
 
+FEW = 160
+"""Elements of a grid up to which a product with its whole matrix, assembled once, is faster than one by FFT."""
+
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
 
@@ -65,7 +68,7 @@ class GridOperator:
         return matrix.reshape(rows * n, columns * m)
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product with tractions on the whole grid, by zero-padded FFT.
+        """Product with tractions on the whole grid, by zero-padded FFT; with few elements by the matrix.
 
         Parameters
         ----------
@@ -77,6 +80,8 @@ class GridOperator:
         """
         from scipy import fft
 
+        if self.shape[0] * self.shape[1] <= FEW:
+            return (self._whole @ tractions.ravel()).reshape(-1, *self.shape)
         (ny, nx), (height, width) = self.shape, self._fft_shape
         spectrum = fft.fft(fft.rfft(tractions, width, axis=-1), height, axis=-2, overwrite_x=True)
         product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._kernel])
@@ -124,6 +129,11 @@ class GridOperator:
         self.__dict__.pop("_kept", None)
         for part in self.__dict__.pop("_parts", {}).values():
             part.forget()
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        """The matrix of all elements of a small grid."""
+        return self.dense(np.arange(self.shape[0] * self.shape[1]))
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
