@@ -115,8 +115,8 @@ class Climb:
         if not self._fits(n):
             raise self._out_of_reach(accuracy)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
-        n = self.ladder.first(accuracy, self.severity, LIKELY)  # how severe it is may be known only now
-        n = max(n if self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
+        n, before = self.ladder.first(accuracy, self.severity, LIKELY), n  # how severe it is may be known only now
+        n = max(n if n == before or self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
             self.on(n)
             answer = self.answer()
