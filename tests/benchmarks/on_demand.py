@@ -38,7 +38,7 @@ ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 BUDGETS = (0.03, 0.1, 0.3, 1.0)
 COARSE = 4
 """Grids that may be solved alone, where there is no time for a second one."""
-COVERED, BEYOND = 0.998, 1.1
+COVERED, BEYOND = 0.997, 1.2
 """The part of all errors that are below their estimates, and the largest error by its own."""
 SAFETY = 1.3
 """By which the estimate of a single grid is larger than the scenes that it is fitted to ask for."""
@@ -169,8 +169,12 @@ def climb(record: dict, law: Law, coarsest: int, accuracy: float) -> float:
         step = abs(found[j] - found[i]).max() * part_of_step(cells, i, j, law.order)
         estimate = law.error(step, cells[j], record["severity"])
         solved.append(j)
-        if estimate <= accuracy or j == len(cells) - 1:
+        if estimate <= accuracy:
             return float(seconds[solved].sum())
+        if j == len(cells) - 1:  # as many more elements as the law asks for, and as much more time
+            while law.share * step * (cells[j] / n) ** law.order + law.remainder(n, record["severity"]) > accuracy:
+                n = math.ceil(1.05 * n)
+            return float(seconds[solved].sum() + seconds[j] * max(n / cells[j], 1.0) ** 2)
         more = SPARE * (estimate / accuracy) ** (1 / law.order)
         j = max(j + 1, nearest(cells[j] * min(max(more, LEAST_STEP), GREATEST_STEP)))
 

@@ -1,4 +1,4 @@
-"""Products by FFT, dense blocks, and what the operators must be: symmetric, definite."""
+"""Products by FFT and by the matrix, dense blocks, and what the operators must be: symmetric, definite."""
 
 import numpy as np
 import pytest
@@ -8,14 +8,18 @@ from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.operators import influence_operator
 
 GRID = vc.Grid(nx=9, ny=7, dx=0.3, dy=0.5, x0=0.0, y0=0.0)
+LARGER = vc.Grid(nx=19, ny=13, dx=0.3, dy=0.5, x0=0.0, y0=0.0)
 
 
+@pytest.mark.parametrize("grid", [GRID, LARGER])
 @pytest.mark.parametrize("lag", [None, 0.3, 0.1])
 @pytest.mark.parametrize(("rows", "columns"), [("z", "z"), ("xy", "xy"), ("xy", "z"), ("z", "xy"), ("xyz", "xyz")])
-def test_fft_product_is_the_dense_product(rows, columns, lag):
-    operator = influence_operator(GRID, rows, columns, nu=0.3, K=0.2, lag=lag)
-    tractions = np.random.default_rng(1).normal(size=(len(columns), *GRID.shape))
-    dense = operator.dense(np.arange(63)) @ tractions.ravel()
+def test_product_is_the_dense_product(rows, columns, lag, grid):
+    """By the matrix on the small grid, on the larger one by FFT."""
+    operator = influence_operator(grid, rows, columns, nu=0.3, K=0.2, lag=lag)
+    assert (operator.whole is None) == (grid is LARGER)
+    tractions = np.random.default_rng(1).normal(size=(len(columns), *grid.shape))
+    dense = operator.dense(np.arange(grid.size)) @ tractions.ravel()
     np.testing.assert_allclose(operator.apply(tractions).ravel(), dense, atol=1e-14 * np.abs(dense).max())
 
 
@@ -48,8 +52,9 @@ def test_numbers_of_one_place_are_made_once_and_are_right(lag, offset):
         np.testing.assert_allclose(numbers, one_by_one[name], rtol=0, atol=1e-15)
 
 
-def test_restricted_product():
-    operator = influence_operator(GRID, "xy", "xy", nu=0.3, lag=0.3)
+@pytest.mark.parametrize("grid", [GRID, LARGER])
+def test_restricted_product(grid):
+    operator = influence_operator(grid, "xy", "xy", nu=0.3, lag=0.3)
     elements = np.array([1, 5, 20, 21, 62])
     restricted = operator.on(elements)
     tractions = np.random.default_rng(2).normal(size=(2, 5))

@@ -1,4 +1,4 @@
-"""Influence numbers on a grid as an operator: products by FFT, dense blocks on any subset of elements."""
+"""Influence numbers on a grid as an operator: products by FFT, where elements are few by the matrix; dense blocks."""
 
 from __future__ import annotations
 
@@ -80,8 +80,8 @@ class GridOperator:
         """
         from scipy import fft
 
-        if self.shape[0] * self.shape[1] <= FEW:
-            return (self._whole @ tractions.ravel()).reshape(-1, *self.shape)
+        if self.whole is not None:
+            return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
         (ny, nx), (height, width) = self.shape, self._fft_shape
         spectrum = fft.fft(fft.rfft(tractions, width, axis=-1), height, axis=-2, overwrite_x=True)
         product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._kernel])
@@ -131,9 +131,10 @@ class GridOperator:
             part.forget()
 
     @cached_property
-    def _whole(self) -> np.ndarray:
-        """The matrix of all elements of a small grid."""
-        return self.dense(np.arange(self.shape[0] * self.shape[1]))
+    def whole(self) -> np.ndarray | None:
+        """The matrix between all elements, with which products are taken; None where they are more than `FEW`."""
+        size = self.shape[0] * self.shape[1]
+        return self.dense(np.arange(size)) if size <= FEW else None
 
     @cached_property
     def _fft_shape(self) -> tuple[int, int]:
@@ -223,7 +224,7 @@ class RestrictedOperator:
         return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product by FFT.
+        """Product on the grid, as that of the whole operator.
 
         Parameters
         ----------

@@ -135,10 +135,13 @@ def _distance(problem: TangentialProblem, definite: PositiveDefinite, traction: 
 
 
 def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray) -> float:
-    """A bound on the 2-norm of the rounding in ``known + M field`` by FFT (Higham 2002)."""
-    stages = TRANSFORM * np.log2(operator.grid_operator.table[0, 0].size)
-    largest = norm(operator.grid_operator) + (0.0 if operator.softening is None else float(operator.softening.max()))
-    return float(EPS * (stages * largest * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
+    """A bound on the 2-norm of the rounding in ``known + M field``, by FFT or by the matrix (Higham 2002)."""
+    own, softest = operator.grid_operator, 0.0 if operator.softening is None else float(operator.softening.max())
+    if own.whole is None:
+        product = TRANSFORM * np.log2(own.table[0, 0].size) * (norm(own) + softest)
+    else:  # sums of so many products, in any order
+        product = own.whole.shape[1] * (float(np.linalg.norm(own.whole)) + softest)
+    return float(EPS * (product * np.linalg.norm(field) + 3 * np.linalg.norm(known)))
 
 
 # ----------------------------------------------------------------------------- the pressure's own error

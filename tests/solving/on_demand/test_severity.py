@@ -1,4 +1,4 @@
-"""How severe scenes are for their grids: slender contacts, and histories of unlike bodies."""
+"""How severe scenes are for their grids: slender contacts, histories in short steps, and unlike bodies."""
 
 from dataclasses import replace
 
@@ -45,6 +45,19 @@ def test_short_steps_are_severe_and_more_so_under_a_force():
     assert of(dq=0.04, vx=1e-3) == of(dq=[0.0, 1.0, 0.04], vx=1e-3) == pytest.approx(5)
     assert of(dq=0.0625, Fx=1e-5) == of(dq=0.0625, Fy=[None, None, 1e-5]) == pytest.approx(8)
     assert of(dq=1e-4, vx=1e-3) == of(dq=0.03, vx=1e-3)
+
+
+def test_rolling_is_most_severe_where_coupling_and_friction_are_about_equal():
+    bodies, rolling = UNLIKE.bodies, replace(UNLIKE, motion=vc.Steady(vx=1e-3))
+    found = [severity(replace(rolling, friction=abs(bodies.K) / part)) for part in (0.05, 0.35, 0.7, 1.4, 10.0)]
+    assert found[0] == found[-1] == 1 and found[2] == 2.5
+    assert found[1] == pytest.approx(found[3]) and 1 < found[1] < 2.5
+
+
+def test_histories_of_like_bodies_are_severe_in_short_steps_too():
+    like = replace(UNLIKE, bodies=vc.Bodies(G=1.0, nu=0.3), motion=vc.Transient(steps=3, dq=0.25, vx=1e-3))
+    assert severity(like) == 2
+    assert severity(like, (1.0, 4.0)) == 4
 
 
 def test_the_least_friction_counts():

@@ -143,7 +143,7 @@ LADDERS = {
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(2.0, 2.0, 0.273, 1.5, 0.267, 2.2, power=0.0),
+        Law(1.75, 0.5, 0.24, 1.5, 0.156, 2.8, power=0.0, taken=0.5),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -158,39 +158,49 @@ LADDERS = {
         second_order=True,
     ),
     (False, "hertz", "shift"): Ladder(
-        "shifts under Hertz's pressure", Law(1.75, 1.0, 1.14, 2.0, 0.327, 1.9), coarsest=4, edge="touched"
+        "shifts under Hertz's pressure",
+        Law(2.0, 0.5, 0.86, 2.0, 0.494, 1.5, taken=0.5),
+        coarsest=4,
+        edge="touched",
     ),
     (False, "hertz", "slender shift"): Ladder(
         "slender contacts, shifts under Hertz's pressure",
-        Law(2.0, 0.5, 1.25, 2.0, 0.8, 1.1, taken=0.5),
+        Law(2.0, 1.0, 0.65, 2.0, 0.641, 1.6, taken=0.5),
         coarsest=4,
         edge="touched",
     ),
     (False, "hertz", "history"): Ladder(
-        "histories under Hertz's pressure", Law(1.75, 2.0, 0.24, 1.5, 0.47, 1.2), coarsest=6, edge="touched"
+        "histories under Hertz's pressure",
+        Law(2.0, 0.5, 3.7, 2.0, 0.994, 6.4, power=0.0, taken=0.5),
+        coarsest=6,
+        edge="touched",
     ),
-    (False, "computed", "none"): Ladder("normal contact", Law(2.0, 3.0, 2.8, 2.0, 0.77, 3.8), coarsest=8),
+    (False, "computed", "none"): Ladder(
+        "normal contact", Law(2.0, 0.5, 0.11, 1.5, 0.67, 1.9, power=2.0, taken=0.5), coarsest=8
+    ),
     (False, "computed", "steady"): Ladder(
         "rolling under computed pressure",
-        Law(2.0, 2.0, 0.5, 1.5, 0.65, 1.7),
+        Law(2.0, 0.5, 0.78, 1.5, 1.12, 3.9, power=0.0, taken=0.5),
         coarsest=4,
         along=1.5,
         second_order=True,
     ),
     (False, "computed", "shift"): Ladder(
-        "shifts under computed pressure", Law(2.0, 1.5, 0.8, 2.0, 0.28, 1.0), coarsest=4
+        "shifts under computed pressure", Law(2.0, 1.0, 0.51, 2.0, 0.283, 1.6, taken=0.5), coarsest=4
     ),
     (False, "computed", "history"): Ladder(
-        "histories under computed pressure", Law(2.0, 3.0, 0.5, 2.0, 0.86, 2.5), coarsest=4
+        "histories under computed pressure", Law(2.0, 1.0, 0.61, 2.0, 0.76, 3.4, taken=0.5), coarsest=4
     ),
     (False, "coupled", "steady"): Ladder(
         "rolling of unlike bodies",
-        Law(2.0, 0.5, 1.1, 1.5, 0.5, 2.0),
+        Law(2.0, 1.0, 0.31, 1.25, 0.65, 2.7, taken=0.5),
         coarsest=4,
         along=1.5,
         second_order=True,
     ),
-    (False, "coupled", "shift"): Ladder("shifts of unlike bodies", Law(2.0, 2.0, 0.35, 2.0, 0.23, 0.6), coarsest=4),
+    (False, "coupled", "shift"): Ladder(
+        "shifts of unlike bodies", Law(2.0, 0.5, 0.25, 1.5, 0.196, 1.6, power=0.0, taken=0.5), coarsest=4
+    ),
     (False, "coupled", "history"): Ladder(
         "histories of unlike bodies", Law(2.0, 1.0, 1.7, 2.0, 0.79, 3.2, taken=0.5), coarsest=4
     ),

@@ -8,9 +8,13 @@ import numpy as np
 
 from varcontact.planning.plan import Plan
 from varcontact.scene.friction import Law
+from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 
+WORST, LARGER, FALLS = 0.7, 2.5, 1.2
+"""K/f at which unlike bodies that roll have their largest errors; by how much these exceed others', and fall with the
+logarithm of K/f on both sides."""
 COUPLED = 0.5, 2.0
 """Between these the errors of histories are taken to grow with K/f."""
 FREE, FORCED = 0.5, 0.75
@@ -20,7 +24,7 @@ SHORTEST = 0.03
 
 
 def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> float:
-    """Of a slender contact its slenderness; of a history of unlike bodies how strong the coupling is, and short a step.
+    """Of a slender contact its slenderness; of a history also how short a step is, and of unlike bodies how coupled.
 
     Parameters
     ----------
@@ -31,10 +35,16 @@ def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> f
     """
     if scene.line or axes is None:
         return 1.0
-    if isinstance(scene.motion, Transient) and plan.rubs and plan.coupling != "none":
-        strong = min(max(coupling_strength(scene), COUPLED[0]), COUPLED[1])
-        return strong * shortness(scene.motion, axes[0]) * math.sqrt(slenderness(*axes))
-    return slenderness(*axes)
+    slender, coupled = slenderness(*axes), plan.rubs and plan.coupling != "none"
+    if coupled and isinstance(scene.motion, Steady):
+        return max(1.0, LARGER - FALLS * abs(math.log(coupling_strength(scene) / WORST)))
+    if not (isinstance(scene.motion, Transient) and plan.rubs):
+        return slender
+    short = shortness(scene.motion, axes[0])
+    if not coupled:
+        return short * slender
+    strong = min(max(coupling_strength(scene), COUPLED[0]), COUPLED[1])
+    return strong * short * math.sqrt(slender)
 
 
 def slenderness(a: float, b: float) -> float:
