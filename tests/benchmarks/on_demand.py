@@ -184,7 +184,7 @@ def fit(path: Path) -> None:
     every = records(path, SURE)
     for key in sorted({tuple(each["key"]) for each in every}):
         chosen = [each for each in every if tuple(each["key"]) == key]
-        powers = (0.0, 1.0, 2.0) if any(each["severity"] != 1 for each in chosen) else (0.0,)
+        powers = (0.0, 0.5, 1.0, 2.0) if any(each["severity"] != 1 for each in chosen) else (0.0,)
         best: tuple[float, Law] | None = None
         for order, taken in itertools.product((1.5, 1.75, 2.0), (0.5, 1.0)):
             pairs = pairs_of(chosen, order, taken, LADDERS[key].coarsest)

@@ -31,7 +31,7 @@ class Law:
         Largest error of an answer on one grid: ``single s^power n^-order``.
     power : float
         By which power of their severity errors of scenes are larger: 1, as the arms of moments in slender contacts,
-        2 or 0.
+        or 0, 0.5 or 2.
     taken : float
         Which part of the step to the extrapolated value is taken: 1, or less where errors jump from grid to grid.
     """
@@ -171,8 +171,8 @@ LADDERS = {
     ),
     (False, "hertz", "history"): Ladder(
         "histories under Hertz's pressure",
-        Law(2.0, 0.5, 3.7, 2.0, 0.994, 6.4, power=0.0, taken=0.5),
-        coarsest=6,
+        Law(2.0, 0.5, 1.7, 2.0, 0.95, 3.9, power=0.5, taken=0.5),
+        coarsest=4,
         edge="touched",
     ),
     (False, "computed", "none"): Ladder(
