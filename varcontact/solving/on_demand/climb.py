@@ -45,7 +45,7 @@ WORTHWHILE = 1.5
 """The same where there is time left: a smaller gain is not worth another solve."""
 USED = 0.7
 """Part of the time that two further grids may be expected to take: what is expected is true within a factor of 1.3."""
-LATE = 1.5
+LATE = 1.3
 """A solve is given up when it has gone on for this many time budgets, and the answer before it is taken."""
 
 
@@ -147,11 +147,12 @@ class Climb:
             while n <= most:
                 self.on(n, until=begun + LATE * budget)
                 n = self._finest(budget - (time.perf_counter() - begun))
-                if n < WORTHWHILE * self.rungs[-1].n:
-                    break
                 between = self.ladder.coarser(n, COARSER)
                 if between >= WORTHWHILE * self.rungs[-1].n:
                     self.on(between, until=begun + LATE * budget)
+                    n = min(n, self._finest(budget - (time.perf_counter() - begun)))  # expected from nearer there
+                if n < WORTHWHILE * self.rungs[-1].n:
+                    break
         except _TimeUp:
             pass
         return self.answer()
