@@ -223,7 +223,7 @@ LADDERS = {
     ),
     (True, "computed", "steady"): Ladder(
         "line contact, rolling under computed pressure",
-        Law(2.0, 1.5, 4.4, 1.5, 2.7, 9.8),
+        Law(2.0, 0.5, 1.3, 1.25, 1.15, 11.5, taken=0.5),
         coarsest=12,
         second_order=True,
         line=True,
@@ -245,7 +245,10 @@ LADDERS = {
         "line contact, shifts of unlike bodies", Law(2.0, 3.0, 0.5, 1.5, 0.049, 6.5), coarsest=8, line=True
     ),
     (True, "coupled", "history"): Ladder(
-        "line contact, histories of unlike bodies", Law(2.0, 1.5, 3.5, 1.5, 2.7, 9.8), coarsest=8, line=True
+        "line contact, histories of unlike bodies",
+        Law(2.0, 0.5, 0.76, 1.25, 0.51, 12.2, taken=0.5),
+        coarsest=8,
+        line=True,
     ),
 }
 """By whether it is line contact, pressure ("coupled": computed, and changed by tractions), and motion."""
