@@ -207,7 +207,7 @@ class Broken(vc.Paraboloids):
 
 
 def test_what_does_not_converge_is_no_figure(scene):
-    swept = vc.sweep(scene, {"motion.vx": [0.01, 0.02]}, tangential="scs", polish=False, tol=1e-15)
+    swept = vc.sweep(scene, {"motion.vx": [0.01, 0.02]}, tangential="scs", polish=False, tol=1e-18)
     assert (swept["outcome"] == "not converged").all()
     assert "the residual is not below tol" in swept["reason"].values[0]
     assert np.isnan(swept["Fx"]).all()

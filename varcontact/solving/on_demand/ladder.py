@@ -143,7 +143,7 @@ LADDERS = {
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(1.75, 0.5, 0.24, 1.5, 0.156, 2.8, power=0.0, taken=0.5),
+        Law(1.75, 0.5, 0.3, 1.5, 0.156, 2.8, power=0.0, taken=0.5),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -198,9 +198,7 @@ LADDERS = {
         along=1.5,
         second_order=True,
     ),
-    (False, "coupled", "shift"): Ladder(
-        "shifts of unlike bodies", Law(2.0, 0.5, 0.25, 1.5, 0.196, 1.6, power=0.0, taken=0.5), coarsest=4
-    ),
+    (False, "coupled", "shift"): Ladder("shifts of unlike bodies", Law(2.0, 2.0, 0.35, 2.0, 0.23, 0.6), coarsest=4),
     (False, "coupled", "history"): Ladder(
         "histories of unlike bodies", Law(2.0, 1.0, 1.7, 2.0, 0.79, 3.2, taken=0.5), coarsest=4
     ),
