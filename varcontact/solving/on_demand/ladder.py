@@ -221,7 +221,7 @@ LADDERS = {
     ),
     (True, "computed", "steady"): Ladder(
         "line contact, rolling under computed pressure",
-        Law(2.0, 0.5, 1.3, 1.25, 1.15, 11.5, taken=0.5),
+        Law(2.0, 0.5, 1.6, 1.25, 1.15, 11.5, taken=0.5),
         coarsest=12,
         second_order=True,
         line=True,
@@ -234,19 +234,16 @@ LADDERS = {
     ),
     (True, "coupled", "steady"): Ladder(
         "line contact, rolling of unlike bodies",
-        Law(2.0, 1.0, 0.64, 1.0, 2.2, 6.6),
+        Law(2.0, 0.5, 0.76, 1.0, 2.45, 14.7),
         coarsest=12,
         second_order=True,
         line=True,
     ),
     (True, "coupled", "shift"): Ladder(
-        "line contact, shifts of unlike bodies", Law(2.0, 3.0, 0.5, 1.5, 0.049, 6.5), coarsest=8, line=True
+        "line contact, shifts of unlike bodies", Law(2.0, 3.0, 0.9, 1.5, 0.05, 6.5), coarsest=8, line=True
     ),
     (True, "coupled", "history"): Ladder(
-        "line contact, histories of unlike bodies",
-        Law(2.0, 0.5, 0.76, 1.25, 0.51, 12.2, taken=0.5),
-        coarsest=8,
-        line=True,
+        "line contact, histories of unlike bodies", Law(2.0, 1.5, 3.5, 1.5, 2.7, 9.8), coarsest=8, line=True
     ),
 }
 """By whether it is line contact, pressure ("coupled": computed, and changed by tractions), and motion."""
