@@ -234,7 +234,7 @@ LADDERS = {
     ),
     (True, "coupled", "steady"): Ladder(
         "line contact, rolling of unlike bodies",
-        Law(2.0, 0.5, 0.76, 1.0, 2.45, 14.7),
+        Law(2.0, 0.25, 2.5, 1.25, 2.45, 14.7),
         coarsest=12,
         second_order=True,
         line=True,
