@@ -78,10 +78,10 @@ class GridOperator:
         -------
         ndarray, shape (rows, ny, nx)
         """
-        from scipy import fft
-
         if self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
+        from scipy import fft
+
         (ny, nx), (height, width) = self.shape, self._fft_shape
         spectrum = fft.fft(fft.rfft(tractions, width, axis=-1), height, axis=-2, overwrite_x=True)
         product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._kernel])
