@@ -90,3 +90,18 @@ def test_a_severe_history_keeps_its_accuracy():
     creepages = [found[f"vx[{k}]"] / unit[f"vx[{k}]"] for k in range(1, 7)]
     assert creepages == pytest.approx([-0.8508, -0.8878, -0.9086, -0.9231, -0.9347, -0.9445], abs=0.03)
     assert history.error_estimate.largest <= 0.03
+
+
+@pytest.mark.parametrize("accuracy", [0.03, 0.01])
+def test_rolling_near_the_most_severe_coupling_keeps_its_accuracy(accuracy):
+    """K/f = 0.8: on 24 to 48 elements across, errors fall more slowly than elsewhere; Fx is that of up to 192."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=(1.0, 4.514893126034589), nu=(0.11135882560004867, 0.05391654645106203)),
+        surface=vc.Paraboloids(Rx=0.29764103625617017, Ry=1.0),
+        normal_force=1e-4,
+        friction=0.3,
+        motion=vc.Steady(vx=-0.004944866017265924),
+    )
+    sol = vc.solve(scene, accuracy=accuracy)
+    assert sol.force[0] / (0.3 * 1e-4) == pytest.approx(-0.1829, abs=accuracy)
+    assert sol.error_estimate.largest <= accuracy
