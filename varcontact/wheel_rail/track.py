@@ -66,7 +66,14 @@ class Track:
         for name in ("gauge", "gauge_height"):
             object.__setattr__(self, name, checks.positive(f"track.{name}", getattr(self, name)))
         object.__setattr__(self, "cant", _angle("track.cant", self.cant))
-        self.origin  # noqa: B018 (the gauge point has to be there)
+        deepest = float(self._inner[1].max())
+        if deepest < self.gauge_height:
+            raise SceneError(
+                "track.gauge_height",
+                self.gauge_height,
+                message=f"track.gauge_height = {self.gauge_height:g} mm, but the rail's profile ends "
+                f"{deepest:.3g} mm below its top on the track side",
+            )
 
     @property
     def _turn(self) -> np.ndarray:
@@ -74,25 +81,22 @@ class Track:
         return np.array([[np.cos(self.cant), np.sin(self.cant)], [-np.sin(self.cant), np.cos(self.cant)]])
 
     @cached_property
-    def origin(self) -> np.ndarray:
-        """Where the origin of the right rail's profile is, (y, z) in track coordinates [mm]."""
+    def _inner(self) -> tuple[np.ndarray, np.ndarray]:
+        """The turned profile from its track side to its top: points (y, z), and how deep each is below the top."""
         curve = self.rail.curve.moved(self._turn, np.zeros(2))
         points = curve.points(curve.sampled(FINE))
-        top = int(points[:, 1].argmin())
-        depth = points[:, 1] - points[top, 1]
-        inner = np.arange(len(points)) <= top
-        if depth[inner].max() < self.gauge_height:
-            raise SceneError(
-                "track.gauge_height",
-                self.gauge_height,
-                message=f"track.gauge_height = {self.gauge_height:g} mm, but the rail's profile ends "
-                f"{depth[inner].max():.3g} mm below its top on the track side",
-            )
-        deep = int(np.flatnonzero(inner & (depth >= self.gauge_height))[-1])
+        points = points[: int(points[:, 1].argmin()) + 1]
+        return points, points[:, 1] - points[-1, 1]
+
+    @cached_property
+    def origin(self) -> np.ndarray:
+        """Where the origin of the right rail's profile is, (y, z) in track coordinates [mm]."""
+        points, depth = self._inner
+        deep = int(np.flatnonzero(depth >= self.gauge_height)[-1])
         part = (self.gauge_height - depth[deep + 1]) / (depth[deep] - depth[deep + 1])
         at_height = points[deep + 1, 0] + part * (points[deep, 0] - points[deep + 1, 0])
-        innermost = min(float(at_height), float(points[deep + 1 : top + 1, 0].min()))
-        return np.array([self.gauge / 2 - innermost, -points[top, 1]])
+        innermost = min(float(at_height), float(points[deep + 1 :, 0].min()))
+        return np.array([self.gauge / 2 - innermost, -points[-1, 1]])
 
     def placed(self, side: Side) -> Curve:
         """The part of a rail that can be touched, in track coordinates.
