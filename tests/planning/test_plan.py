@@ -260,6 +260,7 @@ def test_no_scene_and_no_memory():
 def test_what_is_refused_for_memory_is_what_was_planned(rolling, monkeypatch):
     scene = rolling()
     planned = vc.plan(scene).sizes
+    monkeypatch.setattr("varcontact.machine.memory.LITTLE", 0.0)
     monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge) as error:
         vc.solve(scene)

@@ -92,10 +92,10 @@ def test_auto_with_many_elements_jointly(rolling):
 @pytest.mark.parametrize(
     ("changes", "choices"),
     [
-        ({"grid": vc.Grid(nx=17, ny=17)}, {}),
+        ({"grid": vc.Grid(nx=15, ny=15)}, {}),
         ({"grid": vc.Grid(nx=80, ny=80, dx=0.25, dy=0.25, x0=-10.0, y0=-10.0)}, {}),  # of which few are in contact
         ({"grid": vc.Grid(nx=10, ny=10), "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {}),
-        ({"grid": vc.Grid(nx=17, ny=17), "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
+        ({"grid": vc.Grid(nx=15, ny=15), "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
         ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {"method": "active-set"}),
         ({"grid": MANY_CELLS}, {"method": "active-set"}),
         ({"grid": MANY_CELLS}, {"formulation": "marching", "tangential": "tang-safeguarded"}),
@@ -113,9 +113,24 @@ def test_short_steps_belong_to_active_sets_where_these_are_not_too_slow(rolling,
     assert vc.plan(scene).tangential == solver
 
 
-def test_samples_with_many_elements(rolling):
-    plan = vc.plan(rolling(surface=SAMPLES, grid=MANY_CELLS))
-    assert (plan.normal, plan.tangential) == ("newton", "newton")
+@pytest.mark.parametrize(
+    ("cells", "friction", "methods"),
+    [
+        (15, 0.3, ("norm", "tang-safeguarded")),
+        (16, 0.3, ("norm", "newton")),
+        (22, 0.3, ("norm", "newton")),
+        (23, 0.3, ("newton", "newton")),
+        (22, None, ("norm", "none")),
+        (23, None, ("newton", "none")),
+    ],
+)
+def test_samples_by_elements(rolling, cells, friction, methods):
+    """Pressures by active sets up to 400 elements in contact, tractions up to 180."""
+    motion = {} if friction is None else {"motion": vc.Steady(vx=0.01)}
+    plan = vc.plan(
+        rolling(**{"motion": None} | motion, surface=SAMPLES, friction=friction, grid=vc.Grid(nx=cells, ny=cells))
+    )
+    assert (plan.normal, plan.tangential) == methods
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ SMALLER = "a grid with fewer elements would fit"
 """What would fit, where it is the grid that takes the memory."""
 
 
-LITTLE = 2.0**20
+LITTLE = 2.0**24
 """Bytes that are there in any case: to ask takes half a millisecond, a part of a small solve that would be seen."""
 
 

@@ -8,7 +8,7 @@ from varcontact.checks import choice
 from varcontact.errors import SceneError
 from varcontact.planning.kinds import kinds_of, special_of
 from varcontact.planning.plan import Plan
-from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, many_elements, many_on_parts, road
+from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, for_many_elements, many_on_parts, road
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.likeness import almost_like, left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep
@@ -81,8 +81,10 @@ def make_plan(
     together = coupling == "auto" and {normal, tangential} <= {"auto", "newton"}
     if method == "auto" and not (formulation == "auto" or steps):
         way = road("convex")  # what is asked for, only programs have
-    elif method == "auto" and not steps and (coupling == "newton" or many_elements(scene, together)):
+    elif method == "auto" and not steps and coupling == "newton":
         way = MANY_ELEMENTS
+    elif method == "auto" and not steps and (many := for_many_elements(scene, together)):
+        way = many
     elif method == "auto" and coupling == "joint":
         way = road("convex")
     chosen["normal"], reasons["normal"] = _normal(scene, normal, way, method)

@@ -60,8 +60,9 @@ ROADS: dict[str, Road] = {
 }
 """By name. With the first any solver may be named."""
 
-MANY = 250
-"""Elements in contact beyond which "auto" takes Newton's method without a matrix (docs/measurements.md)."""
+MANY, MANY_PRESSED = 180, 400
+"""Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions and for the
+pressure (docs/measurements.md)."""
 
 MANY_UNLIKE = 100
 """The same of unlike bodies, whose pressure and tractions it finds together and not in turn."""
@@ -69,10 +70,19 @@ MANY_UNLIKE = 100
 MANY_ELEMENTS = Road(
     "newton",
     "newton",
-    f"more than {MANY} elements in contact, of unlike bodies {MANY_UNLIKE}, where it is the fastest by measurement",
+    f"more than {MANY_PRESSED} elements in contact, of unlike bodies {MANY_UNLIKE}, where Newton's method is the "
+    "fastest by measurement",
     fallback="clarabel",
 )
 """What "auto" stands for with so many elements."""
+
+MANY_RUBBED = Road(
+    "norm",
+    "newton",
+    f"more than {MANY} elements in contact, where Newton's method is the fastest for tractions by measurement",
+    fallback="clarabel",
+)
+"""What "auto" stands for with so many elements, where the pressure has too few of them."""
 
 
 SHORT, TOO_MANY = 0.05, 2000
@@ -80,8 +90,8 @@ SHORT, TOO_MANY = 0.05, 2000
 the elements beyond which these take hours."""
 
 
-def many_elements(scene: Scene, together: bool) -> bool:
-    """Whether so many elements are in contact that products by FFT beat dense matrices, as far as is known beforehand.
+def for_many_elements(scene: Scene, together: bool) -> Road | None:
+    """The road by products by FFT, where they beat dense matrices as far as is known beforehand; else None.
 
     It holds for one problem, and for many in a row: of unlike bodies, under a law of friction, in a history.
 
@@ -93,9 +103,23 @@ def many_elements(scene: Scene, together: bool) -> bool:
     """
     count, dx = _elements(scene)
     motion = scene.motion
-    short = isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx
-    unlike = scene.bodies.K != 0 and not scene.frictionless
-    return count > (TOO_MANY if short else MANY_UNLIKE if unlike and together else MANY)
+    if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
+        return MANY_ELEMENTS if count > TOO_MANY else None
+    if scene.bodies.K != 0 and not scene.frictionless:
+        return MANY_ELEMENTS if count > (MANY_UNLIKE if together else MANY) else None
+    if many_pressed(scene):
+        return MANY_ELEMENTS
+    return MANY_RUBBED if count > MANY and not scene.frictionless else None
+
+
+def many_pressed(scene: Scene) -> bool:
+    """Whether so many elements are in contact that products by FFT find the pressure first.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    return _elements(scene)[0] > MANY_PRESSED
 
 
 def many_on_parts(scene: Scene) -> bool:
@@ -106,7 +130,7 @@ def many_on_parts(scene: Scene) -> bool:
     scene : Scene
         With a grid whose elements at the edge count in part.
     """
-    return _elements(scene)[0] * math.prod(cells_of(scene.edge, scene.line)) > MANY
+    return _elements(scene)[0] * math.prod(cells_of(scene.edge, scene.line)) > MANY_PRESSED
 
 
 def _elements(scene: Scene) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.errors import SceneError
-from varcontact.planning.roads import many_elements
+from varcontact.planning.roads import many_pressed
 from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, known_grid, within
 from varcontact.problem.containment import contact_box, outside
 from varcontact.problem.discretisation import Discretisation
@@ -153,7 +153,7 @@ def _pressed(
         return disc, steps.pressure(disc, state)
     if known_grid(scene).explicit:
         return steps.pressed_on_parts(disc, state)
-    few = not (steps.plan.convex or many_elements(scene, together=False))
+    few = not (steps.plan.convex or many_pressed(scene))
     plan = replace(steps.plan, normal="norm") if few else steps.plan
     with steps.clock("grid"):
         look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False, clock=Clock())

@@ -28,7 +28,9 @@ from varcontact.solvers.tally import Tally
 
 MAX_STEPS = 100
 ROUGH, FINE = 0.3, 1e-2
-"""Relative residuals of the linear equations: far from the solution, and at most."""
+"""Relative residuals of the linear equations, at first and at least."""
+FALLING = 1.5
+"""Their power of what the last step left of the residual: Newton's method is as exact as it is successful."""
 NEAR = 30.0
 """Residual, in tolerances, from which a step is to reach the tolerance."""
 NOISE, EXACT = 3e-7, 1e-15
@@ -208,7 +210,7 @@ def newton(
         Steps.
     """
     goal, damping, idle, guards, crawled = tol, 0.0, 0, 0, 0
-    best, least = at, np.inf
+    best, least, before = at, np.inf, 0.0
     room = Room.of(at.traction.size, conditions.forces)
     for count in range(most):
         at, now = _seen(conditions, at, goal, finest)
@@ -231,7 +233,8 @@ def newton(
             guards, idle, damping = guards + 1, 0, GUARD_DAMPING
             at = _guarded(conditions, best, GUARD_STEPS * guards, tally, finest)
             continue
-        step = _step(conditions, at, now, goal, damping, room)
+        step = _step(conditions, at, now, goal, damping, room, now.residual / before if before else 1.0)
+        before = now.residual
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
             idle = STUCK
             continue
@@ -264,11 +267,16 @@ def _balanced(conditions: Conditions, at: Point, now: _Measure, in_any_case: boo
     return (there, then) if in_any_case or then.merit < now.merit else (at, now)
 
 
-def _step(conditions: Conditions, at: Point, now: _Measure, goal: float, damping: float, room: Room) -> Step:
-    """Newton's step, as exact as it pays."""
+def _step(
+    conditions: Conditions, at: Point, now: _Measure, goal: float, damping: float, room: Room, left: float
+) -> Step:
+    """Newton's step, as exact as it pays, which what the last one `left` of the residual tells.
+
+    Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16-32.
+    """
     system = conditions.linearised(at.traction, at.shift, now.trial, damping)
     near = conditions.linear or now.residual <= NEAR * goal
-    enough = float(np.clip(0.3 * goal / now.residual, FINE, ROUGH)) if near else ROUGH
+    enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
     lacking = conditions.forces.lacking(at.traction)
     return system.bent(at.traction, krylov.gcr(system, system.right, conditions.forces, lacking, enough, room))
 
