@@ -178,7 +178,7 @@ def test_influence_numbers_are_made_once(rolling, built):
 
 def test_neighbours_begin_from_each_other(rolling):
     scene = rolling(grid=vc.Grid(nx=14, ny=14))
-    over = {"friction": [0.3, 0.301, 0.302, 0.303]}
+    over = {"friction": [0.3, 0.3001, 0.3002, 0.3003]}
     near, alone = (vc.sweep(scene, over, tangential="newton", chunk=chunk)["iterations"] for chunk in (4, 1))
     assert int(near[1:].sum()) < 0.7 * int(alone[1:].sum())
 

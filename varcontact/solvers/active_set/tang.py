@@ -25,6 +25,8 @@ ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
+FAST = 0.1
+"""What a step leaves of the residual if the next one is good enough with the same equations."""
 STALLED = 5
 """After this many Newton steps without a smaller residual the safeguarded version tries another start."""
 SPLITTING_ROUNDS = (50, 200, 800)
@@ -271,40 +273,65 @@ def _turns(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> tuple[
 
 
 def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Step:
-    """Newton's step for given areas, from tractions on the bound in the slip area.
+    """Newton's step for given areas, from tractions on the bound in the slip area."""
+    return _Equations.of(problem, sticks, at).step(at)
 
-    Equations: E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the
-    components of the traction where it sticks, its direction where it slips, the missing rigid shifts.
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """Newton's equations for given areas, factored: good for steps from other points nearby.
+
+    E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the components of the
+    traction where it sticks, its direction where it slips, the missing rigid shifts.
     """
-    n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
-    H, (T, across) = np.flatnonzero(sticks), _turns(problem, sticks, at)
-    h, g, shift = H.size, problem.bound[T], _shift(problem, at)
-    k, components = c * h + T.size, n * np.arange(c)[:, None]
-    stuck, turning = (components + H).ravel(), components + T
-    rows = np.empty((k, c * n))
-    rows[: c * h] = matrix[stuck]
-    rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
-    jacobian = np.zeros((k + len(free), k + len(free)))
-    jacobian[:k, : c * h] = rows.take(stuck, axis=1)
-    jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
-    slip_rows = np.arange(c * h, k)
-    jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
-    error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), np.zeros(len(free))])
-    for i, component in enumerate(free):
-        force = problem.force[component]
-        assert force is not None
-        part = slice(component * h, (component + 1) * h)
-        jacobian[part, k + i] = jacobian[k + i, part] = 1.0
-        jacobian[c * h : k, k + i] = across[component]
-        jacobian[k + i, c * h : k] = g * across[component]
-        error[k + i] = at.traction[component].sum() - force / problem.area
-    try:
-        step = interruptible(lambda: np.linalg.solve(jacobian, -error), error.size)
-    except np.linalg.LinAlgError:
+
+    problem: TangentialProblem
+    sticks: np.ndarray
+    factors: tuple[np.ndarray, np.ndarray] | None
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Equations:
+        """Those at a point; without factors where they are singular."""
+        from scipy.linalg.lapack import dgetrf
+
+        n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
+        H, (T, across) = np.flatnonzero(sticks), _turns(problem, sticks, at)
+        h, g, shift = H.size, problem.bound[T], _shift(problem, at)
+        k, components = c * h + T.size, n * np.arange(c)[:, None]
+        stuck, turning = (components + H).ravel(), components + T
+        rows = np.empty((k, c * n))
+        rows[: c * h] = matrix[stuck]
+        rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
+        jacobian = np.zeros((k + len(free), k + len(free)))
+        jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+        jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
+        slip_rows = np.arange(c * h, k)
+        jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
+        for i, component in enumerate(free):
+            part = slice(component * h, (component + 1) * h)
+            jacobian[part, k + i] = jacobian[k + i, part] = 1.0
+            jacobian[c * h : k, k + i] = across[component]
+            jacobian[k + i, c * h : k] = g * across[component]
+        if not len(jacobian):
+            return cls(problem, sticks, None)
+        factors, swaps, singular = interruptible(lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian))
+        return cls(problem, sticks, None if singular else (factors, swaps))
+
+    def step(self, at: _Point) -> _Step:
+        """The step from a point with tractions on the bound in the slip area; none where they are singular."""
+        from scipy.linalg.lapack import dgetrs
+
+        problem, (T, across) = self.problem, _turns(self.problem, self.sticks, at)
+        H, c, free, shift = np.flatnonzero(self.sticks), problem.components, problem.free, _shift(problem, at)
+        forces = [F / problem.area for F in problem.force if F is not None]
+        lacking = np.array(forces) - at.traction[free].sum(axis=1)
+        error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
         step = np.zeros(error.size)
-    rigid = np.zeros(c)
-    rigid[free] = step[k:]
-    return _Step(step[: c * h].reshape(c, h), step[c * h : k], rigid)
+        if self.factors is not None:
+            step, _ = dgetrs(*self.factors, -error, trans=1)
+        k, rigid = c * H.size + T.size, np.zeros(c)
+        rigid[free] = step[k:]
+        return _Step(step[: c * H.size].reshape(c, H.size), step[c * H.size : k], rigid)
 
 
 def _moved(problem: TangentialProblem, sticks: np.ndarray, at: _Point, step: _Step, part: float = 1.0) -> _Point:
@@ -333,12 +360,14 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
     """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
     best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
     residual, lowest = _residual(problem, best), _merit(problem, at, trial)
-    merit = lowest
+    merit, equations, falls = lowest, None, False
     while count < max_steps and idle < STALLED and residual > ENOUGH:
         count += 1
         sticks = magnitude(trial) <= problem.bound
         begin = _on_bound(problem, sticks, at, trial)
-        step = _newton_step(problem, sticks, begin)
+        if equations is None or not falls or (sticks != equations.sticks).any():
+            equations = _Equations.of(problem, sticks, begin)
+        step = equations.step(begin)
         step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))
         least = np.inf
         for part in (1.0, 0.5, 0.25, 0.1, 0.03):
@@ -350,7 +379,7 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
                 least, at, trial = there_merit, there, there_trial
             if least < (1 - 0.1 * part) * merit:
                 break
-        merit, found = least, _admissible(problem, at)
+        falls, merit, found = least < FAST * merit, least, _admissible(problem, at)
         if (left := _residual(problem, found)) < residual:
             best, residual = found, left
         idle = 0 if merit < 0.99 * lowest else idle + 1
