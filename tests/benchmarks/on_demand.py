@@ -38,7 +38,7 @@ ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 BUDGETS = (0.03, 0.1, 0.3, 1.0)
 COARSE = 4
 """Grids that may be solved alone, where there is no time for a second one."""
-COVERED, BEYOND = 0.997, 1.2
+COVERED, BEYOND = 0.997, 1.5
 """The part of all errors that are below their estimates, and the largest error by its own."""
 SAFETY = 1.3
 """By which the estimate of a single grid is larger than the scenes that it is fitted to ask for."""

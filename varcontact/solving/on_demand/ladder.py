@@ -143,7 +143,7 @@ LADDERS = {
     (True, "hertz", "none"): Ladder("Hertz's contact", EXACT, 100, line=True),
     (False, "hertz", "steady"): Ladder(
         "rolling under Hertz's pressure",
-        Law(1.75, 0.5, 0.3, 1.5, 0.156, 2.8, power=0.0, taken=0.5),
+        Law(1.75, 0.5, 0.28, 1.5, 0.151, 2.4, taken=0.5),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -151,7 +151,7 @@ LADDERS = {
     ),
     (False, "hertz", "slender steady"): Ladder(
         "slender contacts, rolling under Hertz's pressure",
-        Law(1.5, 3.0, 0.074, 2.0, 0.149, 0.16, power=2.0, taken=0.5),
+        Law(2.0, 1.0, 2.2, 2.0, 0.445, 4.3),
         coarsest=4,
         along=1.5,
         edge="softened",
@@ -159,13 +159,13 @@ LADDERS = {
     ),
     (False, "hertz", "shift"): Ladder(
         "shifts under Hertz's pressure",
-        Law(2.0, 0.5, 0.86, 2.0, 0.494, 1.5, taken=0.5),
+        Law(2.0, 0.5, 1.25, 2.0, 0.50, 2.65, taken=0.5),
         coarsest=4,
         edge="touched",
     ),
     (False, "hertz", "slender shift"): Ladder(
         "slender contacts, shifts under Hertz's pressure",
-        Law(2.0, 1.0, 0.65, 2.0, 0.641, 1.6, taken=0.5),
+        Law(2.0, 0.5, 1.5, 2.0, 0.67, 3.1, taken=0.5),
         coarsest=4,
         edge="touched",
     ),

@@ -8,10 +8,13 @@ import numpy as np
 
 from varcontact.planning.plan import Plan
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 
+STRAIGHT, SPUN, TURNED = 0.4, 0.28, 0.0065
+"""Under Hertz's pressure: errors without spin or rotation by those with it, and the `turning` of rolling and of shifts
+from which they are as large."""
 WORST, LARGER, FALLS = 0.7, 2.5, 1.2
 """K/f at which unlike bodies that roll have their largest errors; by how much these exceed others', and fall with the
 logarithm of K/f on both sides."""
@@ -24,7 +27,7 @@ SHORTEST = 0.03
 
 
 def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> float:
-    """Of a slender contact its slenderness; of a history also how short a step is, and of unlike bodies how coupled.
+    """How slender a contact is, and how much it turns; of a history how short a step is; of unlike bodies how coupled.
 
     Parameters
     ----------
@@ -35,16 +38,41 @@ def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> f
     """
     if scene.line or axes is None:
         return 1.0
-    slender, coupled = slenderness(*axes), plan.rubs and plan.coupling != "none"
-    if coupled and isinstance(scene.motion, Steady):
-        return max(1.0, LARGER - FALLS * abs(math.log(coupling_strength(scene) / WORST)))
-    if not (isinstance(scene.motion, Transient) and plan.rubs):
+    slender, motion = slenderness(*axes), scene.motion
+    if not plan.rubs:
         return slender
-    short = shortness(scene.motion, axes[0])
+    coupled = plan.coupling != "none"
+    if coupled and isinstance(motion, Steady):
+        return max(1.0, LARGER - FALLS * abs(math.log(coupling_strength(scene) / WORST)))
+    if plan.closed_form and isinstance(motion, Steady | Shift):
+        full = SPUN if motion.rolls else TURNED
+        return min(max(turning(scene) / full, STRAIGHT), 1.0) * math.sqrt(slender)
+    if not isinstance(motion, Transient):
+        return slender
+    short = shortness(motion, axes[0])
     if not coupled:
         return short * slender
     strong = min(max(coupling_strength(scene), COUPLED[0]), COUPLED[1])
     return strong * short * math.sqrt(slender)
+
+
+def turning(scene: Scene) -> float:
+    """Spin by what friction can follow, ``spin max(a, b) G/(f p0)``; the rotation of a shift, ``rotation G/(f p0)``.
+
+    Parameters
+    ----------
+    scene : Scene
+        Hertzian, with friction, rolling or shifted.
+
+    Returns
+    -------
+    float
+        [-].
+    """
+    hertz, motion = scene.hertz, scene.motion
+    assert hertz is not None and isinstance(motion, Steady | Shift)
+    arm = max(hertz.a, hertz.b) if motion.rolls else 1.0
+    return abs(motion.rigid[2]) * arm * scene.bodies.combined_G / (_least_friction(scene) * hertz.peak_pressure)
 
 
 def slenderness(a: float, b: float) -> float:
@@ -71,10 +99,15 @@ def coupling_strength(scene: Scene) -> float:
     float
         With the least coefficient that is not zero.
     """
+    return abs(scene.bodies.K) / _least_friction(scene)
+
+
+def _least_friction(scene: Scene) -> float:
+    """The least coefficient that is not zero."""
     laws = [f for f in scene.frictions if isinstance(f, Law)]
     numbers = [np.ravel(f) for f in scene.frictions if f is not None and not isinstance(f, Law)]
     coefficients = np.concatenate([*numbers, [law.kinetic or law.static for law in laws]])
-    return abs(scene.bodies.K) / float(coefficients[coefficients > 0].min())
+    return float(coefficients[coefficients > 0].min())
 
 
 def shortness(motion: Transient, a: float) -> float:
