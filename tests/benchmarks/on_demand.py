@@ -8,8 +8,8 @@
 is called again. The last three grids tell the continuum's values, and how sure they are. ``fit`` prints the laws of
 `varcontact.solving.on_demand.ladder` with which accuracies take the least time on these scenes, of those that cover
 their errors. ``prove`` asks for accuracies, and for times, on other scenes: errors against the continuum, and seconds
-beside those of the cheapest single grid that happens to be accurate enough, and of the coarsest one that is so for all
-scenes of the kind.
+beside those of the cheapest single grid that happens to be accurate enough, of all grids and of those that `tradeoff`
+compares, and of the coarsest one that is so for all scenes of the kind.
 """
 
 import argparse
@@ -31,6 +31,7 @@ from varcontact.solving.error_norm import semi_axes, units, values
 from varcontact.solving.on_demand.climb import BESIDE, COARSER, GREATEST_STEP, LEAST_STEP, LIKELY, SPARE
 from varcontact.solving.on_demand.ladder import LADDERS, Ladder, Law, kind_of
 from varcontact.solving.on_demand.severity import severity_of
+from varcontact.study.tradeoff import CELLS as COMPARED
 
 CELLS = (4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 144, 216, 324)
 CELLS_IN_LINE = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 512, 1024, 2048)
@@ -238,12 +239,14 @@ def _print_times(name: str, outcomes: list[tuple[float, float] | None]) -> None:
 
 
 def _print(name: str, outcomes: np.ndarray, count: int) -> None:
-    ratio, seconds, cheapest, sure = outcomes.T
+    ratio, seconds, cheapest, compared, sure = outcomes.T
     print(
         f"{name}: {count} scenes, error/accuracy median {np.median(ratio):.2f}, worst {ratio.max():.2f}, "
         f"above 1: {np.mean(ratio > 1):.1%}; "
         f"ms median {1e3 * np.median(seconds):.0f}, worst {1e3 * seconds.max():.0f}; by the cheapest grid "
         f"median {np.median(seconds / cheapest):.1f}, 90 % {np.quantile(seconds / cheapest, 0.9):.1f}; "
+        f"of those compared median {np.median(seconds / compared):.1f}, "
+        f"90 % {np.quantile(seconds / compared, 0.9):.1f}; "
         f"by the one for all median {np.median(seconds / sure):.1f}, 90 % {np.quantile(seconds / sure, 0.9):.1f}"
     )
 
@@ -267,8 +270,10 @@ def fixed(tried: list[dict], accuracy: float) -> int | None:
     return int(enough[0]) if enough.size else None
 
 
-def asked(record: dict, scene: vc.Scene, accuracy: float, sure: int | None) -> tuple[float, float, float, float] | None:
-    """Error by the accuracy; seconds, those of the cheapest grid that is accurate enough, and of the `sure` one."""
+def asked(record: dict, scene: vc.Scene, accuracy: float, sure: int | None) -> tuple[float, ...] | None:
+    """Error by the accuracy; seconds, and those of the cheapest grid that is accurate enough, of all and of those that
+    are compared, and of the `sure` one.
+    """
     begun = time.process_time()
     try:
         sol = vc.solve(scene, accuracy=accuracy)
@@ -277,9 +282,10 @@ def asked(record: dict, scene: vc.Scene, accuracy: float, sure: int | None) -> t
         return None
     taken = time.process_time() - begun
     enough = np.flatnonzero(errors_of(record) <= accuracy)
-    cheapest = spent_on(record, scene, int(enough[0])) if enough.size else np.nan
-    of_all = np.nan if sure is None else spent_on(record, scene, sure)
-    return error_of(record, sol) / accuracy, taken, cheapest, of_all
+    compared = [place for place in enough if record["cells"][place] >= min(COMPARED)]
+    grids = [*enough[:1], *compared[:1]] if compared else [None, None]
+    seconds = [np.nan if grid is None else spent_on(record, scene, int(grid)) for grid in (*grids, sure)]
+    return error_of(record, sol) / accuracy, taken, *seconds
 
 
 def spent_on(record: dict, scene: vc.Scene, place: int) -> float:
