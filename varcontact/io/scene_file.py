@@ -241,7 +241,9 @@ def bodies_from(table: Mapping[str, Any]) -> Bodies:
 
 def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
     entries = dict(table_of(name, table))
-    kind = entries.pop("kind", None)
+    if "kind" not in entries:
+        raise _no_kind(name, entries, kinds)
+    kind = entries.pop("kind")
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
     made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
@@ -253,6 +255,15 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
             if isinstance(entries.get(field), Mapping):
                 entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
     return make(name, made, entries)
+
+
+def _no_kind(name: str, entries: Mapping[str, Any], kinds: Mapping[str, type[Any]]) -> SceneError:
+    """A table that does not say what it is, with the key that may have been meant to."""
+    known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
+    unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
+    allowed = f"one of {', '.join(kinds)}"
+    message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
+    return SceneError(f"{name}.kind", None, allowed, message=message)
 
 
 def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
