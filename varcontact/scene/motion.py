@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -70,6 +70,10 @@ class Steady:
     def rolls(self) -> int:
         """1: towards positive x."""
         return 1
+
+    def second_order(self) -> Steady:
+        """The same rolling, its slip a difference of the second order, with the spin offset that goes with it."""
+        return replace(self, slip_difference="second-order", spin_offset=None)
 
     def step(self, dq: float) -> TimeStep:
         """The step that is repeated, of a distance `dq` rolled [length]."""

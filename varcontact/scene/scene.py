@@ -194,9 +194,8 @@ class Scene(Generic[MotionT_co]):
             )
         if not isinstance(self.grid, Grid):
             raise SceneError("grid", self.grid, "a Grid: its edge is to be softened")
-        motion = replace(self.motion, slip_difference="second-order", spin_offset=None)
         grid = replace(self.grid, edge="centres" if consistency.why_centres(self) else "softened")
-        return replace(self, motion=motion, grid=grid)
+        return replace(self, motion=self.motion.second_order(), grid=grid)
 
     @cached_property
     def hertz(self) -> HertzContact | None:

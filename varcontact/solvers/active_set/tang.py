@@ -25,7 +25,7 @@ ENOUGH = 1e-14
 """Residual at which the safeguarded version stops: rounding."""
 SOLVED = 1e-11
 """Residual from which it calls a problem solved: near saturation rounding leaves more."""
-FAST = 0.1
+FAST = 1e-3
 """What a step leaves of the residual if the next one is good enough with the same equations."""
 STALLED = 5
 """After this many Newton steps without a smaller residual the safeguarded version tries another start."""

@@ -115,8 +115,10 @@ class Ladder:
     def posed(self, scene: Scene, n: int) -> Scene:
         """The `scene` on the grid with `n` elements across the contact."""
         grid = Grid(nx=n, edge=self.edge) if scene.line else Grid(nx=round(self.along * n), ny=n, edge=self.edge)
-        posed = replace(scene, grid=grid)
-        return replace(posed.second_order(), grid=grid) if self.second_order else posed
+        motion = scene.motion
+        if self.second_order and isinstance(motion, Steady):
+            motion = motion.second_order()
+        return replace(scene, grid=grid, motion=motion)
 
     def elements(self, n: float) -> int:
         """Elements of the grid with `n` across the contact."""
