@@ -16,8 +16,8 @@ import numpy as np
 
 import varcontact as vc
 
-CELLS = (6, 8, 10, 12, 16, 20, 24, 28)
-STRIPS = (25, 50, 100, 200, 400, 800)
+CELLS = (6, 8, 10, 12, 14, 16, 20, 24, 28)
+STRIPS = (25, 50, 100, 150, 200, 300, 400, 800)
 REPEATS = 5
 
 
@@ -33,14 +33,14 @@ def elliptic(a: float, cells: int, motion: vc.Steady | vc.Shift) -> vc.Scene:
     )
 
 
-def strips(cells: int) -> vc.Scene:
+def strips(cells: int, vy: float = 0.0) -> vc.Scene:
     """Line contact."""
     return vc.Scene(
         bodies=vc.Bodies(G=1.0, nu=0.28),
         surface=vc.Cylinders(R=100.0),
         normal_force=1.0,
         friction=0.3,
-        motion=vc.Steady(vx=0.001),
+        motion=vc.Steady(vx=0.001, vy=vy),
         grid=vc.Grid(nx=cells),
     )
 
@@ -74,10 +74,11 @@ KINDS: dict[str, tuple[Callable[[int], vc.Scene], tuple[int, ...]]] = {
     "steady, a/b = 5": (lambda cells: elliptic(5.0, cells, vc.Steady(**MIXED)), CELLS),
     "steady, spin, a/b = 1": (lambda cells: elliptic(1.0, cells, vc.Steady(**SPIN)), CELLS),
     "steady, forces, a/b = 1": (lambda cells: elliptic(1.0, cells, vc.Steady(Fx=-0.15, Fy=0.1, spin=0.05)), CELLS),
-    "steady, line contact": (strips, STRIPS),
-    "steady, unlike bodies": (lambda cells: unlike(elliptic(1.0, cells, vc.Steady(**MIXED))), CELLS[:5]),
-    "shift, unlike bodies": (lambda cells: unlike(elliptic(1.0, cells, vc.Shift(ux=0.05, uy=0.02))), CELLS[:5]),
-    "steady, line contact of unlike bodies": (lambda cells: unlike(strips(cells)), STRIPS[:4]),
+    "steady along x, line contact": (strips, STRIPS),
+    "steady, line contact": (lambda cells: strips(cells, vy=0.001), STRIPS),
+    "steady, unlike bodies": (lambda cells: unlike(elliptic(1.0, cells, vc.Steady(**MIXED))), CELLS[:6]),
+    "shift, unlike bodies": (lambda cells: unlike(elliptic(1.0, cells, vc.Shift(ux=0.05, uy=0.02))), CELLS[:6]),
+    "steady, line contact of unlike bodies": (lambda cells: unlike(strips(cells)), STRIPS[:6]),
 }
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.planning.kinds import own_image
 from varcontact.planning.roads import MANY
 
 MANY_CELLS = vc.Grid(nx=40, ny=40)
@@ -22,7 +23,7 @@ SAMPLES = vc.SampledDistance(
         {"grid": MANY_CELLS, "motion": vc.Steady(Fx=-0.1)},
         {"grid": vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)},
         {"grid": MANY_CELLS, "friction": np.inf},
-        {"surface": vc.Cylinders(R=1.0), "motion": vc.Steady(vx=0.01), "grid": vc.Grid(nx=MANY + 1)},
+        {"surface": vc.Cylinders(R=1.0), "motion": vc.Steady(vx=0.01), "grid": vc.Grid(nx=2 * MANY + 1)},
     ],
 )
 def test_auto_with_many_elements(rolling, changes):
@@ -103,6 +104,50 @@ def test_auto_with_many_elements_jointly(rolling):
 )
 def test_with_few_elements_or_where_it_is_not_asked_for(rolling, changes, choices):
     assert vc.plan(rolling(**changes), **choices).tangential == "tang-safeguarded"
+
+
+@pytest.mark.parametrize(
+    ("motion", "halved"),
+    [
+        (vc.Steady(vx=0.01), True),
+        (vc.Steady(vy=0.01, spin=0.02), True),
+        (vc.Steady(Fx=-0.1), True),
+        (vc.Steady(Fy=-0.1, spin=0.02), True),
+        (vc.Shift(ux=0.01), True),
+        (vc.Shift(uy=0.01, rotation=0.02), True),
+        (vc.Steady(vx=0.01, spin=0.02), False),
+        (vc.Steady(vx=0.01, vy=0.01), False),
+        (vc.Steady(Fx=-0.1, vy=0.01), False),
+        (vc.Shift(Fx=0.1, Fy=0.1), False),
+    ],
+)
+@pytest.mark.parametrize("cells", [16, 17, 20, 22])
+def test_what_is_its_own_mirror_image_counts_half(rolling, motion, halved, cells):
+    """Active sets solve for half of it, and are the fastest for twice as many elements, if rows come in pairs."""
+    scene = rolling(surface=vc.Ellipse(1.2, 1.0), motion=motion, grid=vc.Grid(nx=cells, ny=cells))
+    pairs = halved and cells % 2 == 0
+    assert own_image(scene) == pairs == vc.plan(scene, method="active-set").sizes.mirrored
+    few = np.pi / 4 * cells**2 <= MANY * (2 if pairs else 1)
+    assert vc.plan(scene).tangential == ("tang-safeguarded" if few else "newton")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"grid": vc.Grid(nx=16, ny=16, dx=0.2, dy=0.2, x0=-1.5, y0=-1.5)},
+        {"grid": vc.Grid(nx=16, ny=16), "bodies": UNLIKE, "surface": BALL},
+        {"grid": vc.Grid(nx=16, ny=16), "surface": SAMPLES},
+        {"grid": "auto"},
+    ],
+)
+def test_what_may_have_no_mirror_image_counts_in_full(rolling, changes):
+    assert not own_image(rolling(motion=vc.Steady(vx=0.01), **changes))
+
+
+@pytest.mark.parametrize(("cells", "vy", "solver"), [(200, 0.0, "tang-safeguarded"), (200, 0.01, "newton")])
+def test_strips_by_directions(rolling, cells, vy, solver):
+    scene = rolling(surface=vc.Cylinders(R=1.0), motion=vc.Steady(vx=0.01, vy=vy), grid=vc.Grid(nx=cells))
+    assert vc.plan(scene).tangential == solver
 
 
 @pytest.mark.parametrize(

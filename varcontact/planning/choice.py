@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
-from varcontact.planning.kinds import kinds_of, special_of
+from varcontact.planning.kinds import kinds_of, one_direction, special_of
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, for_many_elements, many_on_parts, road
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.likeness import almost_like, left_out
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.transient import Transient
@@ -175,22 +175,9 @@ def _how(name: str) -> str:
     return "active sets, as printed" if name == "tang-exact" else "active sets, exact and the fastest"
 
 
-def _one_direction(scene: Scene) -> bool:
-    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along the other.
-
-    Coulomb's disks then are intervals, and all programs quadratic.
-    """
-    motion = scene.motion
-    if not scene.line or not isinstance(motion, (Steady, Shift)):
-        return False
-    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
-    along_y = motion.rigid[1] != 0 or motion.Fy is not None
-    return not (along_x and along_y)
-
-
 def _tangential(scene: Scene, wanted: str, way: Road) -> tuple[str, str]:
     methods = tangential_methods()
-    if _one_direction(scene):
+    if one_direction(scene):
         methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
     if wanted in normal_methods() and wanted not in methods:
         why = (

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from varcontact.scene.friction import Law, kind_of
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -111,3 +114,41 @@ def _slips_all_over(scene: Scene) -> bool:
     slope = vermeulen_johnson_coefficients(hertz.a, hertz.b, nu)
     force = vermeulen_johnson(hertz.a, hertz.b, scene.bodies.combined_G, limit, motion.rigid, slope)
     return bool(math.hypot(*force) >= limit * (1 - 1e-12))
+
+
+def one_direction(scene: Scene) -> bool:
+    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along the other.
+
+    Coulomb's disks then are intervals, and all programs quadratic.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    motion = scene.motion
+    if not scene.line or not isinstance(motion, (Steady, Shift)):
+        return False
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
+    along_y = motion.rigid[1] != 0 or motion.Fy is not None
+    return not (along_x and along_y)
+
+
+def own_image(scene: Scene) -> bool:
+    """Whether a Hertzian contact with an even number of rows is known to be its own mirror image about the x-axis.
+
+    With x its tractions along x are even in y and those along y odd where nothing moves along y, or about z; and the
+    other way round where nothing moves along x.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    motion, grid = scene.motion, scene.grid
+    placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
+    if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
+        return False
+    if scene.bodies.K != 0 or isinstance(scene.friction, np.ndarray):
+        return False
+    along_x, along_y, about_z = motion.rigid
+    straight = along_y == about_z == 0 and motion.Fy is None
+    return straight or (along_x == 0 and motion.Fx is None)

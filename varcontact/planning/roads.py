@@ -9,6 +9,7 @@ import numpy as np
 
 from varcontact.checks import choice
 from varcontact.errors import SceneError
+from varcontact.planning.kinds import one_direction, own_image
 from varcontact.problem.contact_grid import given_grid
 from varcontact.problem.on_parts import cells_of
 from varcontact.scene.motion import Steady
@@ -103,6 +104,8 @@ def for_many_elements(scene: Scene, together: bool) -> Road | None:
     """
     count, dx = _elements(scene)
     motion = scene.motion
+    if own_image(scene) or one_direction(scene):
+        count /= 2  # active sets have half the unknowns
     if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
         return MANY_ELEMENTS if count > TOO_MANY else None
     if scene.bodies.K != 0 and not scene.frictionless:
