@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -71,7 +71,7 @@ class Steady:
         """1: towards positive x."""
         return 1
 
-    def second_order(self) -> Steady:
+    def second_order(self) -> Self:
         """The same rolling, its slip a difference of the second order, with the spin offset that goes with it."""
         return replace(self, slip_difference="second-order", spin_offset=None)
 

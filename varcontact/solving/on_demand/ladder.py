@@ -201,7 +201,7 @@ LADDERS = {
         second_order=True,
     ),
     (False, "coupled", "shift"): Ladder(
-        "shifts of unlike bodies", Law(2.0, 0.5, 0.52, 2.0, 0.206, 1.05, taken=0.5), coarsest=4
+        "shifts of unlike bodies", Law(2.0, 0.5, 0.7, 2.0, 0.206, 1.4, taken=0.5), coarsest=4
     ),
     (False, "coupled", "history"): Ladder(
         "histories of unlike bodies", Law(2.0, 1.0, 1.7, 2.0, 0.79, 3.2, taken=0.5), coarsest=4
