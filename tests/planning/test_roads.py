@@ -144,6 +144,14 @@ def test_what_may_have_no_mirror_image_counts_in_full(rolling, changes):
     assert not own_image(rolling(motion=vc.Steady(vx=0.01), **changes))
 
 
+@pytest.mark.parametrize(("cells", "solver"), [(17, "tang-safeguarded"), (18, "newton")])
+def test_steps_of_a_history_begin_near_their_ends(rolling, cells, solver):
+    """Active sets keep them up to 250 elements."""
+    motion = vc.Transient(steps=2, vx=0.01, vy=0.01)
+    scene = rolling(surface=BALL, motion=motion, grid=vc.Grid(nx=cells, ny=cells))
+    assert vc.plan(scene).tangential == solver
+
+
 @pytest.mark.parametrize(("cells", "vy", "solver"), [(200, 0.0, "tang-safeguarded"), (200, 0.01, "newton")])
 def test_strips_by_directions(rolling, cells, vy, solver):
     scene = rolling(surface=vc.Cylinders(R=1.0), motion=vc.Steady(vx=0.01, vy=vy), grid=vc.Grid(nx=cells))

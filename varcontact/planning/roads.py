@@ -65,6 +65,9 @@ MANY, MANY_PRESSED = 180, 400
 """Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions and for the
 pressure (docs/measurements.md)."""
 
+MANY_IN_STEPS = 250
+"""The same for the tractions of a history, whose steps begin from the step before."""
+
 MANY_UNLIKE = 100
 """The same of unlike bodies, whose pressure and tractions it finds together and not in turn."""
 
@@ -112,7 +115,8 @@ def for_many_elements(scene: Scene, together: bool) -> Road | None:
         return MANY_ELEMENTS if count > (MANY_UNLIKE if together else MANY) else None
     if many_pressed(scene):
         return MANY_ELEMENTS
-    return MANY_RUBBED if count > MANY and not scene.frictionless else None
+    most = MANY_IN_STEPS if isinstance(motion, Transient) else MANY
+    return MANY_RUBBED if count > most and not scene.frictionless else None
 
 
 def many_pressed(scene: Scene) -> bool:
