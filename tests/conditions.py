@@ -98,6 +98,11 @@ class Held:
         return self._caused(self.sol, 0.0)
 
     @property
+    def distance(self) -> np.ndarray:
+        """Of the deformed bodies, where the approach is known, (n,)."""
+        return undeformed(self.sol, self.points) + self.displacement[0][2] - self.sol.approach
+
+    @property
     def lowered(self) -> np.ndarray:
         """What the tangential tractions of unlike bodies add to the distance, (n,)."""
         alone = replace(self.sol, pressure=np.zeros_like(self.sol.pressure))
@@ -164,6 +169,19 @@ class Held:
         """Rounding of the local shift; of A - C, of both before they are subtracted."""
         summed = NOISE * float(np.abs(self.rigid).max() + self.elastic[1].max())
         return summed + 4 * float(np.finfo(float).eps * self.displacement[1].max())
+
+
+def on_parts(held: Held) -> Held:
+    """The pressure that was solved for on parts of the elements, without tractions; of whole elements as it is."""
+    sol, pressure = held.sol, held.sol.pressure_on_parts
+    if pressure is None:
+        return held
+    (rows, columns), (dx, dy), grid = pressure.shape, sol.grid.sides, sol.grid
+    across, along = rows // grid.rows, columns // grid.nx
+    finer = vc.Grid(nx=columns, dx=dx / along, x0=grid.x[0] - dx / 2)
+    if not grid.line:
+        finer = replace(finer, ny=rows, dy=dy / across, y0=grid.y[0] - dy / 2)
+    return Held(replace(sol, grid=finer, pressure=pressure, traction=np.zeros((2, rows, columns))), None)
 
 
 def at_slip(law: vc.StaticKinetic | vc.LinearFalling, slip: np.ndarray) -> np.ndarray:
@@ -260,6 +278,13 @@ def _pressures(held: Held, tol: float) -> list[str]:
     found += _too_large("the distance is another", stated, noise)
     if sol.plan.closed_form:
         found += _hertz(held)
+    elif sol.pressure_on_parts is not None:
+        parts = on_parts(held)
+        found += _contact(parts, parts.distance, tol, noise)
+        (ny, nx), (rows, columns) = sol.grid.shape, sol.pressure_on_parts.shape
+        means = sol.pressure_on_parts.reshape(ny, rows // ny, nx, columns // nx).mean(axis=(1, 3))
+        off = float(np.abs(means - sol.pressure).max())
+        found += _too_large("elements bear other pressures than the means of their parts", off, 1e-12 * peak)
     elif sol.plan.one_pass:
         found += _contact(held, distance - held.lowered, tol, noise)
     else:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import varcontact as vc
-from tests.conditions import Held, undeformed, violations
+from tests.conditions import Held, on_parts, undeformed, violations
 
 DIFFER = 1e-3
 """Relative difference of the certificate's numbers from those found here that is none."""
@@ -27,7 +27,7 @@ def untruths(held: Held) -> list[str]:
     stated = sol.certificate
     found = [] if np.all(stated.force_bound >= 0) else [f"bounds on the forces of {stated.force_bound}"]
     if np.isfinite(sol.approach):
-        residual, noise = normal_residual(held)
+        residual, noise = normal_residual(on_parts(held))
         found += _differs("normal residual", stated.normal_residual, residual, noise)
     if sol.motion is None or not held.bound.any() or not np.isfinite(held.bound).all():
         return found

@@ -34,8 +34,11 @@ CHANGES = {
     "law": LINE | {"friction": vc.LinearFalling(0.3, 0.2, 4e-3)},
     "hertz": {"motion": vc.Shift(ux=3e-4)},
     "touched": {"motion": vc.Steady(Fx=-5e-4, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
+    "parts": {"motion": vc.Steady(vx=2e-3, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
+    "strips in parts": LINE | {"grid": vc.Grid(nx=9, edge="touched")},
     "johnson": {"bodies": vc.Bodies(G=(1.0, 0.4), nu=0.25), "motion": vc.Steady(vx=3e-3)},
 }
+OPTIONS = {"johnson": {"coupling": "johnson"}, "parts": {"normal": "norm"}, "strips in parts": {"normal": "norm"}}
 
 
 @pytest.mark.parametrize("kind", CHANGES)
@@ -43,7 +46,7 @@ def test_the_judge_notices(kind):
     """Changes of a thousandth, or of the certificate by a half, do not pass; and the solution does."""
     base = {"bodies": vc.Bodies(G=1.0, nu=0.3), "surface": vc.Paraboloids(3.0, 2.0), "normal_force": 4e-3}
     scene = vc.Scene(**(base | {"friction": 0.3} | CHANGES[kind]))
-    sol = vc.solve(scene, **({"coupling": "johnson"} if kind == "johnson" else {}))
+    sol = vc.solve(scene, **OPTIONS.get(kind, {}))
     assert faults(sol, 1e-8) == []
     slips, certificate = sol.state == 2, sol.certificate
     wrong = {
@@ -53,6 +56,9 @@ def test_the_judge_notices(kind):
         "distance": sol.distance + 1e-3 * sol.distance.max(),
         "certificate": dataclasses.replace(certificate, tangential_residual=certificate.tangential_residual + 1e-9),
     }
+    if "parts" in kind:
+        assert sol.pressure_on_parts is not None
+        wrong["pressure_on_parts"] = 0.999 * sol.pressure_on_parts
     for name, value in wrong.items():
         assert faults(dataclasses.replace(sol, **{name: value}), 1e-6), name
 
