@@ -176,11 +176,8 @@ def on_parts(held: Held) -> Held:
     sol, pressure = held.sol, held.sol.pressure_on_parts
     if pressure is None:
         return held
-    (rows, columns), (dx, dy), grid = pressure.shape, sol.grid.sides, sol.grid
-    across, along = rows // grid.rows, columns // grid.nx
-    finer = vc.Grid(nx=columns, dx=dx / along, x0=grid.x[0] - dx / 2)
-    if not grid.line:
-        finer = replace(finer, ny=rows, dy=dy / across, y0=grid.y[0] - dy / 2)
+    (rows, columns), (ny, nx) = pressure.shape, sol.grid.shape
+    finer = sol.grid.divided((rows // ny, columns // nx))
     return Held(replace(sol, grid=finer, pressure=pressure, traction=np.zeros((2, rows, columns))), None)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 NEAR = 4.0
 """Distance in element sides from which Gauss's rule is used: its error there is below (1/15.9)^14 = 1.5e-17."""
 
-AT_A_TIME = 4000
+AT_A_TIME = 1000
 """Field points for which all of Gauss's points are evaluated together."""
 
 _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(7)

@@ -5,14 +5,14 @@ Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
-from varcontact.machine.interrupts import interruptible
 from varcontact.problem.gap import magnitude, project, tangential_residual
 from varcontact.problem.problem import RawSolution, TangentialProblem
+from varcontact.solvers.active_set.equations import Equations, Point, moved, shift_of, turns
 from varcontact.solvers.splitting import Splitting
 from varcontact.solvers.tally import Tally
 
@@ -62,7 +62,7 @@ def tang(
     at = _unloaded(problem)
     sticks = np.ones(problem.size, dtype=bool)
     if start is not None:
-        at = _Point(start.traction, start.rigid)
+        at = Point(start.traction, start.rigid)
         trial = _trial(problem, at)
         sticks = magnitude(trial) <= problem.bound
         at = _on_bound(problem, sticks, at, trial)
@@ -77,7 +77,7 @@ def tang(
             at, steps, solved = _on_areas(problem, sticks, at, enough)
             count += steps
             beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
-            forward = ~sticks & (np.sum(at.traction * _shift(problem, at), axis=0) > 0)  # point 5
+            forward = ~sticks & (np.sum(at.traction * shift_of(problem, at), axis=0) > 0)  # point 5
             if not solved or beyond.any() or forward.any():
                 break
         best = _better(problem, best, at)
@@ -122,9 +122,9 @@ def tang_safeguarded(
     if problem.no_slip:
         return no_slip(problem)
     if start is not None:
-        return _descend(problem, _Point(project(start.traction, problem.bound), start.rigid), max_steps)
+        return _descend(problem, Point(project(start.traction, problem.bound), start.rigid), max_steps)
     sticking = no_slip(problem)
-    at = _Point(project(sticking.traction, problem.bound), sticking.rigid)
+    at = Point(project(sticking.traction, problem.bound), sticking.rigid)
     if not (np.isfinite(at.traction).all() and np.isfinite(at.rigid).all()):  # numbers overflow
         at = _unloaded(problem)
     best = _descend(problem, at, max_steps)
@@ -135,16 +135,16 @@ def tang_safeguarded(
         with tally.called("tang"):
             rough = tang(problem)
             tally.iterated("tang", rough.iterations)
-        raw = _descend(problem, _Point(rough.traction, rough.rigid), max_steps)
+        raw = _descend(problem, Point(rough.traction, rough.rigid), max_steps)
         newton += rough.iterations + raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
-        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+        best = _better(problem, best, Point(raw.traction, raw.rigid))
         raw = _descend(problem, _balanced(problem, at), max_steps)
         newton += raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
-        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+        best = _better(problem, best, Point(raw.traction, raw.rigid))
     splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
         with tally.called("splitting"):
@@ -154,16 +154,16 @@ def tang_safeguarded(
         newton += raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
-        best = _better(problem, best, _Point(raw.traction, raw.rigid))
+        best = _better(problem, best, Point(raw.traction, raw.rigid))
     return replace(best, iterations=newton, status="MaxIterations", solved=False)
 
 
-def _split(problem: TangentialProblem, splitting: Splitting, at: _Point, rounds: int) -> _Point:
+def _split(problem: TangentialProblem, splitting: Splitting, at: Point, rounds: int) -> Point:
     """The point after some rounds of splitting, which may be near enough for Newton's method."""
-    moved, multipliers = splitting.moved((at.traction - _shift(problem, at) / splitting.weight).ravel(), rounds)
+    moved, multipliers = splitting.moved((at.traction - shift_of(problem, at) / splitting.weight).ravel(), rounds)
     rigid = at.rigid.copy()
     rigid[problem.free] = multipliers
-    return _Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
+    return Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
@@ -180,41 +180,24 @@ def no_slip(problem: TangentialProblem) -> RawSolution:
         Tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
-    at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
+    at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
     return RawSolution(at.traction, at.rigid, 1, "Solved")
 
 
-@dataclass(frozen=True, eq=False)
-class _Point:
-    """Tractions (c, n) and missing rigid shifts (c,)."""
-
-    traction: np.ndarray
-    rigid: np.ndarray
+def _unloaded(problem: TangentialProblem) -> Point:
+    return Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
 
 
-@dataclass(frozen=True, eq=False)
-class _Step:
-    """Changes of the stick tractions (c, nH), of the directions of those that turn (nT,), of the rigid shifts (c,)."""
-
-    stick: np.ndarray
-    angle: np.ndarray
-    rigid: np.ndarray
-
-
-def _unloaded(problem: TangentialProblem) -> _Point:
-    return _Point(np.zeros_like(problem.rigid_shift), np.zeros(problem.components))
-
-
-def _balanced(problem: TangentialProblem, at: _Point, rounds: int = 20) -> _Point:
+def _balanced(problem: TangentialProblem, at: Point, rounds: int = 20) -> Point:
     """Rounds of ``p <- Proj_g(p - E/rho)``, each with the rigid shift at which the tractions have the prescribed force.
 
     Where friction is so low that tractions hardly change the shift, nearly all slips, and no way through stick leads
     to where forces balance; these rounds are there at once.
     """
     for _ in range(rounds):
-        known = _shift(problem, replace(at, rigid=np.zeros_like(at.rigid))) - problem.operator.row_size * at.traction
+        known = shift_of(problem, replace(at, rigid=np.zeros_like(at.rigid))) - problem.operator.row_size * at.traction
         rigid = _balance(problem, known)
-        at = _Point(project(-(known + rigid[:, None]) / problem.operator.row_size, problem.bound), rigid)
+        at = Point(project(-(known + rigid[:, None]) / problem.operator.row_size, problem.bound), rigid)
     return at
 
 
@@ -242,121 +225,37 @@ def _balance(problem: TangentialProblem, known: np.ndarray) -> np.ndarray:
     return moved(minimize(work, np.zeros(len(free)), jac=True, tol=1e-12).x)
 
 
-def _shift(problem: TangentialProblem, at: _Point) -> np.ndarray:
-    """E by the dense matrix, which Newton's method needs anyway."""
-    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
-    return elastic + problem.rigid_shift + at.rigid[:, None]
-
-
-def _trial(problem: TangentialProblem, at: _Point) -> np.ndarray:
+def _trial(problem: TangentialProblem, at: Point) -> np.ndarray:
     """The natural map before its projection, ``p - E/rho``.
 
     Any positive rho has the same solutions. In short steps of rolling an element hardly moves itself, and all around it
     do: by its own influence areas would change at random, by the whole row they do not.
     """
-    return at.traction - _shift(problem, at) / problem.operator.row_size
+    return at.traction - shift_of(problem, at) / problem.operator.row_size
 
 
-def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: _Point, towards: np.ndarray) -> _Point:
+def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: Point, towards: np.ndarray) -> Point:
     """The tractions with those of the slip area on the bound, in the directions of `towards`."""
     size = magnitude(towards)
     on_bound = towards / np.where(size > 0, size, 1.0) * problem.bound
     return replace(at, traction=np.where(sticks, at.traction, on_bound))
 
 
-def _turns(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> tuple[np.ndarray, np.ndarray]:
-    """The slip elements, whose traction turns, and unit vectors across it; none where there is but one component."""
-    T = np.flatnonzero(~sticks & (problem.components > 1))
-    across = at.traction[::-1, T] / problem.bound[T]
-    across[0] *= -1
-    return T, across
-
-
-def _newton_step(problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Step:
-    """Newton's step for given areas, from tractions on the bound in the slip area."""
-    return _Equations.of(problem, sticks, at).step(at)
-
-
-@dataclass(frozen=True, eq=False)
-class _Equations:
-    """Newton's equations for given areas, factored: good for steps from other points nearby.
-
-    E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the components of the
-    traction where it sticks, its direction where it slips, the missing rigid shifts.
-    """
-
-    problem: TangentialProblem
-    sticks: np.ndarray
-    factors: tuple[np.ndarray, np.ndarray] | None
-
-    @classmethod
-    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: _Point) -> _Equations:
-        """Those at a point; without factors where they are singular."""
-        from scipy.linalg.lapack import dgetrf
-
-        n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
-        H, (T, across) = np.flatnonzero(sticks), _turns(problem, sticks, at)
-        h, g, shift = H.size, problem.bound[T], _shift(problem, at)
-        k, components = c * h + T.size, n * np.arange(c)[:, None]
-        stuck, turning = (components + H).ravel(), components + T
-        rows = np.empty((k, c * n))
-        rows[: c * h] = matrix[stuck]
-        rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
-        jacobian = np.zeros((k + len(free), k + len(free)))
-        jacobian[:k, : c * h] = rows.take(stuck, axis=1)
-        jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
-        slip_rows = np.arange(c * h, k)
-        jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
-        for i, component in enumerate(free):
-            part = slice(component * h, (component + 1) * h)
-            jacobian[part, k + i] = jacobian[k + i, part] = 1.0
-            jacobian[c * h : k, k + i] = across[component]
-            jacobian[k + i, c * h : k] = g * across[component]
-        if not len(jacobian):
-            return cls(problem, sticks, None)
-        factors, swaps, singular = interruptible(lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian))
-        return cls(problem, sticks, None if singular else (factors, swaps))
-
-    def step(self, at: _Point) -> _Step:
-        """The step from a point with tractions on the bound in the slip area; none where they are singular."""
-        from scipy.linalg.lapack import dgetrs
-
-        problem, (T, across) = self.problem, _turns(self.problem, self.sticks, at)
-        H, c, free, shift = np.flatnonzero(self.sticks), problem.components, problem.free, _shift(problem, at)
-        forces = [F / problem.area for F in problem.force if F is not None]
-        lacking = np.array(forces) - at.traction[free].sum(axis=1)
-        error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
-        step = np.zeros(error.size)
-        if self.factors is not None:
-            step, _ = dgetrs(*self.factors, -error, trans=1)
-        k, rigid = c * H.size + T.size, np.zeros(c)
-        rigid[free] = step[k:]
-        return _Step(step[: c * H.size].reshape(c, H.size), step[c * H.size : k], rigid)
-
-
-def _moved(problem: TangentialProblem, sticks: np.ndarray, at: _Point, step: _Step, part: float = 1.0) -> _Point:
-    """A part of a step, turning the slip tractions on their bound."""
-    traction, (T, across), angle = at.traction.copy(), _turns(problem, sticks, at), part * step.angle
-    traction[:, sticks] += part * step.stick
-    traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
-    return _Point(traction, at.rigid + part * step.rigid)
-
-
-def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: _Point, enough: float) -> tuple[_Point, int, bool]:
+def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: Point, enough: float) -> tuple[Point, int, bool]:
     """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
     at = _on_bound(problem, sticks, at, at.traction)
     scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
     error, before, count = np.inf, np.inf, 0
     while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
         count, before = count + 1, error
-        at = _moved(problem, sticks, at, _newton_step(problem, sticks, at))
-        shift, (T, across) = _shift(problem, at), _turns(problem, sticks, at)
+        at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
+        shift, (T, across) = shift_of(problem, at), turns(problem, sticks, at)
         turned = np.sum(across * shift[:, T], axis=0)
         error = max(np.abs(shift[:, sticks]).max(initial=0.0), np.abs(turned).max(initial=0.0)) / scale
     return at, count, bool(error < max(enough, ROUNDING))
 
 
-def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolution:
+def _descend(problem: TangentialProblem, at: Point, max_steps: int) -> RawSolution:
     """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
     best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
     residual, lowest = _residual(problem, best), _merit(problem, at, trial)
@@ -366,13 +265,13 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
         sticks = magnitude(trial) <= problem.bound
         begin = _on_bound(problem, sticks, at, trial)
         if equations is None or not falls or (sticks != equations.sticks).any():
-            equations = _Equations.of(problem, sticks, begin)
+            equations = Equations.of(problem, sticks, begin)
         step = equations.step(begin)
         step = replace(step, angle=np.clip(step.angle, -2.0, 2.0))
         least = np.inf
         for part in (1.0, 0.5, 0.25, 0.1, 0.03):
             with np.errstate(over="ignore", invalid="ignore"):  # where all slips, a step for the force has no end
-                there = _moved(problem, sticks, begin, step, part)
+                there = moved(problem, sticks, begin, step, part)
                 there_trial = _trial(problem, there)
                 there_merit = _merit(problem, there, there_trial)
             if there_merit < least:
@@ -388,18 +287,18 @@ def _descend(problem: TangentialProblem, at: _Point, max_steps: int) -> RawSolut
     return replace(best, iterations=count, status="Solved" if solved else "MaxIterations", solved=solved)
 
 
-def _merit(problem: TangentialProblem, at: _Point, trial: np.ndarray) -> float:
+def _merit(problem: TangentialProblem, at: Point, trial: np.ndarray) -> float:
     """Size of the natural map's residual."""
     return float(np.linalg.norm(at.traction - project(trial, problem.bound)))
 
 
-def _better(problem: TangentialProblem, best: RawSolution | None, at: _Point) -> RawSolution:
+def _better(problem: TangentialProblem, best: RawSolution | None, at: Point) -> RawSolution:
     """The better of two by the residual."""
     found = _admissible(problem, at)
     return found if best is None or _residual(problem, found) < _residual(problem, best) else best
 
 
-def _admissible(problem: TangentialProblem, at: _Point) -> RawSolution:
+def _admissible(problem: TangentialProblem, at: Point) -> RawSolution:
     """Tractions within the bound."""
     return RawSolution(project(at.traction, problem.bound), at.rigid, 0, "")
 
