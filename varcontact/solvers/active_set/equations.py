@@ -42,7 +42,17 @@ class Equations:
 
     @classmethod
     def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: Point) -> Equations:
-        """Those at a point; without factors where they are singular."""
+        """Those at a point; without factors where they are singular.
+
+        Parameters
+        ----------
+        problem : TangentialProblem
+            Dimensionless.
+        sticks : bool ndarray, shape (n,)
+            The stick area.
+        at : Point
+            With tractions on the bound in the slip area.
+        """
         from scipy.linalg.lapack import dgetrf
 
         n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
@@ -69,7 +79,13 @@ class Equations:
         return cls(problem, sticks, None if singular else (factors, swaps))
 
     def step(self, at: Point) -> Step:
-        """The step from a point with tractions on the bound in the slip area; none where they are singular."""
+        """The step from there; none where they are singular.
+
+        Parameters
+        ----------
+        at : Point
+            With tractions on the bound in the slip area.
+        """
         from scipy.linalg.lapack import dgetrs
 
         problem, (T, across) = self.problem, turns(self.problem, self.sticks, at)
