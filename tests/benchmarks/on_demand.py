@@ -77,11 +77,15 @@ def climbed(scene: vc.Scene, finest: int) -> dict[str, object]:
     cells = [n for n in (CELLS_IN_LINE if scene.line else CELLS) if n <= finest]
     answers = [rung(scene, ladder, n) for n in cells]
     per = units(answers[-1][0])
+    nears = [largest_contact(answer) for answer, _ in answers]
+    known = scene, make_plan(scene), semi_axes(nears[-1])
     found = np.array([[values(sol)[name] / unit for name, unit in per.items()] for sol, _ in answers])
     fine = extrapolated(np.array(cells[-3:], float), found[-3:], ladder.law.order)
     return {
         "key": list(key),
-        "severity": severity_of(scene, make_plan(scene), semi_axes(largest_contact(answers[-1][0]))),
+        "before": severity_of(*known),
+        "severity": [severity_of(*known, near) for near in nears],
+        "planned": [severity_of(*known, near, 1 / COARSER) for near in nears],
         "cells": cells,
         "names": list(per),
         "units": list(per.values()),
@@ -132,7 +136,7 @@ def pairs_of(chosen: list[dict], order: float, taken: float, coarsest: int) -> n
             if cells[i] >= coarsest and 0.3 <= cells[i] / cells[j] <= 0.7:
                 step = (found[j] - found[i]) * part_of_step(cells, i, j, order)
                 error = max(abs(found[j] + taken * step - exact).max() - record["sure"], 0.0)
-                pairs.append((record["severity"], cells[j], abs(step).max(), error))
+                pairs.append((record["severity"][j], cells[j], abs(step).max(), error))
     return np.array(pairs).T
 
 
@@ -143,13 +147,14 @@ def covering(chosen: list[dict], pairs: np.ndarray, order: float, share: float, 
     lacking, beyond = (error - share * step) * scale, (error / BEYOND - share * step) * scale
     floor = max(float(np.quantile(lacking, COVERED)), float(beyond.max()), 1e-4)
     usual = max(float(np.median(step * n**order)), 1e-12)
-    single = max(alone(record, order) / record["severity"] ** power for record in chosen)
+    single = max(alone(record, order, power) for record in chosen)
     return Law(order, share, floor, fall, usual, SAFETY * single, power)
 
 
-def alone(record: dict, order: float) -> float:
-    """Largest error on one of the coarse grids, by the size of its elements to that power."""
-    return float((errors_of(record)[:COARSE] * np.array(record["cells"][:COARSE]) ** order).max())
+def alone(record: dict, order: float, power: float) -> float:
+    """Largest error on one of the coarse grids, by powers of the size of its elements and of its severity."""
+    scales = np.array(record["cells"]) ** order / np.array(record["severity"]) ** power
+    return float((errors_of(record)[:COARSE] * scales[:COARSE]).max())
 
 
 def climb(record: dict, law: Law, coarsest: int, accuracy: float) -> float:
@@ -160,20 +165,25 @@ def climb(record: dict, law: Law, coarsest: int, accuracy: float) -> float:
     def nearest(n: float) -> int:
         return int(np.argmin(abs(np.log(np.array(cells) / n))))
 
-    n = math.ceil(1.5 * coarsest)
-    while law.expected(n, record["severity"], LIKELY) > accuracy and n < cells[-1]:
-        n = math.ceil(1.05 * n)
-    j = max(nearest(n), 1)
-    solved = [min(nearest(max(coarsest, COARSER * n)), j - 1)]
+    def first(severity: float) -> int:
+        n = math.ceil(1.5 * coarsest)
+        while law.expected(n, severity, LIKELY) > accuracy and n < cells[-1]:
+            n = math.ceil(1.05 * n)
+        return n
+
+    n = first(record["before"])
+    solved = [min(nearest(max(coarsest, COARSER * n)), max(nearest(n), 1) - 1)]
+    n = first(record["planned"][solved[0]])
+    j = max(nearest(n), solved[0] + 1)
     while True:
         i = min(solved, key=lambda place: abs(math.log(cells[place] / (BESIDE * cells[j]))))
         step = abs(found[j] - found[i]).max() * part_of_step(cells, i, j, law.order)
-        estimate = law.error(step, cells[j], record["severity"])
+        estimate = law.error(step, cells[j], record["severity"][j])
         solved.append(j)
         if estimate <= accuracy:
             return float(seconds[solved].sum())
         if j == len(cells) - 1:  # as many more elements as the law asks for, and as much more time
-            while law.share * step * (cells[j] / n) ** law.order + law.remainder(n, record["severity"]) > accuracy:
+            while law.share * step * (cells[j] / n) ** law.order + law.remainder(n, record["severity"][j]) > accuracy:
                 n = math.ceil(1.05 * n)
             return float(seconds[solved].sum() + seconds[j] * max(n / cells[j], 1.0) ** 2)
         more = SPARE * (estimate / accuracy) ** (1 / law.order)
@@ -185,7 +195,7 @@ def fit(path: Path) -> None:
     every = records(path, SURE)
     for key in sorted({tuple(each["key"]) for each in every}):
         chosen = [each for each in every if tuple(each["key"]) == key]
-        powers = (0.0, 0.5, 1.0, 2.0) if any(each["severity"] != 1 for each in chosen) else (0.0,)
+        powers = (0.0, 0.5, 1.0, 2.0) if any(set(each["severity"]) != {1.0} for each in chosen) else (0.0,)
         best: tuple[float, Law] | None = None
         for order, taken in itertools.product((1.5, 1.75, 2.0), (0.5, 1.0)):
             pairs = pairs_of(chosen, order, taken, LADDERS[key].coarsest)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.machine import memory
@@ -17,14 +17,14 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving.error_norm import creepage_names, friction_limit, semi_axes, units, values
+from varcontact.solving.error_norm import semi_axes, units, values
 from varcontact.solving.on_demand.asked import Asked
+from varcontact.solving.on_demand.estimated import Answer, peaks_by_hertz, with_values
 from varcontact.solving.on_demand.ladder import Ladder, ladder_of
 from varcontact.solving.on_demand.severity import severity_of
 from varcontact.solving.transient import bytes_of_steps
 
 Progress = Callable[[str], None]
-Answer = Solution | History
 Solver = Callable[[Scene, Progress | None, bool, Solution | None], Answer]
 """Solves a scene as `solve` does, on its own grid; with the certificate asked for, or without one; from a solution on
 another grid, if there is one."""
@@ -111,11 +111,12 @@ class Climb:
         """
         accuracy = self.asked.accuracy
         assert accuracy is not None
-        n = self.ladder.first(accuracy, self.severity, LIKELY)
+        n = self.ladder.first(accuracy, self.severity(1 / COARSER), LIKELY)
         if not self._fits(n):
             raise self._out_of_reach(accuracy)
         self.on(self.ladder.coarser(n, COARSER), certified=False)
-        n, before = self.ladder.first(accuracy, self.severity, LIKELY), n  # how severe it is may be known only now
+        before = n
+        n = self.ladder.first(accuracy, self.severity(1 / COARSER), LIKELY)  # how severe it is may be known only now
         n = max(n if n == before or self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
             self.on(n)
@@ -179,15 +180,20 @@ class Climb:
         exact = dict.fromkeys(best, 0.0)
         return with_values(fine.answer, ErrorEstimate(best, exact, how, solves, *self._asked))
 
-    @property
-    def severity(self) -> float:
-        """By how much its errors are larger than others', as far as that is known: before the first answer by Hertz."""
-        hertz = self.scene.hertz
+    def severity(self, finer: float = 1.0) -> float:
+        """By how much its errors are larger than others', as far as that is known: before the first answer by Hertz.
+
+        Parameters
+        ----------
+        finer : float
+            By how many times the elements of the grid in question are shorter than those of the last one.
+        """
+        hertz, near = self.scene.hertz, _largest(self.rungs[-1].answer) if self.rungs else None
         if hertz is not None:
             axes: tuple[float, float] | None = (hertz.a, hertz.b)
         else:
-            axes = semi_axes(_largest(self.rungs[-1].answer)) if self.rungs else None
-        return severity_of(self.scene, self.plan, axes)
+            axes = None if near is None else semi_axes(near)
+        return severity_of(self.scene, self.plan, axes, near, finer)
 
     @property
     def _asked(self) -> tuple[float | None, float | None]:
@@ -229,7 +235,7 @@ class Climb:
 
     def answer(self) -> Answer:
         """The answer on the finest grid so far, its values extrapolated, with the estimate of their errors."""
-        fine, law, severity = self.rungs[-1], self.ladder.law, self.severity
+        fine, law, severity = self.rungs[-1], self.ladder.law, self.severity()
         solves = tuple(Solve(*_cells(rung.answer), rung.seconds) for rung in self.rungs)
         if len(self.rungs) == 1:
             errors = {name: law.alone(fine.n, severity) for name in fine.values}
@@ -286,7 +292,8 @@ class Climb:
         return 0.01 + 1e-5 * self.ladder.elements(n) ** 1.1 if known is None else known
 
     def _out_of_reach(self, accuracy: float) -> TooLarge:
-        n, reached = self.ladder.first(accuracy, self.severity), self.ladder.law.expected(self.most(), self.severity)
+        severity = self.severity(1 / COARSER)
+        n, reached = self.ladder.first(accuracy, severity), self.ladder.law.expected(self.most(), severity)
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 
@@ -294,52 +301,6 @@ class Climb:
         reached = _estimated(answer)
         words = f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and a finer grid does not fit"
         return NotConverged(words, reached, answer)
-
-
-def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
-    """An answer with an estimate, whose values become its own; of a history each step with those of the step.
-
-    Parameters
-    ----------
-    answer : Solution or History
-    estimate : ErrorEstimate
-        With the names of `values`.
-    """
-    if isinstance(answer, History):
-        steps = [_with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)]
-        return replace(answer, solutions=steps)
-    return _with_values(answer, estimate)
-
-
-def _with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
-    estimate = replace(estimate, values=_carried(estimate.values, solution))
-    known = estimate.values
-    names = creepage_names(solution)
-    first, second, third = (known.get(name, own) for name, own in zip(names, solution.creepage, strict=True))
-    approach = known.get("approach", solution.approach)
-    return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
-
-
-def _carried(values: dict[str, float], solution: Solution) -> dict[str, float]:
-    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little."""
-    if not {"Fx", "Fy"} <= set(values):
-        return values
-    size, limit = math.hypot(values["Fx"], values["Fy"]), friction_limit(solution)
-    part = limit / size if size > limit else 1.0
-    return values | {name: part * values[name] for name in ("Fx", "Fy")}
-
-
-def peaks_by_hertz(answer: Answer) -> dict[str, float]:
-    """Hertz's largest pressure of a solution, or of each step of a history in which the bodies touch.
-
-    Parameters
-    ----------
-    answer : Solution or History
-    """
-    if isinstance(answer, History):
-        return {f"{name}[{k}]": peak for k, sol in enumerate(answer) for name, peak in peaks_by_hertz(sol).items()}
-    hertz = answer.scene.hertz if answer.pressure.any() else None
-    return {} if hertz is None else {"peak_pressure": hertz.peak_pressure}
 
 
 def _estimated(answer: Answer) -> float:

@@ -195,7 +195,7 @@ LADDERS = {
     ),
     (False, "coupled", "steady"): Ladder(
         "rolling of unlike bodies",
-        Law(2.0, 1.0, 0.31, 1.25, 0.65, 2.7, taken=0.5),
+        Law(2.0, 0.5, 0.155, 1.25, 0.64, 1.8, taken=0.5),
         coarsest=4,
         along=1.5,
         second_order=True,

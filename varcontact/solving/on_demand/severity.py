@@ -1,4 +1,4 @@
-"""By how much the errors of a scene are larger than those of others of its class, as known before it is solved."""
+"""By how much the errors of a scene are larger than those of others of its class."""
 
 from __future__ import annotations
 
@@ -7,17 +7,23 @@ import math
 import numpy as np
 
 from varcontact.planning.plan import Plan
+from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solving.on_demand.zones import unresolved
 
 STRAIGHT, SPUN, TURNED = 0.4, 0.28, 0.0065
 """Under Hertz's pressure: errors without spin or rotation by those with it, and the `turning` of rolling and of shifts
 from which they are as large."""
 WORST, LARGER, FALLS = 0.7, 2.5, 1.2
-"""K/f at which unlike bodies that roll have their largest errors; by how much these exceed others', and fall with the
-logarithm of K/f on both sides."""
+"""K/f at which unlike bodies that roll have their largest errors; the square of how much these exceed others', and how
+it falls with the logarithm of K/f on both sides."""
+THIN = 2.6
+"""By how much more they are larger where zones of slip or stick are too thin for the elements, in all rows."""
+USUALLY = 0.3
+"""Part of the rows for which that is assumed before there is an answer."""
 COUPLED = 0.5, 2.0
 """Between these the errors of histories are taken to grow with K/f."""
 FREE, FORCED = 0.5, 0.75
@@ -26,8 +32,12 @@ SHORTEST = 0.03
 """Length of a step by half that of the contact, below which they do not grow any more."""
 
 
-def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> float:
+def severity_of(
+    scene: Scene, plan: Plan, axes: tuple[float, float] | None, near: Solution | None = None, finer: float = 1.0
+) -> float:
     """How slender a contact is, and how much it turns; of a history how short a step is; of unlike bodies how coupled.
+
+    Where unlike bodies roll, zones of slip or stick count that are too thin for the elements.
 
     Parameters
     ----------
@@ -35,6 +45,10 @@ def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> f
     plan : Plan
     axes : tuple of float, optional
         Semi-axes of the contact along x and y, if they are known [length].
+    near : Solution, optional
+        An answer of the scene, if there is one.
+    finer : float
+        By how many times the elements of the grid in question are shorter than those of that answer.
     """
     if scene.line or axes is None:
         return 1.0
@@ -43,7 +57,8 @@ def severity_of(scene: Scene, plan: Plan, axes: tuple[float, float] | None) -> f
         return slender
     coupled = plan.coupling != "none"
     if coupled and isinstance(motion, Steady):
-        return max(1.0, LARGER - FALLS * abs(math.log(coupling_strength(scene) / WORST)))
+        strong = max(1.0, LARGER - FALLS * abs(math.log(coupling_strength(scene) / WORST)))
+        return math.sqrt(strong) * (1 + THIN * (USUALLY if near is None else unresolved(near, finer)))
     if plan.closed_form and isinstance(motion, Steady | Shift):
         full = SPUN if motion.rolls else TURNED
         return min(max(turning(scene) / full, STRAIGHT), 1.0) * math.sqrt(slender)
