@@ -10,8 +10,12 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from tests.command import run
+from varcontact.errors import NotConverged
+from varcontact.planning.choice import make_plan
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.solving.error_norm import error, units, values
+from varcontact.solving.on_demand.asked import Asked
+from varcontact.solving.on_demand.climb import on_demand
 from varcontact.solving.on_demand.ladder import LADDERS
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
@@ -310,3 +314,37 @@ def test_scan_and_compare_take_an_accuracy():
     assert [sol.error_estimate.largest <= 0.03 for sol in sols] == [True, True]
     table = vc.compare(ROLLING, ["tang", "newton"], accuracy=0.03)
     assert table["outcome"].tolist() == ["solved", "solved"] and table["force_distance"].max() < 1e-6
+
+
+TURNING = replace(ROLLING, motion=vc.Steady(vx=0.02, spin=0.3))
+
+
+def asked_of(most, **what):
+    """An answer by a solver that fails with more than so many elements across, as where equations have no solution."""
+
+    def solver(scene, progress, certified, near):
+        if scene.grid.ny > most:
+            raise NotConverged("newton says 'MaxIterations'", 1e-3)
+        return vc.solve(scene, certify="auto" if certified else None)
+
+    return on_demand(TURNING, make_plan(TURNING), Asked(**what), solver)
+
+
+def test_a_finer_grid_that_fails_leaves_the_answer_before_it():
+    margins, enough = 2, vc.solve(TURNING, accuracy=0.01).error_estimate
+    first, second, third = (solve.ny - margins for solve in enough.solves)
+    with pytest.raises(
+        NotConverged, match=rf"accuracy = 0.01 is not reached: .*, of {third} elements across"
+    ) as failed:
+        asked_of(third - 1, accuracy=0.01)
+    known = failed.value.solution.error_estimate
+    assert known.largest == failed.value.residual > 0.01
+    assert [solve.ny - margins for solve in known.solves] == [first, second]
+    with pytest.raises(NotConverged, match=r"^newton says"):
+        asked_of(first, accuracy=0.01)
+
+
+def test_in_a_time_too_a_finer_grid_that_fails_leaves_the_answer_before_it():
+    known = asked_of(14, time_budget=60.0).error_estimate
+    assert known.time_budget == 60.0 and len(known.solves) > 1
+    assert known.solves[-1].ny <= 16

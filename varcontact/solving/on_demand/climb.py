@@ -107,7 +107,8 @@ class Climb:
         TooLarge
             If the accuracy is out of reach, before anything is solved.
         NotConverged
-            If the answer's own estimate asks for more than fits into memory; it has the best answer.
+            If the answer's own estimate asks for more than fits into memory, or for a grid on which a solver misses its
+            tolerance; it has the best answer.
         """
         accuracy = self.asked.accuracy
         assert accuracy is not None
@@ -119,7 +120,12 @@ class Climb:
         n = self.ladder.first(accuracy, self.severity(1 / COARSER), LIKELY)  # how severe it is may be known only now
         n = max(n if n == before or self._fits(n) else self.most(), math.ceil(WORTHWHILE * self.rungs[-1].n))
         while True:
-            self.on(n)
+            try:
+                self.on(n)
+            except NotConverged as error:
+                if len(self.rungs) == 1:
+                    raise
+                raise self._not_reached(accuracy, f"the next grid, of {n} elements across, fails: {error}") from error
             answer = self.answer()
             estimated = _estimated(answer)
             if estimated <= accuracy:
@@ -129,7 +135,7 @@ class Climb:
             if not self._fits(n):
                 n = self.most()
                 if before >= n / LEAST_STEP:
-                    raise self._out_of_memory(accuracy, answer)
+                    raise self._not_reached(accuracy, "a finer grid does not fit")
 
     def in_time(self) -> Answer:
         """The answer on the finest grid that is expected to be solved in time.
@@ -154,7 +160,7 @@ class Climb:
                     n = min(n, self._finest(budget - (time.perf_counter() - begun)))  # expected from nearer there
                 if n < WORTHWHILE * self.rungs[-1].n:
                     break
-        except _TimeUp:
+        except (_TimeUp, NotConverged):  # what there is counts
             pass
         return self.answer()
 
@@ -297,10 +303,12 @@ class Climb:
         fits = f"accuracy = {reached:.2g} fits"
         return TooLarge(f"accuracy = {accuracy:g}", self._bytes(n), memory.available() / 2, fits)
 
-    def _out_of_memory(self, accuracy: float, answer: Answer) -> NotConverged:
+    def _not_reached(self, accuracy: float, why: str) -> NotConverged:
+        answer = self.answer()
         reached = _estimated(answer)
-        words = f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and a finer grid does not fit"
-        return NotConverged(words, reached, answer)
+        return NotConverged(
+            f"accuracy = {accuracy:g} is not reached: the estimate is {reached:.2g}, and {why}", reached, answer
+        )
 
 
 def _estimated(answer: Answer) -> float:
