@@ -13,7 +13,7 @@ from varcontact.reference import line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.refine.moments import Spread, over_ellipse
 from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.rooted import gradients, slopes
+from varcontact.solving.refine.slopes import Around, Slopes
 from varcontact.solving.refine.unslipping import Still, Unslipping
 
 A, B = 1.3, 0.8
@@ -68,11 +68,11 @@ def test_gradients_where_the_edge_cuts(cells):
     found = still(cells)
     weight, known = found.weight, found.weight.mean > 0
     values = (2 * weight.x - 3 * weight.y)[None]
-    along, across = (each[0] for each in gradients(values, weight.x, weight.y, known))
+    along, across = (each[0] for each in Around.at(weight.x, weight.y, known).gradients(values * known))
     whole = found.parts.disc.hertz.covered(*found.parts.grid.lines) > 1 - 1e-9
     np.testing.assert_allclose([along[whole], across[whole]], [[2], [-3]] * np.ones(whole.sum()), atol=1e-6)
     np.testing.assert_allclose([along[known], across[known]], [[2], [-3]] * np.ones(known.sum()), atol=0.05)
-    assert np.abs(slopes(values, weight.x, known)[0] - 2)[known].max() > 1
+    assert np.abs(Slopes.at(weight.x, known).of(values * known)[0] - 2)[known].max() > 1
 
 
 def test_placed_tractions_keep_force_and_moments():
@@ -88,7 +88,7 @@ def test_known_tractions_have_their_derivative():
     """With what parts miss, x over the root has a uniform derivative, and y times the root one of second degree."""
     found = still()
     parts, (over, times), inside = found.parts, found.integrals[1:], found.weight.mean > 0
-    (a, b), side, nothing = found.axes, parts.lattice.sides[0], np.zeros(parts.lattice.shape)
+    (a, b), side, nothing = found.parts.axes, parts.lattice.sides[0], np.zeros(parts.lattice.shape)
     x, y = np.meshgrid(parts.lattice.x, parts.lattice.y)
     bent = sloped_gradients(x, y, a, b, nu=0.28)[1, :, 0]
     for known, tractions, k, gradient in (
@@ -105,7 +105,7 @@ def test_a_cubic_factor_is_met():
     """Between the elements, beyond the outermost, and along rows in proportion to their length: it is reconstructed."""
     found = still()
     parts, weight = found.parts, found.weight
-    grid, (a, b) = parts.disc.lattice, found.axes
+    grid, (a, b) = parts.disc.lattice, found.parts.axes
     x, y = np.meshgrid(grid.x, grid.y)
     bound = np.full(grid.shape, 1e9)
 

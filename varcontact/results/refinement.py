@@ -40,8 +40,9 @@ class Refinement:
         constant counts from a depth of four lengths of the grid.
     estimate : ndarray, shape (3,)
         Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way,
-        from those before the last pass, or from those prescribed, whichever is most; in a step of a history also that
-        of the step before, as far as its particles are still in contact. No bound.
+        what late passes changed or left out, or how far they are from those prescribed, whichever is most; in a step of
+        a history also that of the step before, as far as its particles are still in contact. Fx and Fy have the same,
+        of the vector. No bound.
     creepage_estimate : ndarray, shape (2,)
         The same of vx and vy [-]; zero where they are given.
     seconds : tuple of float

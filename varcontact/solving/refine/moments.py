@@ -8,13 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.scene.grid import Grid
-from varcontact.solving.refine.rooted import NODES
+from varcontact.solving.refine.rooted import LEAST, NODES
 
 ROWS_AT_ONCE = 16
 """Rows of elements whose integrals are computed in one go."""
-
-LEAST = 1e-7
-"""Mean of a weight, by the largest, from which on an element counts as touched: less may be rounding."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
+from varcontact.elasticity.ellipsoidal import rooted_gradients
 from varcontact.elasticity.operators import GridOperator
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.operators import Operators
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Steady
 from varcontact.solving.refine.pressed import Pressed, derivative, hertz_pressed, solved_pressed
-from varcontact.solving.refine.rooted import Rooted, rooted
+from varcontact.solving.refine.rooted import Rooted, RootMeans, mean_gradients, root_means, rooted
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +68,39 @@ class Parts:
         return self.disc.lattice.divided(self.cells)
 
     @cached_property
+    def root_means(self) -> RootMeans:
+        """Means over the parts by the root of Hertz's pressure."""
+        return root_means(self.lattice, *self.axes)
+
+    @property
+    def axes(self) -> tuple[float, float]:
+        """Semi-axes of Hertz's contact, dimensionless."""
+        hertz = self.disc.hertz
+        assert hertz is not None
+        return hertz.a / self.disc.length, hertz.b / self.disc.length
+
+    @cached_property
     def pressed(self) -> Pressed:
         """The pressure on the parts, and what it says of its edge."""
         if self.finer is None:
-            return hertz_pressed(self.disc, self.cells)
+            return hertz_pressed(self.disc, self.cells, self.root_means.weight)
         return solved_pressed(self.disc, self.cells, self.elements, self.finer)
 
     @cached_property
     def rooted(self) -> Rooted | None:
         """Tractions over the root of the distance from the edge, of Hertz's contact in rolling."""
-        known = self.disc.steady and self.finer is None
-        return rooted(self.disc, self.lattice, self.derivative) if known else None
+        if not self.disc.steady or self.finer is not None:
+            return None
+        gradients = rooted_gradients(*self.axes, nu=self.disc.operators.nu)
+        return rooted(self.root_means.over, gradients, self.lattice.sides[0], self.derivative)
+
+    @cached_property
+    def sloped(self) -> Rooted | None:
+        """Hertz's pressure times 1, x and y, in rolling; in line contact the pressure alone is as exact."""
+        if not self.disc.steady or self.finer is not None or self.disc.line:
+            return None
+        gradients = mean_gradients(self.lattice, *self.axes, self.disc.operators.nu)
+        return rooted(self.root_means.times, gradients, self.lattice.sides[0], self.derivative)
 
     @property
     def weights(self) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +119,9 @@ class Parts:
         return rigid if self.brought is None else rigid - self.brought.displacement
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
-        """What a traction in proportion to the pressure around each part adds to the shift, means over the parts.
+        """What a traction adds to the shift, means over the parts.
+
+        Around each part it is in proportion to the pressure, in rolling under Hertz's by a linear factor.
 
         Parameters
         ----------
@@ -110,6 +135,8 @@ class Parts:
         """
         if not self.disc.steady:
             return self.displacement.apply(traction)
+        if self.sloped is not None:
+            return (self.derivative.apply(traction) + self.sloped.lacking(traction)) * self.steps
         pressure = self.pressed.pressure
         missing = np.einsum("ij...,j...->i...", self.missing, traction / np.where(pressure > 0, pressure, 1.0))
         return (self.derivative.apply(traction) + missing) * self.steps

@@ -21,8 +21,14 @@ from varcontact.solving.refine.unslipping import Still, Unslipping
 
 PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""
-PASSES = 3
-"""Coarse solves after the first: from then on the error stays, as measured (docs/refinement.md)."""
+PASSES, OF_HERTZ = 3, 4
+"""Coarse solves after the first, and in rolling under Hertz's pressure: from then on the error stays, as measured
+(docs/refinement.md).
+"""
+SETTLING = 0.7
+"""Part of what a pass changes that is taken from the third one on, in rolling under Hertz's pressure: later ones move
+to and fro.
+"""
 OF_A_STEP = 2
 """The same in a step of a history: a third one changes little."""
 STUCK = 40
@@ -60,6 +66,8 @@ class Corrected:
         vx and vy then, given or found for forces that are given.
     seconds : tuple of float
         Of each pass, its coarse solve included.
+    taken : tuple of float
+        Which part of what was lacking each pass has added.
     """
 
     disc: Discretisation
@@ -71,6 +79,23 @@ class Corrected:
     forces: np.ndarray
     creepages: np.ndarray
     seconds: tuple[float, ...]
+    taken: tuple[float, ...]
+
+    def unsettled(self, of_passes: np.ndarray) -> np.ndarray:
+        """How much the last pass would have changed, and those before it that took a part only, whichever is most.
+
+        Parameters
+        ----------
+        of_passes : ndarray, shape (passes + 1, n)
+            `forces` or `creepages`.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        """
+        taken = np.array(self.taken)
+        late = max(1, int(np.sum(taken < 1)))
+        return np.asarray((np.abs(np.diff(of_passes, axis=0)) / taken[:, None])[-late:].max(axis=0))
 
 
 def defect_corrected(
@@ -107,7 +132,8 @@ def defect_corrected(
     finer : ndarray, optional
         The pressure that was solved for, on parts of the parts, dimensionless. None: it is Hertz's.
     passes : int, optional
-        `PASSES` if not given, or `OF_A_STEP`; where nothing slips, until forces settle, but no more than `STUCK`.
+        `PASSES`, `OF_HERTZ` or `OF_A_STEP` if not given; where nothing slips, until forces settle, but no more than
+        `STUCK`.
     brought : Brought, optional
         In a step of a history: what the step before left on the parts; `disc` has means of it over the elements.
 
@@ -128,9 +154,11 @@ def defect_corrected(
     if stuck:
         fine = _unslipping(fine, disc, state, rough)
         traction = fine.field(state.traction)
-    left = passes or (STUCK if stuck else PASSES if brought is None else OF_A_STEP)
+    settles = not stuck and divided.sloped is not None
+    left = passes or (STUCK if stuck else OF_HERTZ if settles else PASSES if brought is None else OF_A_STEP)
     came = Carried(np.zeros_like(state.traction), np.zeros(2)) if disc.carried is None else disc.carried
-    used, found, seconds = [np.zeros(state.traction.size + 2)], [], []  # corrections, and forces beside those given
+    used, found = [np.zeros(state.traction.size + 2)], []  # corrections, and forces beside those given
+    seconds, taken = [], []
     while left:
         begun, left = time.perf_counter(), left - 1
         own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
@@ -140,7 +168,9 @@ def defect_corrected(
             lacking = held_behind(lacking, state.traction, bound)
         more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
         found.append(np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force]))
-        used.append(extrapolated(used, found, _counting(disc)) if stuck else found[-1])
+        taken.append(SETTLING if settles and len(found) > 2 else 1.0)
+        wanted = extrapolated(used, found, _counting(disc)) if stuck else found[-1]
+        used.append(used[-1] + taken[-1] * (wanted - used[-1]))
         correction, more = used[-1][:-2].reshape(lacking.shape), used[-1][-2:] * disc.force
         motion = with_forces(disc.motion, prescribed + more)
         posed = replace(disc, motion=motion, carried=Carried(came.displacement - correction, came.force))
@@ -155,7 +185,16 @@ def defect_corrected(
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
     return Corrected(
-        posed, state, divided, share, traction, shift, np.array(forces), np.array(creepages), tuple(seconds)
+        posed,
+        state,
+        divided,
+        share,
+        traction,
+        shift,
+        np.array(forces),
+        np.array(creepages),
+        tuple(seconds),
+        tuple(taken),
     )
 
 

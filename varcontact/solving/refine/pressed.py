@@ -11,7 +11,6 @@ from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.parts import means
 from varcontact.scene.grid import Cells, Grid
-from varcontact.solving.refine.rooted import over_root
 
 BEHIND = 0.25
 """Part of an element that is added to distances from the trailing edge of a pressure that is solved for.
@@ -43,7 +42,7 @@ class Pressed:
     weights: tuple[np.ndarray, np.ndarray]
 
 
-def hertz_pressed(disc: Discretisation, cells: Cells) -> Pressed:
+def hertz_pressed(disc: Discretisation, cells: Cells, weight: np.ndarray) -> Pressed:
     """Hertz's pressure: its derivative is linear in x and y, and the weights are exact means.
 
     Parameters
@@ -51,6 +50,8 @@ def hertz_pressed(disc: Discretisation, cells: Cells) -> Pressed:
     disc : Discretisation
     cells : tuple of int
         (rows, columns): parts of an element along y and x.
+    weight : ndarray, shape (ny rows, nx columns)
+        What tractions are in proportion to without slip, on the parts.
 
     Returns
     -------
@@ -65,7 +66,7 @@ def hertz_pressed(disc: Discretisation, cells: Cells) -> Pressed:
     return Pressed(
         hertz.mean_pressure(*grid.lines) / disc.pressure,
         -lattice.sides[0] * hertz.peak_pressure / disc.pressure * gradients,
-        (over_root(disc.lattice, a, b)[3], over_root(lattice, a, b)[3]),
+        (means(weight, cells), weight),
     )
 
 

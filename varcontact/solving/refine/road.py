@@ -72,9 +72,10 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
 
 
 def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Refinement:
-    """The record of the passes, with the difference from other loads as the estimate, or what the last pass changed.
+    """The record of the passes, with the difference from other loads as the estimate, or what late passes changed.
 
-    Where a force is prescribed, what the field carries more or less counts, too.
+    Where a force is prescribed, what the field carries more or less counts, too. The two components of force, or of
+    creepage, have one estimate: the length of a vector.
 
     Parameters
     ----------
@@ -93,6 +94,8 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
     assert carried is not None
     prescribed = [getattr(found.parts.disc.motion, name) for name in ("Fx", "Fy")]
     posed = [F if given is None else given for F, given in zip(last, [*prescribed, None], strict=True)]
+    of_forces = np.max([np.abs(last - forces), found.unsettled(found.forces), np.abs(last - posed)], axis=0)
+    of_creepages = np.maximum(np.abs(found.creepages[-1] - creepages), found.unsettled(found.creepages))
     return Refinement(
         kind=KINDS[0],
         grid=found.parts.grid,
@@ -102,8 +105,8 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
         share=found.share,
         forces=found.forces,
         creepages=found.creepages,
-        estimate=np.abs(last - [forces, found.forces[-2], posed]).max(axis=0),
-        creepage_estimate=np.abs(found.creepages[-1] - [creepages, found.creepages[-2]]).max(axis=0),
+        estimate=np.array([*(2 * [np.hypot(*of_forces[:2])]), of_forces[2]]),
+        creepage_estimate=np.where([given is None for given in prescribed], 0.0, np.hypot(*of_creepages)),
         seconds=found.seconds,
     )
 
@@ -125,7 +128,7 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     values = {name: float(value) for name, value in zip(names, last, strict=True) if name in known}
     errors = {name: float(e) / scales[name] for name, e in zip(names, open_ended, strict=True) if name in scales}
     how = (
-        "no bound: the difference from half as many elements across the contact, or what the last of "
+        "no bound: the difference from half as many elements across the contact, or what late ones of "
         f"{found.passes} passes changed"
     )
     if isinstance(solution.motion, TimeStep):

@@ -7,12 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.elasticity.ellipsoidal import rooted_gradients
 from varcontact.problem.parts import means
-from varcontact.scene.grid import Grid
 from varcontact.solving.refine.moments import Spread, Weight, over_ellipse
 from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.rooted import Rooted, gradients
+from varcontact.solving.refine.rooted import Rooted, mean_gradients, rooted
+from varcontact.solving.refine.slopes import Around
 from varcontact.solving.refine.sublattice import Sublattice, loads
 
 
@@ -33,16 +33,9 @@ class Still:
     parts: Parts
 
     @cached_property
-    def axes(self) -> tuple[float, float]:
-        """Semi-axes of the contact, dimensionless."""
-        hertz = self.parts.disc.hertz
-        assert hertz is not None
-        return hertz.a / self.parts.disc.length, hertz.b / self.parts.disc.length
-
-    @cached_property
     def integrals(self) -> tuple[Weight, Spread, Spread]:
         """The weight, and the tractions of known derivative: over the root, and times the root."""
-        return over_ellipse(self.parts.lattice, *self.axes)
+        return over_ellipse(self.parts.lattice, *self.parts.axes)
 
     @property
     def weight(self) -> Weight:
@@ -52,25 +45,25 @@ class Still:
     @cached_property
     def known(self) -> tuple[Rooted, Rooted]:
         """What the parts miss of tractions over the root, and of tractions times the root."""
-        (a, b), lattice, nu = self.axes, self.parts.lattice, self.parts.disc.operators.nu
+        (a, b), lattice, nu = self.parts.axes, self.parts.lattice, self.parts.disc.operators.nu
         _, over, times = self.integrals
         return (
-            self._missing(over, rooted_gradients(a, b, nu=nu)[..., None, None]),
-            self._missing(times, _mean_gradients(lattice, a, b, nu)),
+            rooted(over.mean, rooted_gradients(a, b, nu=nu), lattice.sides[0], self.parts.derivative, over.placed),
+            rooted(
+                times.mean, mean_gradients(lattice, a, b, nu), lattice.sides[0], self.parts.derivative, times.placed
+            ),
         )
 
-    def _missing(self, tractions: Spread, gradients: np.ndarray) -> Rooted:
-        """Minus known derivatives, times a part's length, less what parts with these tractions along x or y have."""
-        nothing = np.zeros(self.parts.lattice.shape)
-        acting = [[np.array(each) for each in ((one, nothing), (nothing, one))] for one in tractions.placed]
-        found = np.array([[self.parts.derivative.apply(each) for each in both] for both in acting])
-        return Rooted(tractions.mean, -self.parts.lattice.sides[0] * gradients - found.swapaxes(1, 2))
+    @cached_property
+    def around(self) -> Around:
+        """Derivatives around the places where the weight in the parts is centred."""
+        return Around.at(self.weight.x, self.weight.y, self.weight.mean > 0)
 
     @cached_property
     def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows and columns of the elements from which each part's factor is found, and shares, (16, ...)."""
         grid, contact, weight = self.parts.disc.lattice, self.parts.elements > 0, self.weight
-        (a, b), inside = self.axes, np.flatnonzero(contact.any(axis=1))
+        (a, b), inside = self.parts.axes, np.flatnonzero(contact.any(axis=1))
         first, last = contact.argmax(axis=1), contact.shape[1] - 1 - contact[:, ::-1].argmax(axis=1)
         place, found = weight.x / _half(weight.y, a, b), []
         for row, part in _cubic(weight.y, grid.y, inside[0], inside[-1]):
@@ -91,7 +84,7 @@ class Still:
         inside = weight.mean > 0
         factor = np.where(inside, traction / np.where(inside, weight.mean, 1.0), 0.0)
         x, y = np.meshgrid(self.parts.lattice.x, self.parts.lattice.y)
-        rises = gradients(factor, weight.x, weight.y, inside)
+        rises = self.around.gradients(factor)
         along = traction * (weight.x - x) / dx + rises[0] * weight.along
         across = traction * (weight.y - y) / dy + rises[1] * weight.across
         return Spread(traction, along, across)
@@ -201,16 +194,6 @@ class Unslipping(Sublattice):
         dx, dy = grid.sides
         within = np.sum(dx * spread.along[1] - dy * spread.across[0]) * grid.area * pressure
         return loads(traction * pressure, grid) + np.array([0.0, 0.0, within])
-
-
-def _mean_gradients(lattice: Grid, a: float, b: float, nu: float) -> np.ndarray:
-    """Derivatives by 1, x and y times the root, means over the parts: they are of second degree at most."""
-    x, y = np.meshgrid(lattice.x, lattice.y)
-    dx, dy = (side / np.sqrt(12) for side in lattice.sides)
-    linear = ellipsoidal_gradients(x, y, a, b, nu=nu)[None]
-    corners = [(-dx, -dy), (-dx, dy), (dx, -dy), (dx, dy)]
-    bent = np.mean([sloped_gradients(x + right, y + up, a, b, nu=nu) for right, up in corners], axis=0)
-    return np.concatenate([linear, bent])
 
 
 def _half(y: np.ndarray, a: float, b: float) -> np.ndarray:
