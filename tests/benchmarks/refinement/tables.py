@@ -156,7 +156,8 @@ def ellipses() -> None:
         errors, estimates = [], []
         for ratio, nu, creepages in drawn_scenes:
             posed = scene({"ratio": ratio, "nu": nu} | dict.fromkeys(("vx", "vy", "spin"), 0.0), cells)
-            motion = vc.Steady(*map(float, creepages))
+            vx, vy, spin = map(float, creepages)
+            motion = vc.Steady(vx=vx, vy=vy, spin=spin)
             one = corrected(replace(posed, friction=math.inf, motion=motion))
             exact = -no_slip_ellipse(ratio, nu, 128) @ creepages
             size = np.hypot(*exact[:2])
