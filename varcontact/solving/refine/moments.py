@@ -8,10 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.scene.grid import Grid
-from varcontact.solving.refine.rooted import LEAST, NODES
-
-ROWS_AT_ONCE = 16
-"""Rows of elements whose integrals are computed in one go."""
+from varcontact.solving.refine.rooted import LEAST, NODES, ROWS_AT_ONCE
 
 
 @dataclass(frozen=True, eq=False)

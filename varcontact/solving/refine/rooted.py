@@ -14,6 +14,8 @@ from varcontact.solving.refine.slopes import Around
 
 NODES = 32
 """Of Gauss's rule across an element; along it means are in closed form."""
+ROWS_AT_ONCE = 16
+"""Rows of elements whose integrals are computed in one go."""
 LEAST = 1e-7
 """Mean of a traction, by the largest, from which on an element counts as touched: less may be rounding."""
 
@@ -51,18 +53,23 @@ def root_means(grid: Grid, a: float, b: float) -> RootMeans:
     RootMeans
     """
     if grid.line:
-        lines, y, share = grid.lines[0], np.zeros((1, 1)), np.ones(1)
+        y, share = np.zeros((1, 1)), np.ones(1)
     else:
-        lines, across = grid.lines
-        place, share = np.polynomial.legendre.leggauss(NODES)
+        (_, across), (place, share) = grid.lines, np.polynomial.legendre.leggauss(NODES)
         y, share = across[:-1, None] + np.diff(across)[:, None] * (place + 1) / 2, share / 2
-    half = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))[:, None, :]
+    parts = [y[first : first + ROWS_AT_ONCE] for first in range(0, len(y), ROWS_AT_ONCE)]
+    found = np.concatenate([_over_rows(grid.lines[0], each[:, None], share, a, b) for each in parts], axis=1)
+    return RootMeans(found[:3], found[3:6], found[6])
+
+
+def _over_rows(lines: np.ndarray, y: np.ndarray, share: np.ndarray, a: float, b: float) -> np.ndarray:
+    """Means between the lines, in closed form along x, and by nodes y with these shares across: (7, rows, columns)."""
+    half = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))
     x = np.clip(lines[:, None], -half, half)
-    angle, depth, y = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2), y[:, None, :]
+    angle, depth = np.arcsin(x / np.where(half > 0, half, 1.0)), np.sqrt(half**2 - x**2)
     lens = (x * depth + half**2 * angle) / (2 * a)
     over, times = (a * angle, -a * depth, a * angle * y), (lens, -(depth**3) / (3 * a), lens * y)
-    found = np.diff(np.array([*over, *times, half * angle + depth]), axis=2) @ share / np.diff(lines)
-    return RootMeans(found[:3], found[3:6], found[6])
+    return np.asarray(np.diff(np.array([*over, *times, half * angle + depth]), axis=2) @ share / np.diff(lines))
 
 
 @dataclass(frozen=True, eq=False)
