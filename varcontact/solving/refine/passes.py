@@ -146,34 +146,24 @@ def defect_corrected(
         disc = disc.rubbing(of_elements(disc) * share)
         state = rough(disc, state)
     divided = Parts(disc, cells, state.pressure * share, finer, brought)
-    posed, fine = disc, _on_parts(divided, replace(disc, coefficient=given), state)
-    traction = fine.field(state.traction)
-    forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
-    prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
+    fine = _on_parts(divided, replace(disc, coefficient=given), state)
+    posed, traction = disc, fine.field(state.traction)
     stuck = fine.sticks(traction)
+    settles = not stuck and divided.sloped is not None
     if stuck:
         fine = _unslipping(fine, disc, state, rough)
         traction = fine.field(state.traction)
-    settles = not stuck and divided.sloped is not None
     left = passes or (STUCK if stuck else OF_HERTZ if settles else PASSES if brought is None else OF_A_STEP)
-    came = Carried(np.zeros_like(state.traction), np.zeros(2)) if disc.carried is None else disc.carried
+    forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
     used, found = [np.zeros(state.traction.size + 2)], []  # corrections, and forces beside those given
     seconds, taken = [], []
     while left:
         begun, left = time.perf_counter(), left - 1
-        own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
-        lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
-        bound = fine.coefficient * divided.elements
-        if disc.steady and not stuck:
-            lacking = held_behind(lacking, state.traction, bound)
-        more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
-        found.append(np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force]))
+        found.append(_lacking(disc, fine, state, traction))
         taken.append(SETTLING if settles and len(found) > 2 else 1.0)
         wanted = extrapolated(used, found, _counting(disc)) if stuck else found[-1]
         used.append(used[-1] + taken[-1] * (wanted - used[-1]))
-        correction, more = used[-1][:-2].reshape(lacking.shape), used[-1][-2:] * disc.force
-        motion = with_forces(disc.motion, prescribed + more)
-        posed = replace(disc, motion=motion, carried=Carried(came.displacement - correction, came.force))
+        posed = _with(disc, used[-1])
         state = (rough if left and not stuck else last)(posed, state)
         if not stuck:
             fine = _on_parts(divided, replace(posed, coefficient=given), state)
@@ -184,18 +174,28 @@ def defect_corrected(
             left = 0
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
-    return Corrected(
-        posed,
-        state,
-        divided,
-        share,
-        traction,
-        shift,
-        np.array(forces),
-        np.array(creepages),
-        tuple(seconds),
-        tuple(taken),
-    )
+    of_passes = np.array(forces), np.array(creepages), tuple(seconds), tuple(taken)
+    return Corrected(posed, state, divided, share, traction, shift, *of_passes)
+
+
+def _lacking(disc: Discretisation, fine: Sublattice, state: ContactState, traction: np.ndarray) -> np.ndarray:
+    """What the elements' slip lacks of the continuum's under a field, and then what they carry more than it."""
+    own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
+    lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
+    bound = fine.coefficient * fine.parts.elements
+    if disc.steady and not isinstance(fine, Unslipping):
+        lacking = held_behind(lacking, state.traction, bound)
+    more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
+    return np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force])
+
+
+def _with(disc: Discretisation, correction: np.ndarray) -> Discretisation:
+    """The coarse problem with a correction, as of `_lacking`."""
+    shift, more = correction[:-2].reshape(2, *disc.grid.shape), correction[-2:] * disc.force
+    came = Carried(np.zeros_like(shift), np.zeros(2)) if disc.carried is None else disc.carried
+    prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
+    carried = Carried(came.displacement - shift, came.force)
+    return replace(disc, motion=with_forces(disc.motion, prescribed + more), carried=carried)
 
 
 def _on_parts(parts: Parts, disc: Discretisation, state: ContactState) -> Sublattice:
