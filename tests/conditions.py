@@ -99,8 +99,9 @@ class Held:
 
     @property
     def distance(self) -> np.ndarray:
-        """Of the deformed bodies, where the approach is known, (n,)."""
-        return undeformed(self.sol, self.points) + self.displacement[0][2] - self.sol.approach
+        """Of the deformed bodies, (n,); where the approach is not known, from their mean distance under pressure."""
+        apart, approach = undeformed(self.sol, self.points) + self.displacement[0][2], self.sol.approach
+        return np.asarray(apart - (apart[self.pressure > 0].mean() if np.isnan(approach) else approach))
 
     @property
     def lowered(self) -> np.ndarray:

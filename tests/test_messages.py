@@ -148,6 +148,10 @@ MESSAGES = [
         lambda folder: read(folder, "friction =", "frictoin ="),
         "frictoin: there is no such key (did you mean friction?)",
     ),
+    (
+        lambda folder: read(folder, "friction =", "xyz ="),
+        "xyz: there is no such key; there are bodies, surface, normal_force, approach, friction, motion, grid, units",
+    ),
     (lambda folder: read(folder, "bodies = {G = 1.0, nu = 0.3}", ""), "bodies is missing: add a table [bodies]"),
     (lambda folder: read(folder, ", nu = 0.3", ""), "bodies.nu is missing"),
     (

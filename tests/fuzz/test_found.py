@@ -1,5 +1,6 @@
 """What the fuzzer found, each with its campaign, seed and number; as small as it could be made."""
 
+import dataclasses
 import json
 import warnings
 
@@ -9,6 +10,7 @@ import xarray as xr
 
 import varcontact as vc
 from tests.command import run
+from tests.fuzz.judge import faults
 from tests.fuzz.junk import Hostile
 from varcontact.solving.fixed_point import distance
 
@@ -171,3 +173,22 @@ def test_distance_of_passes_that_diverge():
         assert distance(np.zeros(2), np.full(2, 1e300)) > 1e10
         assert distance(np.array([2.0, -4.0]), np.array([2.0, -3.0])) == 0.25
         assert distance(np.zeros(2), np.zeros(2)) == 0.0
+
+
+def test_pressures_on_parts_without_an_approach():
+    """Scenes, seed 63, case 315: the judge had no distance in line contact without a reference depth, on parts."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.3),
+        surface=vc.Cylinders(R=90.0),
+        normal_force=2e-4,
+        friction=0.4,
+        motion=vc.Steady(vx=-1e-4),
+        grid=vc.Grid(nx=33, edge="touched"),
+    )
+    sol = vc.solve(scene, normal="clarabel")
+    assert np.isnan(sol.approach)
+    assert sol.pressure_on_parts is not None
+    assert faults(sol, 1e-8) == []
+    parts = np.where(np.arange(sol.pressure_on_parts.size) == sol.pressure_on_parts.size // 2, 1.01, 1.0)
+    wrong = dataclasses.replace(sol, pressure_on_parts=sol.pressure_on_parts * parts)
+    assert any("apart" in fault or "distance" in fault or "overlap" in fault for fault in faults(wrong, 1e-8))

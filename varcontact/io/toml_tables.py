@@ -87,7 +87,7 @@ def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
 
 
 def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
-    """Refuse keys that are not known; the error has the nearest one that is.
+    """Refuse keys that are not known; the error has the nearest one that is, or all of them where none is near.
 
     Parameters
     ----------
@@ -99,9 +99,8 @@ def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> Non
     for key in table:
         if key not in known:
             field = f"{name}.{key}" if name else key
-            raise SceneError(
-                field, table[key], "left out", message=f"{field}: there is no such key{checks.nearest(key, known)}"
-            )
+            hint = checks.nearest(key, known) or f"; there are {', '.join(known)}"
+            raise SceneError(field, table[key], "left out", message=f"{field}: there is no such key{hint}")
 
 
 def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
