@@ -192,3 +192,15 @@ def test_pressures_on_parts_without_an_approach():
     parts = np.where(np.arange(sol.pressure_on_parts.size) == sol.pressure_on_parts.size // 2, 1.01, 1.0)
     wrong = dataclasses.replace(sol, pressure_on_parts=sol.pressure_on_parts * parts)
     assert any("apart" in fault or "distance" in fault or "overlap" in fault for fault in faults(wrong, 1e-8))
+
+
+def test_arrays_of_more_dimensions_than_numpy_broadcasts():
+    """Arguments, seed 66, case 959: a RuntimeError of NumPy."""
+    with pytest.raises(vc.SceneError, match=r"b = .* must be .*, in at most 32 dimensions"):
+        vc.reference.creepage_coefficients(1.0, np.ones((1,) * 33), 0.3)
+
+
+def test_steps_of_an_array_beyond_the_memory():
+    """Arguments, seed 71, case 3039: it was copied before its shape was looked at."""
+    with pytest.raises(vc.SceneError, match=r"motion.vx has 100000000 values for 3 steps"):
+        vc.Transient(steps=3, dq=0.1, vx=np.broadcast_to(1.0, (100_000_000, 100_000_000)))

@@ -9,6 +9,9 @@ import numpy as np
 from varcontact.checks.single import LARGE, SMALL, TOO_LARGE
 from varcontact.errors import SceneError
 
+MOST_DIMENSIONS = 32
+"""Of an array that NumPy broadcasts."""
+
 
 def is_array(value: Any) -> bool:
     """Whether a value is meant as several numbers.
@@ -108,7 +111,9 @@ def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
     try:
         given = np.asarray(value)
         if given.dtype.kind in "iuf" and not np.ma.is_masked(value):
-            return given.astype(float)
+            if given.ndim <= MOST_DIMENSIONS:
+                return given.astype(float)
+            allowed += f", in at most {MOST_DIMENSIONS} dimensions"
     except MemoryError:
         raise SceneError(field, value, "small enough for the memory") from None
     except Exception:  # an object's own code runs here, and may raise anything

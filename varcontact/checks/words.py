@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import inspect
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -48,9 +49,20 @@ def progress(value: Any) -> Callable[[str], None] | None:
     SceneError
         If it is neither.
     """
-    if not (value is None or callable(value)):
-        raise SceneError("progress", value, "None, or a function of one string")
-    return value
+    if value is None or (callable(value) and _takes_a_word(value)):
+        return value
+    raise SceneError("progress", value, "None, or a function of one string")
+
+
+def _takes_a_word(function: Callable[..., Any]) -> bool:
+    """Whether a function can be called with one string, as far as it is known what it takes."""
+    try:
+        inspect.signature(function).bind("")
+    except ValueError:  # built in, and its signature is not known
+        return True
+    except TypeError:
+        return False
+    return True
 
 
 def file_name(field: str, value: Any) -> Path:

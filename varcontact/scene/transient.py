@@ -140,7 +140,8 @@ spin_offset=0.16666666666666666)
             return None
         if not checks.is_array(value):
             return check(field, value)
-        if np.ndim(np.asarray(value, dtype=object)) != 1 or len(value) != self.steps:
+        ndim = value.ndim if isinstance(value, np.ndarray) else np.ndim(np.asarray(value, dtype=object))
+        if ndim != 1 or len(value) != self.steps:
             raise SceneError(
                 field,
                 f"{len(value)} values",
