@@ -292,7 +292,7 @@ MESSAGES = [
         lambda folder: vc.certify(scene(grid=SQUARE), np.zeros((2, 4, 3))),
         "traction has shape (2, 4, 3); it must be of shape (2, 3, 3)",
     ),
-    (lambda folder: vc.compare(scene(), ["clarabel+foo"]), 'unknown suffix "+foo"; only "+polish" is known'),
+    (lambda folder: vc.compare(scene(), ["clarabel+foo"]), 'methods: unknown suffix "+foo"; only "+polish" is known'),
     (
         lambda folder: vc.compare(scene(), ["convex+polish"]),
         '"convex+polish": only a program solver called by name is polished; write "convex"',

@@ -138,13 +138,14 @@ def test_a_word_for_overwrite(sol, tmp_path):
 
 
 def test_points_and_names_of_any_size(sol, tmp_path):
-    """Arguments, seed 3, cases 1447, 2651 and 4600: overflow in the stress, and a message of 100 000 characters."""
+    """Arguments, seed 3, cases 1447, 2651 and 4600, seed 72, case 4189: overflow, and a message of 100 000 letters."""
     for call in (
-        lambda: vc.stress_below(sol, 1e101),
+        lambda: vc.stress_below(sol, 1e99),
         lambda: vc.stress(sol, [[1e308]] * 3),
         lambda: vc.plot_stress(sol, y=1e101),
+        lambda: vc.plot_stress(sol, depth=1e99),
     ):
-        with pytest.raises(vc.SceneError, match=r"(depths|points|y)(\[0, 0\])? = 1e\+\d+ .* at most 1e\+100 in size"):
+        with pytest.raises(vc.SceneError, match=r"(depths?|points|y)(\[0, 0\])? = 1e\+\d+ .* at most 1e\+60 in size"):
             call()
     with pytest.raises(vc.SceneError, match="scene file") as failure:
         vc.read_scene("x" * 100_000)
@@ -204,3 +205,9 @@ def test_steps_of_an_array_beyond_the_memory():
     """Arguments, seed 71, case 3039: it was copied before its shape was looked at."""
     with pytest.raises(vc.SceneError, match=r"motion.vx has 100000000 values for 3 steps"):
         vc.Transient(steps=3, dq=0.1, vx=np.broadcast_to(1.0, (100_000_000, 100_000_000)))
+
+
+def test_progress_that_is_a_class():
+    """Arguments, seed 72, case 9130: `int` took every word, and failed at the first as no number."""
+    with pytest.raises(vc.SceneError, match="progress"):
+        vc.compare({}, ["fastsim"], progress=int)

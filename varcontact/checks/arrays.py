@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.checks.single import LARGE, SMALL, TOO_LARGE
+from varcontact.checks.single import LARGE, SMALL
 from varcontact.errors import SceneError
 
 MOST_DIMENSIONS = 32
@@ -64,12 +64,12 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
     if result.ndim != ndim or result.size == 0:
         raise wrong_shape(field, result.shape, allowed)
     _require_all(field, result, np.isfinite(result), "finite (no NaN, no inf)")
-    _require_all(field, result, np.abs(result) <= LARGE, TOO_LARGE)
+    _require_all(field, result, np.abs(result) <= LARGE, f"at most {LARGE:g} in size")
     result.flags.writeable = False
     return result
 
 
-def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarray:
+def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE) -> np.ndarray:
     """Finite real numbers of any shape (also a single one), as an array of floats.
 
     Parameters
@@ -79,6 +79,8 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
     value : array_like
     allowed : str
         What is allowed, in words that complete "must be".
+    most : float
+        The largest size allowed.
 
     Returns
     -------
@@ -88,14 +90,14 @@ def numbers(field: str, value: Any, allowed: str = "finite numbers") -> np.ndarr
     Raises
     ------
     SceneError
-        If it is no array of numbers, or has NaN, infinity or numbers beyond `LARGE`; the first of these is named by
+        If it is no array of numbers, or has NaN, infinity or numbers beyond `most`; the first of these is named by
         its index.
     """
     result = _floats(field, value, allowed)
     sizes = np.abs(result)
-    if not (sizes <= LARGE).all():  # nor where there is NaN
+    if not (sizes <= most).all():  # nor where there is NaN
         _require_all(field, result, np.isfinite(result), allowed)
-        _require_all(field, result, sizes <= LARGE, TOO_LARGE)
+        _require_all(field, result, sizes <= most, f"at most {most:g} in size")
     return result
 
 

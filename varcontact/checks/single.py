@@ -12,9 +12,6 @@ from varcontact.errors import SceneError
 SMALL, LARGE = 1e-100, 1e100
 """Lengths, moduli and forces between these keep their products within the range of floating point."""
 
-TOO_LARGE = f"at most {LARGE:g} in size"
-"""What is allowed of numbers of any sign, in words that complete "must be"."""
-
 _NO_NUMBERS = (bool, str, bytes, bytearray, complex)
 """What `float` would take for a number, or drop a part of."""
 _FLOAT = np.dtype(float)
@@ -112,7 +109,7 @@ def computable(field: str, value: float) -> float:
     return value
 
 
-def moderate(field: str, value: Any, allowed: str = "a finite number") -> float:
+def moderate(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
     """A finite number of any sign, and of a size that can be computed with.
 
     Parameters
@@ -122,15 +119,17 @@ def moderate(field: str, value: Any, allowed: str = "a finite number") -> float:
     value : object
     allowed : str
         What is allowed, in words that complete "must be".
+    most : float
+        The largest size allowed.
 
     Raises
     ------
     SceneError
-        If it is not one, or beyond `LARGE` in size.
+        If it is not one, or beyond `most` in size.
     """
     result = number(field, value, allowed)
-    if abs(result) > LARGE:
-        raise SceneError(field, result, TOO_LARGE)
+    if abs(result) > most:
+        raise SceneError(field, result, f"at most {most:g} in size")
     return result
 
 

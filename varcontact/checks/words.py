@@ -55,7 +55,9 @@ def progress(value: Any) -> Callable[[str], None] | None:
 
 
 def _takes_a_word(function: Callable[..., Any]) -> bool:
-    """Whether a function can be called with one string, as far as it is known what it takes."""
+    """Whether it is a function that can be called with one string, as far as it is known what it takes."""
+    if isinstance(function, type):
+        return False
     try:
         inspect.signature(function).bind("")
     except ValueError:  # built in, and its signature is not known

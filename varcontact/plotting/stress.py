@@ -152,7 +152,7 @@ def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _C
         if isinstance(body, bool) or not isinstance(body, (int, str)) or body not in BODIES:
             raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
         length = _cells(sol, 1).size * dx
-        below = 0.25 * length if depth is None else checks.positive("depth", depth)
+        below = 0.25 * length if depth is None else _coordinate("depth", checks.positive("depth", depth))
         first, second = np.meshgrid(along, across)
         side = BODIES[body]
         z = below if side == 1 else -below
@@ -161,10 +161,9 @@ def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _C
     places, length, axis = (
         (along, _cells(sol, 1).size * dx, 0) if plane == "xz" else (across, _cells(sol, 0).size * dy, 1)
     )
-    depth = 0.75 * length if depth is None else checks.positive("depth", depth)
-    at = (
-        _largest_place(sol)[1 - axis] if (x, y)[1 - axis] is None else checks.moderate("xy"[1 - axis], (x, y)[1 - axis])
-    )
+    depth = 0.75 * length if depth is None else _coordinate("depth", checks.positive("depth", depth))
+    given = (x, y)[1 - axis]
+    at = _largest_place(sol)[1 - axis] if given is None else _coordinate("xy"[1 - axis], given)
     fields = []
     for side, sign in ((1, 1.0), (2, -1.0)):
         z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, places, indexing="ij")
@@ -172,6 +171,13 @@ def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _C
         fields.append(stress(sol, points, side))
     words = "" if sol.scene.line else f" at {'xy'[1 - axis]} = "
     return _Cut(tuple(fields), (axis, 2), at, words)
+
+
+def _coordinate(name: str, value: Any) -> float:
+    """Of points at which there are stresses."""
+    from varcontact.results.stress import FARTHEST
+
+    return checks.moderate(name, value, most=FARTHEST)
 
 
 def _largest_place(sol: Solution) -> tuple[float, float]:

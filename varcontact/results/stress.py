@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 BODIES = {1: 1, "upper": 1, 2: 2, "lower": 2}
 
+FARTHEST = 1e60
+"""The largest coordinate of a point: the potentials take fifth powers of distances."""
+
 PER_ELEMENT, PER_DEPTH = 2200.0, 450.0
 """Bytes of `stress_below` by element: of one layer at work, and of the results of each; measured on 4096 to 262 144."""
 
@@ -108,7 +111,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     Raises
     ------
     SceneError
-        For what is no Solution, and points that are not finite or outside the body.
+        For what is no Solution, and points that are not finite, beyond `FARTHEST` or outside the body.
 
     Notes
     -----
@@ -132,7 +135,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     0.31 at 0.48
     """
     side, solution = _body(body), one_solution(solution)
-    given = checks.numbers("points", points)
+    given = checks.numbers("points", points, most=FARTHEST)
     if given.ndim == 0 or given.shape[0] != 3:
         turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
         raise checks.wrong_shape("points", given.shape, f"of shape (3, ...): x, y and z{turned}")
@@ -169,7 +172,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     Raises
     ------
     SceneError
-        For what is no Solution, and depths that are negative or not finite.
+        For what is no Solution, and depths that are negative, not finite or beyond `FARTHEST`.
     TooLarge
         If the memory does not suffice.
 
@@ -187,7 +190,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     True
     """
     side, solution = _body(body), one_solution(solution)
-    below = np.atleast_1d(checks.numbers("depths", depths))
+    below = np.atleast_1d(checks.numbers("depths", depths, most=FARTHEST))
     if below.ndim != 1 or below.size == 0:
         raise checks.wrong_shape("depths", below.shape, "a number or several")
     if np.any(below < 0):

@@ -53,7 +53,10 @@ class Method:
         rest, plus, polish = str(name).strip().partition("+")
         if plus and polish != "polish":
             raise SceneError(
-                "methods", name, "without this suffix", message=f'unknown suffix "+{polish}"; only "+polish" is known'
+                "methods",
+                name,
+                "without this suffix",
+                message=f'methods: unknown suffix "+{polish}"; only "+polish" is known',
             )
         rest, _, formulation = rest.partition("/")
         if formulation:
