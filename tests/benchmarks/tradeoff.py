@@ -8,9 +8,12 @@ import sys
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
+import pandas as pd
 
 import varcontact as vc
 from varcontact.study.front import TARGETS, Tradeoff
+from varcontact.theories.methods import THEORIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -26,7 +29,7 @@ def percent(value: float) -> str:
 
 
 def milliseconds(value: float) -> str:
-    return "" if value != value else f"{1e3 * value:.3g}"
+    return "" if value != value else f"{1e3 * value:.{max(0, 2 - int(np.log10(1e3 * value)))}f}"
 
 
 def front(found: Tradeoff) -> str:
@@ -53,6 +56,33 @@ def advice(found: Tradeoff) -> str:
     return markdown(["scenes", *(f"{100 * target:g} %" for target in TARGETS)], lines)
 
 
+def accuracies(found: Tradeoff) -> str:
+    """What `accuracy=` takes: median time, and by that of ways with a grid, fixed for the class or best for a scene."""
+    runs = found.runs[found.runs["outcome"] == "answered"]
+    exact = runs[(runs["family"] != "accuracy") & ~runs["family"].isin(THEORIES)]
+    lines = []
+    for kind in dict.fromkeys(runs["kind"]):
+        scenes, cells = exact[exact["kind"] == kind], []
+        asked = runs[runs["kind"] == kind].set_index(["way", "scene"])["processor_seconds"]
+        for target in TARGETS:
+            taken = asked[f"accuracy {target:g}"]
+            best = scenes[scenes["error"] <= target].groupby("scene")["processor_seconds"].min()
+            ratios = [(taken / seconds).median() for seconds in (fixed(scenes, target), best)]
+            words = ", ".join("-" if ratio != ratio else f"{ratio:.1f}" for ratio in ratios)
+            cells.append(f"{milliseconds(taken.median())} ms ({words})")
+        lines.append([kind, *cells])
+    return markdown(["scenes", *(f"{100 * target:g} %" for target in TARGETS)], lines)
+
+
+def fixed(runs: pd.DataFrame, target: float) -> pd.Series:
+    """Seconds by scene of the fastest way that is accurate enough in all scenes of a class; NaN where there is none."""
+    count = runs["scene"].nunique()
+    enough = runs.groupby("way").filter(lambda part: len(part) == count and part["error"].max() <= target)
+    seconds = enough.groupby("way")["processor_seconds"].median()
+    chosen = enough[enough["way"] == seconds.idxmin()] if len(seconds) else enough
+    return chosen.set_index("scene")["processor_seconds"]
+
+
 def theories(found: Tradeoff) -> str:
     """Errors of the theories by class."""
     names = [family for family in dict.fromkeys(found.classes["family"]) if "," not in family and family != "centres"]
@@ -72,6 +102,7 @@ def theories(found: Tradeoff) -> str:
 def write(found: Tradeoff, folder: Path = DOCS) -> None:
     """The files of the page."""
     (folder / "tradeoff_advice.txt").write_text(advice(found) + "\n")
+    (folder / "tradeoff_accuracy.txt").write_text(accuracies(found) + "\n")
     (folder / "tradeoff_front.txt").write_text(front(found) + "\n")
     (folder / "tradeoff_theories.txt").write_text(theories(found) + "\n")
     found.classes.to_csv(folder / "tradeoff.csv", index=False, float_format="%.4g")

@@ -89,10 +89,33 @@ def test_a_second_grid_is_coarser():
         Way(cells=8, coarser=8)
 
 
+def test_an_accuracy_is_that_of_solve():
+    way = Way(accuracy=0.03)
+    found, sol = answer(SCENE, way), vc.solve(SCENE, accuracy=0.03)
+    assert found.values["Fx"] == sol.force[0] and found.solutions[-1].grid == sol.grid
+    assert found.solutions[-1].error_estimate is not None
+    with pytest.raises(vc.SceneError, match="accuracy"):
+        answer(replace(SCENE, grid=vc.Grid(nx=4, ny=4)), way)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "cells = 0 is not allowed: must be 1 or more, where no accuracy is given"),
+        ({"cells": 8, "accuracy": 0.01}, "accuracy = 0.01 is not allowed: must be the only choice of a grid"),
+        ({"edge": "touched", "accuracy": 0.01}, "leave out what else describes one"),
+    ],
+)
+def test_a_way_has_cells_or_an_accuracy(given, message):
+    with pytest.raises(vc.SceneError, match=message):
+        Way(**given)
+
+
 def test_names():
     assert str(Way(cells=24)) == "centres 24"
     assert str(Way(cells=16, coarser=8, edge="touched")) == "touched 8 + 16"
     assert str(Way(cells=10, options=(("tangential", "fastsim"),))) == "fastsim 10"
+    assert str(Way(accuracy=0.01)) == "accuracy 0.01"
     assert Way(cells=16, coarser=8, edge="touched", along=1.5).family == (
         "touched, extrapolated, 1.5 times as many along x"
     )

@@ -56,6 +56,15 @@ def test_the_front_is_what_nothing_else_beats():
     assert pd.isna(advice[0.003])
 
 
+def test_an_accuracy_is_advised_for_what_it_was_asked_for():
+    ways = [Way(accuracy=0.1), Way(cells=8), Way(accuracy=0.03)]
+    found = Tradeoff.of(rows(*zip(ways, (0.02, 0.025, 0.009), (1e-3, 2e-3, 3e-3), strict=True)), ["one"], ways)
+    assert found.front("shift")["way"].tolist() == ["accuracy 0.1", "accuracy 0.03"]
+    advice = found.advice().set_index("target")["way"]
+    assert [advice[target] for target in TARGETS[:2]] == ["accuracy 0.1", "centres 8"]
+    assert pd.isna(advice[0.01])
+
+
 def test_a_way_that_leaves_many_scenes_unanswered_is_not_on_the_front():
     ways = [Way(cells=2), Way(cells=4)]
     made = rows((ways[0], 0.001, 1e-3), (ways[1], 0.01, 2e-3))
@@ -115,9 +124,24 @@ def test_bad_arguments_are_refused(scenes, methods, message):
 def test_the_default_ways_have_names_of_their_own():
     ways = default_ways()
     assert len({str(way) for way in ways}) == len(ways)
-    assert {"centres", "touched, extrapolated", "softened, second-order", "centres, continuum", "fastsim"} <= {
-        way.family for way in ways
+    families = {
+        "centres",
+        "touched, extrapolated",
+        "softened, second-order",
+        "centres, continuum",
+        "fastsim",
+        "accuracy",
     }
+    assert families <= {way.family for way in ways}
+
+
+def test_accuracies_stand_beside_grids():
+    """Each keeps what it asks for, and costs what its grids do."""
+    found = vc.tradeoff(CARTER, ["auto", "accuracy"], cells=[4])
+    assert found.runs["way"].tolist() == ["centres 4", *(f"accuracy {target:g}" for target in TARGETS)]
+    on_demand = found.runs[found.runs["family"] == "accuracy"]
+    assert (on_demand["error"].to_numpy() < TARGETS).all() and (on_demand["memory"] > 1000).all()
+    assert on_demand["repeat_seconds"].isna().all()
 
 
 def test_the_picture_has_a_panel_for_each_class(measured):

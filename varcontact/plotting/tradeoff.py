@@ -66,17 +66,21 @@ def _draw(ax: Axes, study: Tradeoff, kind: str, families: list[str]) -> None:
     part = study.classes[study.classes["kind"] == kind]
     for family, ways in part.groupby("family", sort=False):
         error = np.maximum(100 * ways["largest_error"], LEAST)
-        ax.plot(ways["processor_seconds"], error, **_look(families.index(str(family))))
+        ax.plot(ways["processor_seconds"], error, **_look(families, str(family)))
     front = study.front(kind)
     ax.plot(front["processor_seconds"], np.maximum(100 * front["largest_error"], LEAST), color="0.3", lw=0.8, zorder=0)
 
 
-def _look(number: int) -> dict[str, Any]:
+def _look(families: list[str], family: str) -> dict[str, Any]:
+    """Hollow where the grid was found for an accuracy."""
+    if family == "accuracy":
+        return {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0, "linestyle": ""}
+    number = families.index(family)
     return {"color": colour(number), "marker": MARKERS[number % len(MARKERS)], "markersize": 3.5, "linestyle": ""}
 
 
 def _key(families: list[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    ways = [Line2D([], [], label=family, **_look(i)) for i, family in enumerate(families)]
+    ways = [Line2D([], [], label=family, **_look(families, family)) for family in families]
     return [*ways, Line2D([], [], color="0.3", lw=0.8, label="front")]

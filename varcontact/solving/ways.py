@@ -1,4 +1,4 @@
-"""Ways to answer a scene: a rule for the grid, options of the solver, and extrapolation from two grids.
+"""Ways to answer a scene: a rule for the grid or an accuracy, options of the solver, extrapolation from two grids.
 
 A method is exact for its grid; a way is what an accuracy against the continuum belongs to.
 """
@@ -33,7 +33,7 @@ class Way:
     ----------
     cells : int
         Elements across the contact along y, and along x unless `along` says otherwise; in line contact `STRIPS` times
-        as many along x.
+        as many along x. 0: the grid is found for an `accuracy`.
     along : float
         Elements along x by those along y, except in line contact.
     edge : str
@@ -46,6 +46,13 @@ class Way:
         Entries of `Steady` that differ from the scene's, as ``(("spin_offset", 0.0),)``; other motions lack them.
     options : tuple of (str, value)
         Arguments of `solve`, as ``(("tangential", "fastsim"),)``.
+    accuracy : float, optional
+        In place of `cells` and what else belongs to a grid: the argument of `solve`.
+
+    Raises
+    ------
+    SceneError
+        For a second grid that is not coarser, and for what is neither a number of cells nor an accuracy, or both.
 
     Examples
     --------
@@ -56,23 +63,34 @@ class Way:
     >>> way = Way(cells=16, edge="touched", coarser=8)
     >>> print(way, f"{answer(scene, way).values['Fx'] / 0.3:.3f}")
     touched 8 + 16 -0.880
+    >>> way = Way(accuracy=0.003)
+    >>> print(way, f"{answer(scene, way).values['Fx'] / 0.3:.2f}")
+    accuracy 0.003 -0.88
     """
 
-    cells: int
+    cells: int = 0
     along: float = 1.0
     edge: Edge = "centres"
     coarser: int = 0
     order: float = 1.0
     motion: tuple[tuple[str, Any], ...] = ()
     options: tuple[tuple[str, Any], ...] = ()
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
+        if self.accuracy is None and self.cells < 1:
+            raise SceneError("cells", self.cells, "1 or more, where no accuracy is given")
+        of_a_grid = (self.cells, self.along, self.edge, self.coarser, self.motion)
+        if self.accuracy is not None and of_a_grid != (0, 1.0, "centres", 0, ()):
+            raise SceneError("accuracy", self.accuracy, "the only choice of a grid: leave out what else describes one")
         if self.coarser and not 0 < self.coarser < self.cells:
             raise SceneError("coarser", self.coarser, f"fewer elements than cells = {self.cells}")
 
     @property
     def family(self) -> str:
         """What it has in common with the same way on other grids."""
+        if self.accuracy is not None:
+            return ", ".join(["accuracy", *(str(value) for _, value in self.options)])
         parts = [str(value) for _, value in (*self.motion, *self.options) if value is not None]
         if "tangential" not in dict(self.options):
             parts.insert(0, self.edge)
@@ -83,18 +101,22 @@ class Way:
         return ", ".join(parts)
 
     def __str__(self) -> str:
+        if self.accuracy is not None:
+            return f"{self.family} {self.accuracy:g}"
         cells = f"{self.coarser} + {self.cells}" if self.coarser else f"{self.cells}"
         name = self.family.replace(", extrapolated", "")
         return f"{name} {cells}"
 
     def of(self, scene: Scene, cells: int) -> Scene:
-        """The scene on the way's grid with a number of elements across.
+        """The scene on the way's grid with a number of elements across; as it is, where there is an accuracy.
 
         Parameters
         ----------
         scene : Scene
         cells : int
         """
+        if self.accuracy is not None:
+            return scene
         along = STRIPS * cells if scene.line else max(2, round(self.along * cells))
         margin = given_grid(scene).margin
         grid = Grid(nx=along, ny=None if scene.line else cells, margin=margin, edge=self.edge)
@@ -144,7 +166,7 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     Parameters
     ----------
     scene : Scene
-        Its grid is replaced, but for the margin.
+        Its grid is replaced, but for the margin; where the way is an accuracy, it has none of its own.
     way : Way
     steps : sequence of int, optional
         Of a history: the steps that count, from 0; all of them if not given.
@@ -164,7 +186,8 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     if reason:
         raise SceneError("way", str(way), "one that serves the scene", message=f"way {way}: {reason}")
     cells = [way.coarser, way.cells] if way.coarser else [way.cells]
-    solutions = tuple(solve(way.of(scene, n), **{**options, **dict(way.options)}) for n in cells)
+    given = {**options, **dict(way.options), "accuracy": way.accuracy}
+    solutions = tuple(solve(way.of(scene, n), **given) for n in cells)
     return Answered(extrapolated(way, [values(each, steps) for each in solutions]), solutions)
 
 

@@ -55,8 +55,9 @@ class Tradeoff:
         reference's own error bar; seconds, processor seconds, those of a repeat and of the set-up, memory [bytes];
         residual and relative gap, by which the answer is exact for its grid.
     classes : pandas.DataFrame
-        A row per class and way: scenes and answers; median, 90 % quantile and largest error; medians of the seconds;
-        memory; whether it is on the front: no other way is both faster and more accurate in the worst scene.
+        A row per class and way: the accuracy it was asked for, if any; scenes and answers; median, 90 % quantile and
+        largest error; medians of the seconds; memory; whether it is on the front: no other way is both faster and
+        more accurate in the worst scene.
     """
 
     runs: pd.DataFrame
@@ -76,11 +77,11 @@ class Tradeoff:
         """
         import pandas as pd
 
-        names, kept = set(scenes), {str(way) for way in ways}
+        names, kept = set(scenes), {str(way): way for way in ways}
         chosen = [row for row in rows if row["scene"] in names and row["way"] in kept]
         runs = pd.DataFrame(chosen, columns=list(COLUMNS))
         classes = [
-            _class(str(kind), str(way), part)
+            _class(str(kind), kept[str(way)], part)
             for (kind, way), part in runs.groupby(["kind", "way"], sort=False)
             if (part["outcome"] == "answered").any()
         ]
@@ -105,6 +106,8 @@ class Tradeoff:
     def advice(self, targets: Iterable[float] = TARGETS) -> pd.DataFrame:
         """What to take for errors: the fastest way of each class that is below them in all its scenes.
 
+        An accuracy is advised for no less than it was asked for, even if its errors happen to be smaller.
+
         Parameters
         ----------
         targets : iterable of float
@@ -120,9 +123,10 @@ class Tradeoff:
         rows = []
         for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
             for target in targets:
-                good = self.front(kind)
-                good = good[good["largest_error"] <= target]
-                best = good.iloc[0].to_dict() if len(good) else {}
+                ways = self.classes[self.classes["kind"] == kind]
+                promised = ~(ways["accuracy"] > target)
+                good = ways[_serves(ways) & promised & (ways["largest_error"] <= target)]
+                best = good.sort_values("processor_seconds").iloc[0].to_dict() if len(good) else {}
                 names = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
                 rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in names}})
         return pd.DataFrame(rows)
@@ -154,15 +158,16 @@ class Tradeoff:
         return f"Tradeoff({self.runs['scene'].nunique()} scenes, {self.runs['way'].nunique()} ways)"
 
 
-def _class(kind: str, way: str, part: pd.DataFrame) -> dict[str, Any]:
+def _class(kind: str, way: Way, part: pd.DataFrame) -> dict[str, Any]:
     answers = part[part["outcome"] == "answered"]
     errors = answers["error"].to_numpy(dtype=float)
     medians = {name: answers[name].median() for name in ("seconds", "processor_seconds", "repeat_seconds")}
     return {
         "kind": kind,
-        "way": way,
-        "family": answers["family"].iloc[0],
-        "cells": int(answers["cells"].iloc[0]),
+        "way": str(way),
+        "family": way.family,
+        "cells": way.cells,
+        "accuracy": np.nan if way.accuracy is None else way.accuracy,
         "scenes": len(part),
         "answers": len(answers),
         "median_error": float(np.median(errors)),
@@ -176,11 +181,16 @@ def _class(kind: str, way: str, part: pd.DataFrame) -> dict[str, Any]:
 def _on_front(part: pd.DataFrame) -> np.ndarray:
     """Whether no other way of the class is as fast and as accurate, among those that answer most scenes."""
     seconds, errors = part["processor_seconds"].to_numpy(), part["largest_error"].to_numpy()
-    serves = (part["answers"] >= (1 - MOST_MISSED) * part["scenes"]).to_numpy()
+    serves = _serves(part).to_numpy()
     faster, closer = seconds[None, :] < seconds[:, None], errors[None, :] < errors[:, None]
     no_worse = (seconds[None, :] <= seconds[:, None]) & (errors[None, :] <= errors[:, None])
     beaten = serves[None, :] & no_worse & (faster | closer)
     return serves & ~beaten.any(axis=1)
+
+
+def _serves(part: pd.DataFrame) -> pd.Series:
+    """Whether a way answers most scenes of its class."""
+    return part["answers"] >= (1 - MOST_MISSED) * part["scenes"]
 
 
 def _cells(row: dict[str, Any]) -> list[str]:

@@ -25,7 +25,7 @@ from varcontact.solving.solve import polished_by
 from varcontact.solving.ways import Answered, Way, answer
 from varcontact.study.compare import neighbour
 from varcontact.study.engine import alone, opened, results
-from varcontact.study.front import COLUMNS, WORDS, Tradeoff
+from varcontact.study.front import COLUMNS, TARGETS, WORDS, Tradeoff
 from varcontact.study.reference_scenes import Posed
 from varcontact.study.references import Reference, references, signature
 from varcontact.study.store import Table
@@ -56,6 +56,7 @@ def default_ways() -> list[Way]:
         *(Way(cells=n, motion=SECOND_ORDER) for n in CELLS),
         *(Way(cells=n, options=refined) for n in (8, 12, 16, 24, 32)),
         *(Way(cells=n, options=(("tangential", each),)) for each in THEORIES for n in (10, 20)),
+        *(Way(accuracy=each) for each in TARGETS),
     ]
 
 
@@ -76,8 +77,9 @@ def tradeoff(
     scenes : dict of str to Reference, optional
         Some of `references()`; all of them, if not given.
     methods : iterable of str or Way, optional
-        Ways, or names of tangential methods and theories, which are tried with each number of elements; if not given,
-        plain and extrapolated grids, the second-order difference, defect correction, and the theories.
+        Ways, or names of tangential methods and theories, which are tried with each number of elements, or "accuracy",
+        for which grids are found for 10 to 0.1 per cent; if not given, plain and extrapolated grids, the second-order
+        difference, defect correction, the theories, and accuracies.
     cells : iterable of int
         Elements across the contact, for methods that are named.
     store : str or Path, optional
@@ -173,7 +175,10 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
         if isinstance(each, Way):
             found.append(each)
             continue
-        name = checks.choice("methods", each, ("auto", *tangential_methods(), *THEORIES))
+        name = checks.choice("methods", each, ("auto", "accuracy", *tangential_methods(), *THEORIES))
+        if name == "accuracy":
+            found += [Way(accuracy=target) for target in TARGETS]
+            continue
         options: tuple[tuple[str, Any], ...] = () if name == "auto" else (("tangential", name),)
         found += [Way(cells=n, options=options) for n in numbers]
     if not found:
@@ -226,7 +231,7 @@ def _certified(found: Answered) -> dict[str, float]:
 def _repeat(reference: Reference, way: Way) -> float:
     """Processor seconds of a second scene with what the first has made; NaN where that cannot be told apart."""
     scene, options = reference.scene, dict(way.options)
-    if not isinstance(scene.motion, Steady | Shift) or set(options) - {"tangential"}:
+    if way.accuracy is not None or not isinstance(scene.motion, Steady | Shift) or set(options) - {"tangential"}:
         return np.nan
     seconds = 0.0
     for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
