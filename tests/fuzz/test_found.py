@@ -211,3 +211,12 @@ def test_progress_that_is_a_class():
     """Arguments, seed 72, case 9130: `int` took every word, and failed at the first as no number."""
     with pytest.raises(vc.SceneError, match="progress"):
         vc.compare({}, ["fastsim"], progress=int)
+
+
+@pytest.mark.parametrize("cells", [b"x", "8", 8, [8, 12.5]])
+def test_cells_that_are_no_list_of_whole_numbers(cells):
+    """Arguments, seed 72, case 12511: bytes are numbers to Python, and were grids of as many elements."""
+    scene = vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0)
+    for call in (lambda: vc.converge(scene, cells), lambda: vc.tradeoff({}, ["auto"], cells=cells)):
+        with pytest.raises(vc.SceneError, match=r"cells(\[1\])? = .* must be a (list of )?whole number"):
+            call()

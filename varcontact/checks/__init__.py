@@ -2,7 +2,7 @@
 
 from varcontact.checks.arguments import named
 from varcontact.checks.arrays import array, broadcasting, dimensions, is_array, numbers, poisson, positives, wrong_shape
-from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole
+from varcontact.checks.single import LARGE, computable, moderate, number, positive, real, whole, wholes
 from varcontact.checks.words import (
     choice,
     elastic,
@@ -40,5 +40,6 @@ __all__ = [
     "short",
     "short_entries",
     "whole",
+    "wholes",
     "wrong_shape",
 ]

@@ -158,3 +158,28 @@ def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: 
     if most is not None and result > most:
         raise SceneError(field, value, f"a whole number from {least} to {most}{why}")
     return int(result)
+
+
+def wholes(field: str, value: Any, least: int = 1) -> list[int]:
+    """Several whole numbers of at least `least`.
+
+    Parameters
+    ----------
+    field : str
+        Name of the entry, for the message.
+    value : object
+    least : int
+
+    Raises
+    ------
+    SceneError
+        If it is no list of them; text and bytes are none.
+    """
+    allowed = "a list of whole numbers"
+    if isinstance(value, str | bytes | bytearray):
+        raise SceneError(field, value, allowed)
+    try:
+        given = list(value)
+    except TypeError:
+        raise SceneError(field, value, allowed) from None
+    return [whole(f"{field}[{i}]", n, least) for i, n in enumerate(given)]

@@ -180,11 +180,7 @@ def _row(task: _Task) -> dict[str, Any]:
 
 
 def _refining(cells: Iterable[int]) -> list[int]:
-    try:
-        given = list(cells)
-    except TypeError:
-        raise SceneError("cells", cells, "a list of whole numbers") from None
-    numbers = [checks.whole(f"cells[{i}]", n, least=2) for i, n in enumerate(given)]
+    numbers = checks.wholes("cells", cells, least=2)
     if not numbers or any(after <= before for before, after in pairwise(numbers)):
         raise SceneError(
             "cells",

@@ -167,7 +167,7 @@ def _of_scene(task: _Task) -> list[dict[str, Any]]:
 
 
 def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
-    numbers = [checks.whole("cells", n, least=2) for n in cells]
+    numbers = checks.wholes("cells", cells, least=2)
     if isinstance(methods, str):
         raise SceneError("methods", methods, "a list of names or ways")
     found = []
