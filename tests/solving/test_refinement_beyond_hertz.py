@@ -86,6 +86,22 @@ def test_friction_by_element_in_full_slip():
     assert found.moment == pytest.approx((0.35 - 0.2) / 2 * 3 * b / 8, rel=1e-2)
 
 
+def test_elements_without_friction(rolling):
+    """Rounding where elements of two grids meet gave the coarser one a friction of 1e-31, which is refused."""
+    grid = vc.Grid(nx=24, ny=24, dx=0.1, dy=0.1, x0=-1.2, y0=-1.2)
+    x, y = np.meshgrid(grid.x, grid.y)
+    posed = rolling(
+        surface=vc.Ellipse(a=1.0, b=1.0),
+        friction=np.where(x**2 + y**2 < 0.1, 0.0, 0.3),
+        motion=vc.Steady(vx=0.1),
+        grid=grid,
+    )
+    sol = vc.solve(posed, refine="continuum", certify=None)
+    fine = vc.solve(dataclasses.replace(posed, friction=0.3), refine="continuum", certify=None)
+    assert abs(sol.force[0]) < 0.95 * abs(fine.force[0])
+    assert sol.refinement.estimate[0] < 0.02 * abs(sol.force[0])
+
+
 def test_friction_by_element():
     """An eighth of the plain error and less; in a mirror the same; with one coefficient that of a number."""
     motion = vc.Steady(vx=0.03, vy=-0.03, spin=0.06)

@@ -101,9 +101,15 @@ def test_an_accuracy_is_that_of_solve():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({}, "cells = 0 is not allowed: must be 1 or more, where no accuracy is given"),
+        ({}, "cells = 0 is not allowed: must be a whole number, 1 or more"),
+        ({"cells": "8"}, "cells = '8'"),
         ({"cells": 8, "accuracy": 0.01}, "accuracy = 0.01 is not allowed: must be the only choice of a grid"),
         ({"edge": "touched", "accuracy": 0.01}, "leave out what else describes one"),
+        ({"order": 2.0, "accuracy": 0.01}, "leave out what else describes one"),
+        ({"accuracy": "x"}, "accuracy = 'x'"),
+        ({"cells": 8, "along": 0.0}, "along = 0.0"),
+        ({"cells": 8, "coarser": 4, "order": 0}, "order = 0"),
+        ({"cells": 8, "options": (("accuracy", 0.1),)}, "give it as the accuracy of the way"),
     ],
 )
 def test_a_way_has_cells_or_an_accuracy(given, message):
@@ -116,6 +122,8 @@ def test_names():
     assert str(Way(cells=16, coarser=8, edge="touched")) == "touched 8 + 16"
     assert str(Way(cells=10, options=(("tangential", "fastsim"),))) == "fastsim 10"
     assert str(Way(accuracy=0.01)) == "accuracy 0.01"
+    assert str(Way(cells=16, coarser=8, order=2.0)) == "centres 8 + 16 by order 2"
+    assert str(Way(cells=8, motion=(("dq", 0.5),))) != str(Way(cells=8, motion=(("spin_offset", 0.5),)))
     assert Way(cells=16, coarser=8, edge="touched", along=1.5).family == (
         "touched, extrapolated, 1.5 times as many along x"
     )

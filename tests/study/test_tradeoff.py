@@ -82,6 +82,15 @@ def test_what_a_way_does_not_serve_is_recorded(measured):
     assert found.report() == "" and len(found.advice()) == 0
 
 
+def test_where_nothing_was_answered_there_is_no_front():
+    found = vc.tradeoff({"normal, flat": BANK["normal, flat"]}, ["fastsim"], cells=[8])
+    assert not len(found.front("normal")) and not len(found.advice())
+
+
+def test_a_way_named_twice_is_measured_once():
+    assert len(vc.tradeoff(CARTER, ["auto", "auto"], cells=[4]).runs) == 1
+
+
 def test_a_theory_stands_beside_the_exact_methods():
     name = "circle, half, along"
     found = vc.tradeoff({name: BANK[name]}, ["auto", "fastsim", "linear"], cells=[16])
@@ -115,6 +124,9 @@ def test_the_store_goes_on(tmp_path):
     (CARTER, ["fastsimm"], "methods"),
     (CARTER, "fastsim", "a list of names or ways"),
     (CARTER, [], "no methods to measure"),
+    (CARTER, 3, "methods = 3 .* a list of names or ways"),
+    (["a"], None, "a dict of names and references"),
+    (CARTER, [Way(cells=8, options=(("certify", None),)), Way(cells=8)], "'centres 8' .* one way of this name"),
 ])  # fmt: skip
 def test_bad_arguments_are_refused(scenes, methods, message):
     with pytest.raises(vc.SceneError, match=message):

@@ -176,7 +176,8 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
 def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
     """Estimated errors, each with what it is a part of."""
     if sol.scene.no_slip:
-        units = dict.fromkeys(errors, "the tangential force")
+        forces = {"Fx": "the tangential force", "Fy": "the tangential force", "Mz": "that force times sqrt(ab)"}
+        units = {name: forces.get(name, "the creepage") for name in errors}
     elif not sol.plan.rubs:
         units = dict.fromkeys(errors, "themselves")
     else:

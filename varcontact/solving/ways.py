@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.problem.contact_grid import given_grid
 from varcontact.results.history import History
@@ -52,7 +53,7 @@ class Way:
     Raises
     ------
     SceneError
-        For a second grid that is not coarser, and for what is neither a number of cells nor an accuracy, or both.
+        For numbers that are not positive, a second grid that is not coarser, and an accuracy beside a grid.
 
     Examples
     --------
@@ -78,24 +79,37 @@ class Way:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        if self.accuracy is None and self.cells < 1:
-            raise SceneError("cells", self.cells, "1 or more, where no accuracy is given")
-        of_a_grid = (self.cells, self.along, self.edge, self.coarser, self.motion)
-        if self.accuracy is not None and of_a_grid != (0, 1.0, "centres", 0, ()):
-            raise SceneError("accuracy", self.accuracy, "the only choice of a grid: leave out what else describes one")
-        if self.coarser and not 0 < self.coarser < self.cells:
+        found = [name for name, _ in self.options if name in ("accuracy", "time_budget")]
+        if found:
+            raise SceneError("options", found[0], "left out: give it as the accuracy of the way")
+        if self.accuracy is not None:
+            checks.positive("accuracy", self.accuracy)
+            of_a_grid = (self.cells, self.along, self.edge, self.coarser, self.order, self.motion)
+            if of_a_grid != (0, 1.0, "centres", 0, 1.0, ()):
+                allowed = "the only choice of a grid: leave out what else describes one"
+                raise SceneError("accuracy", self.accuracy, allowed)
+            return
+        checks.whole("cells", self.cells)
+        checks.whole("coarser", self.coarser, least=0)
+        checks.positive("along", self.along)
+        checks.positive("order", self.order)
+        if self.coarser >= self.cells:
             raise SceneError("coarser", self.coarser, f"fewer elements than cells = {self.cells}")
 
     @property
     def family(self) -> str:
         """What it has in common with the same way on other grids."""
+        parts = [
+            value if isinstance(value, str) else f"{name} = {value}"
+            for name, value in (*self.motion, *self.options)
+            if value is not None
+        ]
         if self.accuracy is not None:
-            return ", ".join(["accuracy", *(str(value) for _, value in self.options)])
-        parts = [str(value) for _, value in (*self.motion, *self.options) if value is not None]
+            return ", ".join(["accuracy", *parts])
         if "tangential" not in dict(self.options):
             parts.insert(0, self.edge)
         if self.coarser:
-            parts.append("extrapolated")
+            parts.append(f"extrapolated{self._by_order}")
         if self.along != 1.0:
             parts.append(f"{self.along:g} times as many along x")
         return ", ".join(parts)
@@ -104,8 +118,12 @@ class Way:
         if self.accuracy is not None:
             return f"{self.family} {self.accuracy:g}"
         cells = f"{self.coarser} + {self.cells}" if self.coarser else f"{self.cells}"
-        name = self.family.replace(", extrapolated", "")
-        return f"{name} {cells}"
+        name = self.family.replace(f", extrapolated{self._by_order}", "")
+        return f"{name} {cells}{self._by_order}"
+
+    @property
+    def _by_order(self) -> str:
+        return f" by order {self.order:g}" if self.coarser and self.order != 1.0 else ""
 
     def of(self, scene: Scene, cells: int) -> Scene:
         """The scene on the way's grid with a number of elements across; as it is, where there is an accuracy.
@@ -186,7 +204,9 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     if reason:
         raise SceneError("way", str(way), "one that serves the scene", message=f"way {way}: {reason}")
     cells = [way.coarser, way.cells] if way.coarser else [way.cells]
-    given = {**options, **dict(way.options), "accuracy": way.accuracy}
+    given = {**options, **dict(way.options)}
+    if way.accuracy is not None:
+        given["accuracy"] = way.accuracy
     solutions = tuple(solve(way.of(scene, n), **given) for n in cells)
     return Answered(extrapolated(way, [values(each, steps) for each in solutions]), solutions)
 

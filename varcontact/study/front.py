@@ -100,6 +100,8 @@ class Tradeoff:
         kind : str
             Class of scenes.
         """
+        if not len(self.classes):
+            return self.classes
         part = self.classes[(self.classes["kind"] == kind) & self.classes["front"]]
         return part.sort_values("processor_seconds")
 

@@ -118,6 +118,8 @@ def tradeoff(
     >>> bool((found.runs["error"] < [0.06, 0.03]).all())
     True
     """
+    if not isinstance(scenes, Mapping | None):
+        raise SceneError("scenes", scenes, "a dict of names and references, as references() has them")
     bank = references() if scenes is None else dict(scenes)
     for name, each in bank.items():
         if not isinstance(each, Reference):
@@ -168,9 +170,9 @@ def _of_scene(task: _Task) -> list[dict[str, Any]]:
 
 def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
     numbers = checks.wholes("cells", cells, least=2)
-    if isinstance(methods, str):
+    if isinstance(methods, str) or not isinstance(methods, Iterable):
         raise SceneError("methods", methods, "a list of names or ways")
-    found = []
+    found: list[Way] = []
     for each in methods:
         if isinstance(each, Way):
             found.append(each)
@@ -183,7 +185,13 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
         found += [Way(cells=n, options=options) for n in numbers]
     if not found:
         raise SceneError("methods", [], "one at least", message="no methods to measure: name at least one")
-    return found
+    by_name: dict[str, Way] = {}
+    for way in found:
+        if by_name.setdefault(str(way), way) != way:
+            raise SceneError(
+                "methods", str(way), "one way of this name: what tells two of them apart is not in their names"
+            )
+    return list(by_name.values())
 
 
 def _named(way: Way) -> dict[str, Any]:

@@ -122,7 +122,7 @@ def _check_choice(scene: Scene, plan: Plan, field: str, start: Any, store: Any) 
     if plan.theory is not None:
         message = (
             f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
-            f"for an {field} take a method of the exact theory, or leave tangential out"
+            f"with {field} take a method of the exact theory, or leave tangential out"
         )
         raise SceneError("tangential", plan.tangential, "a method of the exact theory", message=message)
     if start is not None and not isinstance(start, str):

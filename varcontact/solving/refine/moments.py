@@ -28,20 +28,32 @@ class Spread:
 
     @property
     def placed(self) -> np.ndarray:
-        """Constant tractions on the elements that have the same force and moments, but at the grid's border.
+        """Constant tractions on the elements that have the same force and moments.
+
+        A moment is a pair of forces on the elements beside; at the grid's border on the element itself and the one
+        inside.
 
         Examples
         --------
         >>> middle = np.array([[0.0, 1.0, 0.0]])
         >>> Spread(middle, 0.2 * middle, 0 * middle).placed
         array([[-0.1,  1. ,  0.1]])
+        >>> ends = np.array([[1.0, 0.0, 2.0]])
+        >>> Spread(ends, 0.1 * ends, 0 * ends).placed
+        array([[ 0.9, -0.1,  2.2]])
         """
-        found = np.array(self.mean)
-        found[..., 1:] += self.along[..., :-1] / 2
-        found[..., :-1] -= self.along[..., 1:] / 2
-        found[..., 1:, :] += self.across[..., :-1, :] / 2
-        found[..., :-1, :] -= self.across[..., 1:, :] / 2
-        return found
+        return self.mean + _pairs(self.along) + np.swapaxes(_pairs(np.swapaxes(self.across, -1, -2)), -1, -2)
+
+
+def _pairs(moments: np.ndarray) -> np.ndarray:
+    """Pairs of forces along the last axis that have the moments; none where that has a single element."""
+    found = np.zeros_like(moments)
+    if moments.shape[-1] > 1:
+        found[..., 1:] += moments[..., :-1] / 2
+        found[..., :-1] -= moments[..., 1:] / 2
+        found[..., :2] += moments[..., :1] * [-1.0, 0.5]
+        found[..., -2:] += moments[..., -1:] * [-0.5, 1.0]
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
 from varcontact.solving.error_norm import creepage_names, units, units_of
@@ -34,6 +34,8 @@ from varcontact.solving.timing import Clock
 
 ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
+ROUNDING = 1e-12
+"""Shares of an element below this are due to rounding."""
 
 
 def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> tuple[Corrected, Refinement]:
@@ -140,13 +142,14 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
 
 
 def _of_the_force(solution: Solution, found: Refinement) -> dict[str, float]:
-    """Units of errors without a friction limit: the tangential force itself, and that times sqrt(ab)."""
+    """Units of errors without a friction limit: the force itself, that times sqrt(ab), and creepages that are found."""
     size, hertz = float(np.hypot(*found.force)), solution.scene.hertz
-    assert hertz is not None
-    if size == 0:
-        return {}
+    assert hertz is not None and isinstance(solution.motion, Steady)
     moment = {} if solution.scene.line else {"Mz": size * float(np.sqrt(hertz.a * hertz.b))}
-    return {"Fx": size, "Fy": size} | moment
+    creepage = float(np.hypot(*found.creepages[-1]))
+    forces = (solution.motion.Fx, solution.motion.Fy)
+    names = [name for name, force in zip(creepage_names(solution), forces, strict=False) if force is not None]
+    return {"Fx": size, "Fy": size} | moment | dict.fromkeys(names, creepage)
 
 
 def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
@@ -268,13 +271,10 @@ def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarr
 def _halved(scene: Scene, disc: Discretisation, state: ContactState) -> tuple[Scene, Grid]:
     """The scene on about half as many elements across the contact each way, and their grid."""
     grid, hertz, (dx, dy) = disc.grid, scene.hertz, disc.grid.sides
-    if hertz is not None:
-        box, margin = (-hertz.a, hertz.a, -hertz.b, hertz.b), 0 if state.solved_by.get("normal") == "hertz" else 1
-    else:
-        box, margin = contact_box(grid, state.pressure), 1
+    box = contact_box(grid, state.pressure) if hertz is None else (-hertz.a, hertz.a, -hertz.b, hertz.b)
     left, right, bottom, top = box
     nx, ny = round((right - left) / dx / 2), None if grid.line else round((top - bottom) / dy / 2)
-    coarser = within(Grid(nx=nx, ny=ny, margin=margin).spread(box), scene.surface)
+    coarser = within(Grid(nx=nx, ny=ny, margin=1).spread(box), scene.surface)
     return replace(scene, grid=coarser, friction=friction_on(scene, grid, coarser)), coarser
 
 
@@ -313,8 +313,12 @@ def friction_on(scene: Scene, grid: Grid, other: Grid) -> Any:
 
 
 def _shares(lines: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """Shares that the intervals between other lines have of each interval between `lines`; beyond, the nearest has."""
+    """Shares that the intervals between other lines have of each interval between `lines`; beyond, the nearest has.
+
+    Shares that are due to rounding are left out: friction that is none where an interval ends would be next to nothing.
+    """
     reached = of.copy()
     reached[[0, -1]] = min(of[0], lines[0]), max(of[-1], lines[-1])
     upper, lower = np.minimum(lines[1:, None], reached[None, 1:]), np.maximum(lines[:-1, None], reached[None, :-1])
-    return np.asarray(np.maximum(upper - lower, 0.0) / np.diff(lines)[:, None])
+    shares = (upper - lower) / np.diff(lines)[:, None]
+    return np.where(shares > ROUNDING, shares, 0.0)
