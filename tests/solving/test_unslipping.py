@@ -184,6 +184,19 @@ def test_force_given_in_line_contact():
     assert sol.creepage[0] == pytest.approx(1e-6 * 1.5 / (math.pi * 0.01), rel=3e-5)
 
 
+@pytest.mark.parametrize("y0", [-1.26, -1.205, -1.2, -1.19])
+def test_lattices_that_are_moved(y0):
+    """Where the outermost row has two elements or one, their factor was continued: 13 per cent of the force."""
+    exact = -no_slip_ellipse(1.0, 0.28) @ [0.01, -0.02, 0.02]
+    posed = replace(POSED, surface=vc.Ellipse(a=1.0, b=1.0), motion=vc.Steady(vx=0.01, vy=-0.02, spin=0.02))
+    for x0 in (-1.26, -1.29, -1.33):
+        grid = vc.Grid(nx=20, ny=20, dx=0.14, dy=0.14, x0=x0, y0=y0)
+        sol = vc.solve(replace(posed, grid=grid), refine="continuum", certify=None)
+        errors = abs(np.array([*sol.force, sol.moment]) - exact)
+        assert (errors < 3e-3 * np.hypot(*exact[:2])).all()
+        assert (errors < sol.refinement.estimate).all()
+
+
 def test_elements_beyond_the_contact_change_nothing():
     """With none, moments at the grid's border were lost: 1 per cent of the force, and all of the estimate."""
     bodies = vc.Bodies(G=1.0, nu=0.25)

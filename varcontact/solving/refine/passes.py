@@ -68,6 +68,8 @@ class Corrected:
         Of each pass, its coarse solve included.
     taken : tuple of float
         Which part of what was lacking each pass has added.
+    stuck : bool
+        Whether nothing was near slip, so that the problem is linear.
     """
 
     disc: Discretisation
@@ -80,6 +82,7 @@ class Corrected:
     creepages: np.ndarray
     seconds: tuple[float, ...]
     taken: tuple[float, ...]
+    stuck: bool
 
     def unsettled(self, of_passes: np.ndarray) -> np.ndarray:
         """How much the last pass would have changed, and those before it that took a part only, whichever is most.
@@ -175,7 +178,7 @@ def defect_corrected(
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
     of_passes = np.array(forces), np.array(creepages), tuple(seconds), tuple(taken)
-    return Corrected(posed, state, divided, share, traction, shift, *of_passes)
+    return Corrected(posed, state, divided, share, traction, shift, *of_passes, stuck)
 
 
 def _lacking(disc: Discretisation, fine: Sublattice, state: ContactState, traction: np.ndarray) -> np.ndarray:
@@ -183,7 +186,9 @@ def _lacking(disc: Discretisation, fine: Sublattice, state: ContactState, tracti
     own = disc.known_shift + state.rigid[:, None, None] + disc.tangential_operator.apply(state.traction)
     lacking = fine.on_elements(fine.shift(traction, state.rigid)) - own
     bound = fine.coefficient * fine.parts.elements
-    if disc.steady and not isinstance(fine, Unslipping):
+    if isinstance(fine, Unslipping):
+        lacking = lacking * fine.still.rows[:, None]  # elsewhere the field does not depend on the elements
+    elif disc.steady:
         lacking = held_behind(lacking, state.traction, bound)
     more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
     return np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force])

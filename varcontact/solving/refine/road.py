@@ -34,6 +34,9 @@ from varcontact.solving.timing import Clock
 
 ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
+SAFETY = 2.0
+"""By how much estimates exceed the difference from half as many elements where nothing slips: errors of two grids may
+happen to be alike."""
 ROUNDING = 1e-12
 """Shares of an element below this are due to rounding."""
 
@@ -98,6 +101,12 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
     posed = [F if given is None else given for F, given in zip(last, [*prescribed, None], strict=True)]
     of_forces = np.max([np.abs(last - forces), found.unsettled(found.forces), np.abs(last - posed)], axis=0)
     of_creepages = np.maximum(np.abs(found.creepages[-1] - creepages), found.unsettled(found.creepages))
+    if found.stuck:
+        of_creepages, of_forces = SAFETY * of_creepages, SAFETY * of_forces
+        if posed[:2] == list(last[:2]) and not found.disc.line:  # given forces are met, whatever the moment is
+            arm = found.disc.length * math.sqrt(math.prod(found.parts.axes))
+            size = np.hypot(np.hypot(*of_forces[:2]), of_forces[2] / arm)
+            of_forces = np.array([size, 0.0, size * arm])
     return Refinement(
         kind=KINDS[0],
         grid=found.parts.grid,

@@ -15,6 +15,9 @@ from varcontact.solving.refine.rooted import Rooted, mean_gradients, rooted
 from varcontact.solving.refine.slopes import Around
 from varcontact.solving.refine.sublattice import Sublattice, loads
 
+ENOUGH = 4
+"""Elements in a row from which factors are found in the rows around: of fewer, their errors would be continued."""
+
 
 @dataclass(frozen=True, eq=False)
 class Still:
@@ -60,10 +63,16 @@ class Still:
         return Around.at(self.weight.x, self.weight.y, self.weight.mean > 0)
 
     @cached_property
+    def rows(self) -> np.ndarray:
+        """Whether a row of elements has enough of them for factors to be found from it, (ny,)."""
+        many = np.count_nonzero(self.parts.elements > 0, axis=1)
+        return np.asarray(many >= min(ENOUGH, many.max()))
+
+    @cached_property
     def neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows and columns of the elements from which each part's factor is found, and shares, (16, ...)."""
-        grid, contact, weight = self.parts.disc.lattice, self.parts.elements > 0, self.weight
-        (a, b), inside = self.parts.axes, np.flatnonzero(contact.any(axis=1))
+        grid, contact, weight, (a, b) = self.parts.disc.lattice, self.parts.elements > 0, self.weight, self.parts.axes
+        inside = np.flatnonzero(self.rows)
         first, last = contact.argmax(axis=1), contact.shape[1] - 1 - contact[:, ::-1].argmax(axis=1)
         place, found = weight.x / _half(weight.y, a, b), []
         for row, part in _cubic(weight.y, grid.y, inside[0], inside[-1]):
