@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import matplotlib as mpl
-import numpy as np
 import pandas as pd
 
 import varcontact as vc
@@ -29,7 +28,7 @@ def percent(value: float) -> str:
 
 
 def milliseconds(value: float) -> str:
-    return "" if value != value else f"{1e3 * value:.{max(0, 2 - int(np.log10(1e3 * value)))}f}"
+    return "" if value != value else f"{float(f'{1e3 * value:.3g}'):g}"
 
 
 def front(found: Tradeoff) -> str:

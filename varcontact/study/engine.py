@@ -97,7 +97,7 @@ def _answering() -> Iterator[None]:
         yield
     except VarcontactError:
         raise
-    except Exception as error:
+    except Exception as error:  # executors of other packages raise what they like
         words = f"{type(error).__name__}: {error}".strip(": ").splitlines()[0]
         raise WorkersLost(f"the executor gives no result ({words})") from error
 

@@ -124,10 +124,10 @@ class Tradeoff:
 
         rows = []
         for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
+            ways = self.classes[self.classes["kind"] == kind]
+            ways = ways[_serves(ways)]
             for target in targets:
-                ways = self.classes[self.classes["kind"] == kind]
-                promised = ~(ways["accuracy"] > target)
-                good = ways[_serves(ways) & promised & (ways["largest_error"] <= target)]
+                good = ways[(ways["largest_error"] <= target) & ~(ways["accuracy"] > target)]
                 best = good.sort_values("processor_seconds").iloc[0].to_dict() if len(good) else {}
                 names = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
                 rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in names}})

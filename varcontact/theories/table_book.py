@@ -15,6 +15,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
+from varcontact.io.reading import reading
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
 from varcontact.theories.table_nodes import HALFWAY, linear_part, places
@@ -199,7 +200,9 @@ class TableBook:
         from scipy.io import netcdf_file
 
         path = checks.file_name("path", path)
-        try:
+        with reading(path, "cannot be read as a table book"):
+            if not path.exists():
+                raise OutputError("path", path, "there is no such file")
             with netcdf_file(path, "r", mmap=False) as file:
                 found = getattr(file, "format", b"").decode()
                 if found == FORMAT:
@@ -207,11 +210,6 @@ class TableBook:
                     arrays["splines"] = unpacked(*(arrays.pop(name) for name in _PACKED))
                     book = cls(nu=float(file.nu), provenance=file.provenance.decode(), **arrays)
                     whole = book._digest() == file.digest.decode()
-        except FileNotFoundError:
-            raise OutputError("path", path, "there is no such file") from None
-        except Exception as error:  # whatever scipy makes of other files
-            words = str(error).split("\n")[0] or type(error).__name__
-            raise OutputError("path", path, f"cannot be read as a table book ({words})") from None
         if found != FORMAT:
             kind = f"a {found!r} file" if found else "another netCDF file"
             raise OutputError("path", path, f"is {kind}, not a {FORMAT!r} one; make the book anew")
