@@ -14,7 +14,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_geometry import counts, lattice
 from varcontact.io.contact_words import MOST_BYTES, Group, number_of
-from varcontact.io.reading import text_of
+from varcontact.machine.reading import text_of
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from varcontact.errors import SceneError
-from varcontact.io.reading import text_of
+from varcontact.machine.reading import text_of
 
 WORDS = {
     "PBTNFS": ("PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS"),

@@ -31,9 +31,9 @@ from varcontact.io.outputs import (
     replacing,
 )
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
-from varcontact.io.reading import first_line, reading
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import AS_STORED, assembled, solution_from_bytes
+from varcontact.machine.reading import first_line, reading
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution

@@ -11,8 +11,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.reading import first_line, text_of
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
+from varcontact.machine.reading import first_line, text_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS

@@ -13,8 +13,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
-from varcontact.io.reading import SCENE_BYTES
 from varcontact.io.scene_file import NO_NUMBER, scene_to
+from varcontact.machine.reading import SCENE_BYTES
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 

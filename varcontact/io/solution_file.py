@@ -17,10 +17,10 @@ from varcontact.io.elements import EXPORTS
 from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
 from varcontact.io.plausible import check_plausible
-from varcontact.io.reading import first_line, reading, regular
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
 from varcontact.machine.memory import need
+from varcontact.machine.reading import first_line, reading, regular
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.error_estimate import ErrorEstimate

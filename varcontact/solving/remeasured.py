@@ -15,8 +15,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.io.history_file import Stored
-from varcontact.io.reading import reading
 from varcontact.io.solution_file import read
+from varcontact.machine.reading import reading
 from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise

@@ -15,7 +15,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.io.reading import reading
+from varcontact.machine.reading import reading
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
 from varcontact.theories.table_nodes import HALFWAY, linear_part, places
