@@ -71,6 +71,9 @@ def test_a_history_by_the_steps_that_count():
     scene = replace(SCENE, motion=vc.Transient(steps=3, dq=0.25, vx=0.05))
     found = answer(scene, Way(cells=8, coarser=4, edge="touched"), steps=(2,))
     assert list(found.values) == ["Fx[2]", "Fy[2]", "Mz[2]"]
+    for steps, message in (((3,), r"steps\[0\] = 3 .* from 0 to 2"), (("x",), r"steps\[0\] = 'x'"), (2, "steps = 2")):
+        with pytest.raises(vc.SceneError, match=message):
+            answer(scene, Way(cells=8), steps=steps)
 
 
 @pytest.mark.parametrize(("scene", "way", "reason"), [
@@ -110,6 +113,10 @@ def test_an_accuracy_is_that_of_solve():
         ({"cells": 8, "along": 0.0}, "along = 0.0"),
         ({"cells": 8, "coarser": 4, "order": 0}, "order = 0"),
         ({"cells": 8, "options": (("accuracy", 0.1),)}, "give it as the accuracy of the way"),
+        ({"cells": 8, "options": {"tangential": "fastsim"}}, "options = .* must be pairs of a name and a value"),
+        ({"cells": 8, "options": ("tangential", "fastsim")}, "options = .* must be pairs of a name and a value"),
+        ({"cells": 8, "motion": (("spin_offset", 0.0, 1.0),)}, "motion = .* must be pairs of a name and a value"),
+        ({"cells": 8, "motion": ((0.0, "spin_offset"),)}, "motion = .* must be pairs of a name and a value"),
     ],
 )
 def test_a_way_has_cells_or_an_accuracy(given, message):

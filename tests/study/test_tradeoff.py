@@ -54,6 +54,10 @@ def test_the_front_is_what_nothing_else_beats():
     advice = found.advice().set_index("target")["way"]
     assert [advice[target] for target in TARGETS[:3]] == ["centres 4", "centres 8", "centres 8"]
     assert pd.isna(advice[0.003])
+    assert found.advice(0.03)["way"].tolist() == [advice[0.03]]
+    for targets, message in (("a", "targets = 'a'"), ([0.1, -1.0], "targets.*-1.0")):
+        with pytest.raises(vc.SceneError, match=message):
+            found.advice(targets)
 
 
 def test_an_accuracy_is_advised_for_what_it_was_asked_for():

@@ -160,15 +160,16 @@ def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: 
     return int(result)
 
 
-def wholes(field: str, value: Any, least: int = 1) -> list[int]:
-    """Several whole numbers of at least `least`.
+def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> list[int]:
+    """Several whole numbers of at least `least`, and at most `most`.
 
     Parameters
     ----------
     field : str
         Name of the entry, for the message.
     value : object
-    least : int
+    least, most : int
+        None: there is no upper limit.
 
     Raises
     ------
@@ -182,4 +183,4 @@ def wholes(field: str, value: Any, least: int = 1) -> list[int]:
         given = list(value)
     except TypeError:
         raise SceneError(field, value, allowed) from None
-    return [whole(f"{field}[{i}]", n, least) for i, n in enumerate(given)]
+    return [whole(f"{field}[{i}]", n, least, most) for i, n in enumerate(given)]

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 from varcontact.results.history import History
@@ -72,7 +73,7 @@ def values(answer: Solution | History, steps: Sequence[int] | None = None) -> di
     ['vx', 'Fy', 'Mz']
     """
     if isinstance(answer, History):
-        chosen = range(len(answer)) if steps is None else steps
+        chosen = steps_that_count(len(answer), steps)
         return {f"{name}[{k}]": value for k in chosen for name, value in values(answer[k]).items()}
     found = _normal(answer) if answer.scene.frictionless else _frictional(answer)
     return {name: value for name, value in found.items() if not math.isnan(value)}
@@ -117,13 +118,30 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     check_measurable(answer.scene)
     if not isinstance(answer, History):
         return units_of(answer, list(values(answer)))
-    chosen = range(len(answer)) if steps is None else steps
-    single = {k: units_of(answer[k], list(values(answer[k]))) for k in chosen}
+    single = {k: units_of(answer[k], list(values(answer[k]))) for k in steps_that_count(len(answer), steps)}
     largest: dict[str, float] = {}
     for units_of_step in single.values():
         for name, unit in units_of_step.items():
             largest[name] = max(largest.get(name, 0.0), unit)
     return {f"{name}[{k}]": largest[name] for k, units_of_step in single.items() for name in units_of_step}
+
+
+def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
+    """The steps of a history in which errors are measured.
+
+    Parameters
+    ----------
+    number : int
+        Steps of the history.
+    steps : sequence of int, optional
+        Those asked for, from 0; all of them if not given.
+
+    Raises
+    ------
+    SceneError
+        If the history lacks one.
+    """
+    return range(number) if steps is None else checks.wholes("steps", steps, least=0, most=number - 1)
 
 
 def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping[str, float]) -> float:

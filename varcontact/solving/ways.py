@@ -19,11 +19,15 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solving.error_norm import values
+from varcontact.solving.error_norm import steps_that_count, values
 from varcontact.solving.solve import solve
 
 STRIPS = 4
 """Elements along x in line contact for each of `cells`: there they cost next to nothing, as in ``grid="auto"``."""
+
+
+_AS = {"motion": '(("spin_offset", 0.0),)', "options": '(("tangential", "fastsim"),)'}
+"""How pairs of names and values are written."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +57,8 @@ class Way:
     Raises
     ------
     SceneError
-        For numbers that are not positive, a second grid that is not coarser, and an accuracy beside a grid.
+        For numbers that are not positive, a second grid that is not coarser, an accuracy beside a grid, and options
+        that are no pairs of names and values.
 
     Examples
     --------
@@ -79,6 +84,8 @@ class Way:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
+        _pairs("motion", self.motion)
+        _pairs("options", self.options)
         found = [name for name, _ in self.options if name in ("accuracy", "time_budget")]
         if found:
             raise SceneError("options", found[0], "left out: give it as the accuracy of the way")
@@ -162,6 +169,13 @@ class Way:
         return ""
 
 
+def _pairs(field: str, value: Any) -> None:
+    """Refuse what is no tuple of pairs of a name and a value."""
+    pairs = isinstance(value, tuple) and all(isinstance(each, tuple) and len(each) == 2 for each in value)
+    if not (pairs and all(isinstance(name, str) for name, _ in value)):
+        raise SceneError(field, value, f"pairs of a name and a value, as {_AS[field]}")
+
+
 @dataclass(frozen=True, eq=False)
 class Answered:
     """What a way found.
@@ -198,11 +212,13 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
     Raises
     ------
     SceneError
-        If the way does not serve the scene; and all that `solve` raises.
+        If the way does not serve the scene, or the history lacks a step; and all that `solve` raises.
     """
     reason = way.why_not(scene)
     if reason:
         raise SceneError("way", str(way), "one that serves the scene", message=f"way {way}: {reason}")
+    if isinstance(scene.motion, Transient):
+        steps_that_count(scene.motion.steps, steps)
     cells = [way.coarser, way.cells] if way.coarser else [way.cells]
     given = {**options, **dict(way.options)}
     if way.accuracy is not None:

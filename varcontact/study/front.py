@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact import checks
 from varcontact.solving.ways import Way
 from varcontact.study.store import plain_rows
 from varcontact.study.tables import columns_of_text
@@ -105,28 +106,34 @@ class Tradeoff:
         part = self.classes[(self.classes["kind"] == kind) & self.classes["front"]]
         return part.sort_values("processor_seconds")
 
-    def advice(self, targets: Iterable[float] = TARGETS) -> pd.DataFrame:
+    def advice(self, targets: float | Sequence[float] = TARGETS) -> pd.DataFrame:
         """What to take for errors: the fastest way of each class that is below them in all its scenes.
 
         An accuracy is advised for no less than it was asked for, even if its errors happen to be smaller.
 
         Parameters
         ----------
-        targets : iterable of float
+        targets : float or sequence of float
             In the norm of `varcontact.solving.error_norm`.
 
         Returns
         -------
         pandas.DataFrame
             A row per class and target; without a way where none is as accurate.
+
+        Raises
+        ------
+        SceneError
+            If a target is not positive.
         """
         import pandas as pd
 
+        asked = np.atleast_1d(checks.positives("targets", targets)).tolist()
         rows = []
         for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
             ways = self.classes[self.classes["kind"] == kind]
             ways = ways[_serves(ways)]
-            for target in targets:
+            for target in asked:
                 good = ways[(ways["largest_error"] <= target) & ~(ways["accuracy"] > target)]
                 best = good.sort_values("processor_seconds").iloc[0].to_dict() if len(good) else {}
                 names = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
