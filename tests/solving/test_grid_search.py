@@ -60,6 +60,22 @@ def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
     assert left < -a and a < right and bottom < -b and b < top
 
 
+@pytest.mark.parametrize("centre", [(0.1, 0.33), (-0.26, 0.2), (0.41, -0.07)])
+def test_a_mirrored_surface_has_the_mirrored_grid(centre):
+    """Also where samples lie on the borders of the elements by which the contact is looked for."""
+    x = np.linspace(-2.0, 2.0, 81)
+    h = paraboloid(x - centre[0], x - centre[1], Ry=0.7) + 0.05 * np.outer(x, x)
+    here, along, across = (
+        vc.solve(vc.Scene(bodies=BODIES, surface=vc.SampledDistance(samples, x, x), normal_force=0.05))
+        for samples in (h, h[:, ::-1], h[::-1])
+    )
+    left, right, bottom, top = here.grid.box
+    assert along.grid.box == pytest.approx((-right, -left, bottom, top), abs=1e-12)
+    assert across.grid.box == pytest.approx((left, right, -top, -bottom), abs=1e-12)
+    np.testing.assert_allclose(along.pressure[:, ::-1], here.pressure, atol=1e-9 * here.pressure.max())
+    np.testing.assert_allclose(across.pressure[::-1], here.pressure, atol=1e-9 * here.pressure.max())
+
+
 @pytest.mark.parametrize("creepage", [0.3, -0.9])
 def test_grid_grows_where_tractions_move_the_contact(creepage):
     """A soft cylinder dragged over a rigid one has contact beyond the grid about Hertz's."""

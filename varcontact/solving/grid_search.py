@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from varcontact.solving.timing import Clock
 
 FOUND = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""
+
+ROUNDING = 1e-9
+"""Part of an element by which a sample may miss its border and still lie on it."""
 
 PressureOn = Callable[[Discretisation, ContactState], ContactState]
 """Solves the frictionless normal problem of a discretisation, from a state that may have a pressure to begin with."""
@@ -202,13 +206,16 @@ def _rubbing_as(near: Solution, disc: Discretisation, state: ContactState) -> Co
 
 
 def _lowest_in_elements(surface: SampledDistance, grid: Grid, depth: float | None) -> SampledDistance:
-    """The lowest distance known in each element: no summit falls between the centres of a coarse look."""
+    """The lowest distance known in each element: no summit falls between the centres of a coarse look.
+
+    A sample on the border of elements counts in all of them: a surface and its mirror image have mirrored grids.
+    """
     distance = np.clip(surface.distance(grid), -LARGE, LARGE)  # splines swing
     x, y = surface.coordinates
     (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
-    ix, iy = (np.floor((x - x0) / dx).astype(int), np.floor((y - y0) / dy).astype(int))
-    ix[x == grid.box[1]], iy[y == grid.box[3]] = grid.nx - 1, grid.rows - 1
-    columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.rows)
-    flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
-    np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
+    for way_x, way_y in product((-ROUNDING, ROUNDING), repeat=2):
+        ix, iy = np.floor((x - x0) / dx + way_x).astype(int), np.floor((y - y0) / dy + way_y).astype(int)
+        columns, rows = (ix >= 0) & (ix < grid.nx), (iy >= 0) & (iy < grid.rows)
+        flat = (iy[rows, None] * grid.nx + ix[None, columns]).ravel()
+        np.minimum.at(distance.ravel(), flat, surface.samples[np.ix_(rows, columns)].ravel())
     return SampledDistance(distance[0] if grid.line else distance, reference_depth=depth)
