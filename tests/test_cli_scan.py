@@ -61,6 +61,14 @@ def test_rounding_is_shown_as_zero(folder):
     assert [cells[1:] for cells in printed] == [["0", "0"]] * 2 and all(float(cells[0]) < -0.01 for cells in printed)
 
 
+def test_the_table_says_its_units(folder):
+    (folder / "mm.toml").write_text(SCENE + '[units]\nlength = "mm"\nforce = "N"\n')
+    strips = SCENE.replace('"ellipse"\na = 1.2\nb = 0.9', '"cylinders"\nR = 1.0').replace("ny = 8", "")
+    (folder / "line.toml").write_text(strips.replace("vy = 0.01", "") + '[units]\nlength = "mm"\nforce = "N"\n')
+    said = [run("scan", f"{name}.toml", "--vx", "0.1", folder=folder).stdout.splitlines()[0] for name in ("mm", "line")]
+    assert said == ["1 solution, forces in N, moments in N mm, spin in 1/mm", "1 solution, forces in N/mm"]
+
+
 def test_creepages_from_a_table(folder):
     (folder / "rows.csv").write_text("vx,vy,spin\n0.05, 0, 0\n\n0, 0.05, 0.1\n")
     done = run("scan", "scene.toml", "--creepages", "rows.csv", "--json", folder=folder)

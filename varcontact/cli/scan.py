@@ -189,8 +189,9 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
 
     names = [*list(rows[0])[:3], *PRINTED]
     cells = [[_cell(name, row[name], sol) for name in names] for sol, row in zip(found, rows, strict=True)]
-    units = found[0].scene.units
-    said = [] if units is None else [f"forces in {units.of('force', found[0].scene.line)}"]
+    units, line = found[0].scene.units, found[0].scene.line
+    shown = {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
+    said = [] if units is None else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
     count = "1 solution" if len(rows) == 1 else f"{len(rows)} solutions"
     return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
 
