@@ -33,6 +33,8 @@ KINDS = (
     "line sampled shift",
     "slender",
     "slender shift",
+    "any law",
+    "any law shift",
 )
 
 
@@ -107,16 +109,30 @@ def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
         surface, force = vc.Ellipse(a=drawn.a, b=drawn.b), 1.0
     hertz = vc.Scene(bodies=bodies, surface=surface, normal_force=force).hertz
     limit, mean = drawn.f * force, float(np.sqrt(hertz.a * hertz.b))
-    friction: float | vc.LinearFalling = drawn.f
+    friction: float | vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling = drawn.f
     if kind == "law":
         friction = vc.LinearFalling(
             static=drawn.f, kinetic=0.8 * drawn.f, half_velocity=float(rng.uniform(1, 4)) * limit
         )
+    if kind.startswith("any law"):
+        friction = _any_law(rng, drawn, hertz.a * hertz.b, kind.endswith("shift"))
     if kind.endswith("shift"):
         motion: vc.Steady | vc.Shift = _shift(drawn, bodies, limit, mean)
     else:
         motion = _steady(drawn, bodies, limit, hertz.a, hertz.b, rng if kind == "forces" else None)
     return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=friction, motion=motion)
+
+
+def _any_law(
+    rng: np.random.Generator, drawn: _Drawn, area: float, shifted: bool
+) -> vc.StaticKinetic | vc.LinearFalling | vc.RationalFalling | vc.ExponentialFalling:
+    """One of four laws; half is lost at 0.003 to 3 times the creepage, or the shift, of saturation."""
+    kinetic, full = drawn.f * float(rng.uniform(0.1, 0.9)), 0.7 * drawn.f * (area**0.5 if shifted else 1.0) / area
+    half = full * float(np.exp(rng.uniform(np.log(0.003), np.log(3))))
+    falling = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling][rng.integers(3)]
+    if rng.random() < 0.25:
+        return vc.StaticKinetic(static=drawn.f, kinetic=kinetic)
+    return falling(static=drawn.f, kinetic=kinetic, half_velocity=half)
 
 
 def _unlike(rng: np.random.Generator) -> vc.Bodies:

@@ -141,8 +141,10 @@ def solve(
     start : {"stick", "slip"} or Solution, optional
         Under a law of friction, which of the solutions is sought: that with much friction, from the static
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
-        over; or that near a solution with as many elements either way, from the coefficients found there. In a
-        history each particle goes on as it did in the step before.
+        over; or that near a solution with as many elements either way, from the coefficients found there. With
+        `accuracy`, `time_budget` or `refine`, "slip" if nothing is given: under a static and a kinetic coefficient both
+        tend to the same continuum, but from "slip" faster. In a history each particle goes on as it did in the step
+        before.
     certify : {"auto", "full", "gap", "none"} or None
         How much of the certificate is computed: "full", with guaranteed bounds on the forces; "gap", without them;
         "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
@@ -207,7 +209,8 @@ def solve(
     check_start(scene, start, plan.theory is not None)
     check_saturation(scene)
     asked = asked_for(scene, plan, accuracy, time_budget, start, store)
-    corrects = check_refine(scene, plan, refine, asked is not None, start)
+    chosen = asked is not None
+    corrects = check_refine(scene, plan, refine, chosen, start)
     if store is not None and not isinstance(scene.motion, Transient):
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
@@ -219,9 +222,10 @@ def solve(
             check_fits(posed, known)
         wanted, enough = (certify, tol) if certified else ("none", max(tol, ENOUGH))
         if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, enough, polish, told, store, wanted, asked is not None, corrects)
+            return solve_transient(posed, known, enough, polish, told, store, wanted, chosen, corrects)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
-        steps = Steps(known, enough, polish, Clock(told), Setups() if repeats else None, start, wanted, certified)
+        setups, continuum = Setups() if repeats else None, chosen or corrects
+        steps = Steps(known, enough, polish, Clock(told), setups, start, wanted, certified, continuum)
         disc, state = on_a_grid_that_holds_it(
             posed, roughly(steps) if corrects and known.closed_form else steps, near=near
         )

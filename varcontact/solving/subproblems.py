@@ -23,7 +23,7 @@ from varcontact.problem.parts import means
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
@@ -56,6 +56,11 @@ class Steps:
         How much of a certificate is wanted.
     refined : bool
         Whether Newton's method goes on to rounding where that is cheap.
+    continuum : bool
+        Whether the solution is to be near the continuum's. Under a law of friction the passes then begin with the
+        kinetic coefficient, where no `start` is given: what the static one adds vanishes as the grid gets finer, with a
+        fall at once altogether, with a steep one until the elements are small enough for it. In a history particles
+        remember what they had under a law that falls continuously.
     """
 
     plan: Plan
@@ -66,6 +71,7 @@ class Steps:
     start: str | Solution | None = None
     certify: str = "auto"
     refined: bool = True
+    continuum: bool = False
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions.
@@ -301,7 +307,10 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
         return _coupled(disc, steps, state, tol)
 
     judge = _tangential if not steps.plan.loops else _whole
-    return under_law(disc, solve, judge, start, steps.start, tol=WHOLE * steps.tol)
+    begin, remembered = steps.start, disc.law.continuous and isinstance(disc.motion, TimeStep)
+    if steps.continuum and begin is None and not remembered:
+        start, begin = replace(start, friction=None), "slip"
+    return under_law(disc, solve, judge, start, begin, tol=WHOLE * steps.tol)
 
 
 def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:

@@ -44,7 +44,7 @@ def solve_transient(
     progress: Callable[[str], None] | None = None,
     store: str | Path | None = None,
     certify: str = "auto",
-    stages: bool = False,
+    chosen: bool = False,
     refine: bool = False,
 ) -> History:
     """Solve a transient scene step by step, see `solve`.
@@ -64,8 +64,9 @@ def solve_transient(
         File to which each step is added.
     certify : str
         As of `solve`.
-    stages : bool
-        Whether the progress is told the stages within a step, too.
+    chosen : bool
+        Whether the grid is chosen for an accuracy or a time: the progress is told the stages within a step, too, and
+        the steps are those of `Steps.continuum`.
     refine : bool
         Whether each step is corrected towards the continuum.
 
@@ -78,12 +79,12 @@ def solve_transient(
     """
     if not isinstance(_motion(scene).start, Solution | None):
         raise SceneError("motion.start", _motion(scene).start, "a Solution")
-    steps = Steps(plan, tol, polish, Clock(), certify=certify)
+    steps = Steps(plan, tol, polish, Clock(), certify=certify, continuum=chosen)
     settings: dict[str, Any] = {"tol": tol, "polish": polish} | ({"refine": KINDS[0]} if refine else {})
     if store is None:
-        return _solved(scene, steps, settings, progress, None, stages)
+        return _solved(scene, steps, settings, progress, None, chosen)
     with Stored.recording(file_name("store", store), scene, plan, settings) as stored:
-        return _solved(scene, steps, settings, progress, stored, stages)
+        return _solved(scene, steps, settings, progress, stored, chosen)
 
 
 def _solved(

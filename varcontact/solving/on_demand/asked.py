@@ -8,6 +8,7 @@ from typing import Any
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.plan import Plan
+from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -128,3 +129,9 @@ def _check_choice(scene: Scene, plan: Plan, field: str, start: Any, store: Any) 
     if start is not None and not isinstance(start, str):
         message = f'start: with {field} it is "stick" or "slip"; a solution belongs to its own grid'
         raise SceneError("start", start, '"stick" or "slip"', message=message)
+    if start == "stick" and isinstance(scene.friction, StaticKinetic):
+        message = (
+            'start = "stick": under a static and a kinetic coefficient what the static one adds vanishes as the grid '
+            f"gets finer, and {field} counts errors against the continuum; leave start out, or give a grid"
+        )
+        raise SceneError("start", start, 'left out, or "slip"', message=message)
