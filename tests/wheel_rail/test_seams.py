@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -79,13 +80,35 @@ def test_forces_do_not_jump_when_parts_become_patches():
     (patch,) = case.patches(z)
     ((_, weight),) = patch.seams
     apart = 20.0 - weight ** (1 / 0.8) * 19.0
-    forces = []
-    for separate in (apart * 0.999, apart * 1.001, 40.0, 4000.0):
-        found = replace(case, z=z, separate=separate).solve()
-        forces.append(sum(each.normal_force for each in found.patches))
-    assert len(replace(case, separate=apart * 0.999).patches(z)) == 2
-    assert forces[1] == pytest.approx(forces[0], rel=0.02)
+    found = [replace(case, z=z, separate=separate).solve() for separate in (apart * 0.999, apart * 1.001, 40.0, 4000.0)]
+    forces = [sum(each.normal_force for each in one.patches) for one in found]
+    assert [len(one.patches) for one in found] == [2, 1, 1, 1]
+    assert forces[1] == pytest.approx(forces[0], rel=0.003)
+    assert found[1].force[1:] == pytest.approx(found[0].force[1:], abs=0.003 * forces[0])
+    assert found[1].force[0] == pytest.approx(found[0].force[0], rel=0.08), "two creepages become one"
     assert forces[0] > forces[2] > forces[3]
+
+
+def test_angles_turn_towards_each_other_as_patches_come_nearer():
+    """A flange at 70 degrees and the tread at 22 become one patch: a load between is found, and nothing jumps."""
+    case = WheelOnRail(
+        track=TRACK, wheelset=WHEELSET, position=Position(y=6.25, yaw=0.03), vertical_force=22e3, dx=0.5, dy=0.25
+    )
+    angles = np.array([[each.angle for each in case.patches(case.touching + z)] for z in (0.045, 0.05, 0.053, 0.058)])
+    assert (np.diff(angles[:, 0]) > 0).all() and (np.diff(angles[:, 1] - angles[:, 0]) < 0).all()
+    (one,) = case.patches(case.touching + 0.06)
+    assert angles[-1] == pytest.approx(one.angle, abs=0.02)
+    alone = [each.angle for each in replace(case, turn=8.0).patches(case.touching + 0.058)]
+    assert alone == pytest.approx([-1.22, -0.386], abs=0.01)
+    assert replace(case, turn=8.0).patches(case.touching + 0.06)[0].angle == one.angle
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        assert case.solve().rounds < 15
+
+
+def test_turning_begins_no_nearer_than_separation():
+    with pytest.raises(SceneError, match=r"turn = 7.0 is not allowed: must be at least separate, 8 mm"):
+        WheelOnRail(track=TRACK, wheelset=WHEELSET, z=0.2, turn=7.0)
 
 
 def test_separation_is_not_nearer_than_joining():

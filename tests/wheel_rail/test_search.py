@@ -20,7 +20,7 @@ from tests.wheel_rail.conditions import (
 from varcontact.errors import NoContact, SceneError
 from varcontact.kinematics import klingel_wavelength, rotation
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
-from varcontact.wheel_rail.patches import place
+from varcontact.wheel_rail.patches import place, tangent_of
 from varcontact.wheel_rail.search import contact_locus
 
 SLOPE, RADIUS = 0.05, 300.0
@@ -141,6 +141,7 @@ def test_a_rotation_of_everything_about_the_track_turns_the_patch():
         places.append(
             place(
                 moved.overlaps(0.0),
+                tangent_of(moved.overlaps(0.0), rail.moved(spin[1:, 1:], np.zeros(2))),
                 wheel,
                 rail.moved(spin[1:, 1:], np.zeros(2)),
                 spin @ axle,

@@ -19,7 +19,7 @@ from varcontact.wheel_rail.track import Position, Side, Track, Velocity, WheelSe
 from varcontact.wheel_rail.wear import Archard
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
-PLAIN = ("side", "vertical_force", "z", "with_friction", "friction", "dx", "dy", "join", "separate")
+PLAIN = ("side", "vertical_force", "z", "with_friction", "friction", "dx", "dy", "join", "separate", "turn")
 TABLES = ("track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")

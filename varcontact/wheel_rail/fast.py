@@ -24,7 +24,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.patches import frame_of, joined, too_rough
+from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.search import Overlap
 from varcontact.wheel_rail.solve import bearing_height
 
@@ -145,16 +145,16 @@ def estimate_wheel_on_rail(
         raise SceneError("friction", case.friction, "a number: fast theories have one coefficient")
 
     def patches(z: float) -> tuple[FastPatch, ...]:
-        groups = joined(case.locus.overlaps(z), case.separate)
+        groups = joined(case.locus.overlaps(z), case.join)
         return tuple(_patch(case, group, z, normal, tangential, options) for group in groups)
 
     def vertical(z: float) -> float:
         if case.with_friction:
             return float(sum(each.force_on_track[2] for each in patches(z)))
-        groups = joined(case.locus.overlaps(z), case.separate)
-        return sum(
-            _ellipse(case, group, z, normal).normal_force * np.cos(frame_of(group, case.rail)[1]) for group in groups
-        )
+        groups = joined(case.locus.overlaps(z), case.join)
+        angles = [tangent_of(group, case.rail).angle for group in groups]
+        normals = [_ellipse(case, group, z, normal).normal_force for group in groups]
+        return float(np.cos(angles) @ normals)
 
     z = bearing_height(case, tol, vertical)[0] if case.z is None else case.z
     return FastWheel(case, z, patches(z))
@@ -163,7 +163,8 @@ def estimate_wheel_on_rail(
 def _patch(
     case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str, options: dict[str, Any]
 ) -> FastPatch:
-    frame, angle, _ = frame_of(group, case.rail)
+    tangent = tangent_of(group, case.rail)
+    frame, angle = tangent.frame, tangent.angle
     approach = max(float(each.depth.max()) for each in group) * float(np.cos(angle))
     rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
     found = creep_forces(

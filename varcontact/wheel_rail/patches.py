@@ -24,6 +24,32 @@ MOST = 400_000
 
 
 @dataclass(frozen=True, eq=False)
+class Tangent:
+    """The plane of a contact patch.
+
+    Attributes
+    ----------
+    frame : Frame
+        See `Place`, as for the rest.
+    angle, theta : float
+    """
+
+    frame: Frame
+    angle: float
+    theta: float
+
+    def turned(self, angle: float) -> Tangent:
+        """The same about the same origin, at another angle.
+
+        Parameters
+        ----------
+        angle : float
+            [rad]
+        """
+        return Tangent(Frame(self.frame.origin, rotation(roll=angle)), angle, self.theta)
+
+
+@dataclass(frozen=True, eq=False)
 class Place:
     """Where a contact patch is, and the shape of the bodies there.
 
@@ -85,6 +111,7 @@ def _apart(left: Overlap, right: Overlap) -> float:
 
 def place(
     overlaps: list[Overlap],
+    tangent: Tangent,
     wheel: Curve,
     rail: Curve,
     axle: np.ndarray,
@@ -97,6 +124,8 @@ def place(
     Parameters
     ----------
     overlaps : list of Overlap
+    tangent : Tangent
+        As of `tangents_of`.
     wheel : Curve
         (y along the axle, radius).
     rail : Curve
@@ -119,7 +148,7 @@ def place(
     SceneError
         If the elements are too many, or none is where the bodies overlap; if a profile is too rough.
     """
-    frame, angle, theta = frame_of(overlaps, rail)
+    frame = tangent.frame
     grid = _grid(overlaps, frame, *sides)
     gap = _rail_heights(rail, frame, grid)[:, None] - _wheel_heights(
         overlaps[0].locus, wheel, frame, grid, axle, centre
@@ -136,7 +165,8 @@ def place(
             "Profile(..., smoothing=...)",
         )
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
-    return Place(frame, angle, grid, gap - gap.min(), -float(gap.min()), theta, _seams(overlaps, frame, *distances))
+    seams = _seams(overlaps, frame, *distances)
+    return Place(frame, tangent.angle, grid, gap - gap.min(), -float(gap.min()), tangent.theta, seams)
 
 
 def too_rough(y: float) -> SceneError:
@@ -159,20 +189,45 @@ def too_rough(y: float) -> SceneError:
     )
 
 
-def frame_of(overlaps: list[Overlap], rail: Curve) -> tuple[Frame, float, float]:
-    """Where the patch of a group of overlaps is.
+def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn: float) -> list[Tangent]:
+    """The planes of all patches, those of near neighbours turned towards each other.
+
+    Where the gap between two is `separate`, both have the angle that they would have as one patch, from `turn` on their
+    own: so does CONTACT (D_TURN), and forces do not jump as patches become one.
+
+    Parameters
+    ----------
+    groups : list of list of Overlap
+        As of `joined`.
+    rail : Curve
+        (y, z) in track coordinates.
+    separate, turn : float
+        [mm]
+
+    Returns
+    -------
+    list of Tangent
+    """
+    found = [tangent_of(group, rail) for group in groups]
+    angles = np.array([each.angle for each in found])
+    loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
+    turned = angles.copy()
+    for i, (left, right) in enumerate(pairwise(groups)):
+        apart, two = _apart(left[-1], right[0]), slice(i, i + 2)
+        if apart < turn:
+            together = float(angles[two] @ loads[two] / loads[two].sum())
+            turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
+    return [each.turned(float(angle)) for each, angle in zip(found, turned, strict=True)]
+
+
+def tangent_of(overlaps: list[Overlap], rail: Curve) -> Tangent:
+    """The plane of a group of overlaps by itself.
 
     Parameters
     ----------
     overlaps : list of Overlap
     rail : Curve
         (y, z) in track coordinates.
-
-    Returns
-    -------
-    frame : Frame
-        See `Place`, as for the rest.
-    angle, theta : float
     """
     weights = np.concatenate([each.weights for each in overlaps])
     weights = weights / weights.sum()
@@ -181,7 +236,7 @@ def frame_of(overlaps: list[Overlap], rail: Curve) -> tuple[Frame, float, float]
     theta = float(weights @ np.concatenate([each.locus.theta[each.run] for each in overlaps]))
     x, y = (float(weights @ points[:, i]) for i in (0, 1))
     at = rail.at(np.array([y]), np.array([1.0, 0.0]))
-    return Frame(np.array([x, *rail.points(at)[0]]), rotation(roll=angle)), angle, theta
+    return Tangent(Frame(np.array([x, *rail.points(at)[0]]), rotation(roll=angle)), angle, theta)
 
 
 def _seams(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:

@@ -18,7 +18,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.patches import Place, joined, place
+from varcontact.wheel_rail.patches import Place, joined, place, tangents_of
 from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import Seams
 from varcontact.wheel_rail.search import Locus, contact_locus
@@ -105,6 +105,9 @@ class WheelOnRail:
         Overlaps of wheel and rail that are nearer to each other than `separate` make one patch, in one plane; others
         are patches of their own, which do not feel each other. Those nearer than `join` feel each other as parts of one
         half-space, and those between by a weight that falls from 1 to 0 [mm].
+    turn : float, optional
+        The angles of patches that are nearer than this are turned towards each other, up to the angle of one patch at
+        `separate`; ``2 separate - join`` if not given [mm].
 
     Raises
     ------
@@ -136,6 +139,7 @@ class WheelOnRail:
     dy: float = 0.5
     join: float = 4.0
     separate: float = 8.0
+    turn: float | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -154,6 +158,10 @@ class WheelOnRail:
             set_(self, name, checks.positive(name, getattr(self, name)))
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
+        if self.turn is not None:
+            set_(self, "turn", checks.positive("turn", self.turn))
+            if self.turn < self.separate:
+                raise SceneError("turn", self.turn, f"at least separate, {self.separate:g} mm")
 
     @cached_property
     def rail(self) -> Curve:
@@ -206,12 +214,12 @@ class WheelOnRail:
         """
         z = checks.moderate("z", z)
         groups = joined(self.locus.overlaps(z), self.separate)
+        turn = 2 * self.separate - self.join if self.turn is None else self.turn
+        tangents = tangents_of(groups, self.rail, self.separate, turn)
         body = self.velocity.body(self.wheelset, self.position, z)
-        sides, distances = (self.dx, self.dy), (self.join, self.separate)
-        found = tuple(
-            self._patch(place(group, self.wheel, self.rail, body.rotation, body.position, sides, distances), z, body)
-            for group in groups
-        )
+        known = self.wheel, self.rail, body.rotation, body.position, (self.dx, self.dy), (self.join, self.separate)
+        places = [place(group, tangent, *known) for group, tangent in zip(groups, tangents, strict=True)]
+        found = tuple(self._patch(each, z, body) for each in places)
         if warn:
             for patch in found:
                 check_smooth(patch, stacklevel=3)
