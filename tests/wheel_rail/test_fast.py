@@ -177,6 +177,7 @@ def test_what_is_refused():
         circles().estimate(tangential="contact")
 
 
+@pytest.mark.filterwarnings("ignore:with dy")
 @pytest.mark.parametrize("normal", ["virtual-penetration", "hertz"])
 def test_each_overlap_has_its_ellipse(normal):
     """Tread and flange root 8 mm apart: nothing jumps where the exact way begins to see one patch."""
@@ -191,3 +192,10 @@ def test_each_overlap_has_its_ellipse(normal):
     found = case.estimate(normal)
     borne = sum(each.force[2] * np.cos(each.angle) for each in found.patches)
     assert borne == pytest.approx(4e3, rel=1e-6)
+
+
+def test_without_friction_nothing_acts_along_the_surface():
+    fast = WheelOnRail(track=TRACK, wheelset=WHEELSET, friction=0.0, vertical_force=50e3).estimate()
+    (each,) = fast.patches
+    assert each.force[:2].tolist() == [0.0, 0.0] and each.moment == 0.0
+    assert fast.force[2] == pytest.approx(50e3, rel=1e-6)

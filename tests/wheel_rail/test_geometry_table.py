@@ -152,3 +152,24 @@ def test_a_velocity_is_one(table):
 def test_beyond_the_table(table):
     with pytest.raises(SceneError, match=r"yaw = 0.02 .*within the table, -0.01 to 0.01"):
         table.forces(0.0, 0.02, MOVING)
+
+
+def test_each_wheel_bears_the_load_between_the_nodes():
+    """Where contact passes to the flange, angles and forces interpolated apart bore up to 108 of 80 kN."""
+    coarse = geometry_table(TRACK, WHEELSET, y=np.arange(-8.0, 8.1), yaw=[-0.01, 0.0, 0.01], vertical_force=80e3)
+    for y in np.linspace(-7.9, 7.9, 41):
+        for side in ("left", "right"):
+            _, found = coarse.contacts(float(y), 3e-3, side)
+            assert found[:, 6] @ np.cos(found[:, 3]) == pytest.approx(80e3, rel=1e-5)
+            assert (found[:, 4:] > 0).all()
+
+
+@pytest.mark.parametrize(("make", "message"), [
+    (lambda table: table.contacts(1.0, 0.0, "middle"), "side = 'middle' .* one of left, right"),
+    (lambda table: table.contacts("a", 0.0, "left"), "y = 'a'"),
+    (lambda table: table.forces(None, 0.0, MOVING), "y = None"),
+    (lambda table: table.forces(0.0, np.array([0.0, 1e-3]), MOVING), "yaw = "),
+])  # fmt: skip
+def test_bad_positions_are_refused(table, make, message):
+    with pytest.raises(SceneError, match=message):
+        make(table)

@@ -176,7 +176,8 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
         (
             lambda: Profile(y=LOOP[:, 0], z=LOOP[:, 1], kind="rail"),
             "the profile crosses itself near y = 2, z = 0.5 mm, between its points 3 and 6: the points must follow "
-            "each other along the profile",
+            "each other along the profile; of measured ones that are nearer to each other than their noise take every "
+            "second or third",
         ),
         (
             lambda: Profile(y=RAIL.y, z=-RAIL.z, kind="rail"),

@@ -94,6 +94,8 @@ def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any
     0.17
     """
     wanted = checks.positives("amplitude", amplitude)
+    if not wanted.size:
+        return wanted
     nodes = np.linspace(0.0, wanted.max(), int(np.ceil(wanted.max() / NODES)) + 1)
     difference = rolling_radius_difference(track, wheelset, nodes)
     found = np.array([_conicity(nodes, difference, float(each)) for each in wanted.flat]).reshape(wanted.shape)

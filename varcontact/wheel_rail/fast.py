@@ -167,6 +167,8 @@ def _patch(
     frame, angle = tangent.frame, tangent.angle
     approach = max(float(each.depth.max()) for each in group) * float(np.cos(angle))
     rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
+    if case.friction == 0:
+        return FastPatch(frame, angle, rolled, approach, ellipse, np.array([0.0, 0.0, ellipse.normal_force]), 0.0)
     found = creep_forces(
         tangential,
         a=ellipse.a,

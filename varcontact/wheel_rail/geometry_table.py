@@ -20,6 +20,8 @@ from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 SLOTS = 3
 """Patches of a wheel that are tabulated at most."""
 NAMES = ("x", "y", "z", "angle", "a", "b", "normal_force", "approach")
+GROWTH = np.array([1 / 3, 1 / 3, 1.0, 2 / 3])
+"""Powers of the force by which a, b, the force itself and the approach of Hertz's contact grow."""
 MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
 
 
@@ -53,9 +55,9 @@ class WheelSetForces:
 class GeometryTable:
     """Contacts of the right wheel over lateral displacement and yaw; those of the left are mirror images.
 
-    Between the nodes all is linear in both; where the nodes around a position have different numbers of patches, the
-    nearest node counts. Each wheel bears the same load. The
-    roll about x that this takes counts in the height of each wheel, not in the shape of its contact.
+    Between the nodes all is linear in both, and then the forces grow or shrink, and their ellipses as Hertz's, until
+    each wheel bears the load; where the nodes around a position have different numbers of patches, the nearest node
+    counts. The roll about x that this takes counts in the height of each wheel, not in the shape of its contact.
 
     Attributes
     ----------
@@ -107,7 +109,7 @@ class GeometryTable:
         SceneError
             If the position is not within the table.
         """
-        sign = SIGN[side]
+        sign = SIGN[checks.choice("side", side, tuple(SIGN))]
         (i, s), (j, t) = _cell("y", self.y, y, sign), _cell("yaw", self.yaw, yaw, sign)
         corner = np.ix_((i, i + 1), (j, j + 1))
         counts = self.count[corner]
@@ -117,7 +119,11 @@ class GeometryTable:
             weights = np.zeros((2, 2))
             weights[round(s), round(t)] = 1.0
         number = int(counts[np.unravel_index(weights.argmax(), (2, 2))])
-        found = np.tensordot(weights, self.patches[corner], 2)[:number]
+        nodes = self.patches[corner]
+        found = np.tensordot(weights, nodes, 2)[:number]
+        load, borne = float(np.sum(weights * _borne(nodes))), float(_borne(found))
+        if borne > 0:
+            found[:, 4:] *= (load / borne) ** GROWTH
         return float(np.sum(weights * self.z[corner])), found * MIRRORED if side == "left" else found
 
     def forces(
@@ -251,9 +257,14 @@ def _nodes(field: str, value: Any) -> np.ndarray:
     return nodes
 
 
+def _borne(patches: np.ndarray) -> np.ndarray:
+    """The vertical part of the normal forces of patches, shape (..., n, 8)."""
+    return np.asarray((patches[..., 6] * np.cos(patches[..., 3])).sum(axis=-1))
+
+
 def _cell(field: str, nodes: np.ndarray, given: float, sign: float) -> tuple[int, float]:
     """The interval of a value, mirrored for the left wheel, and where in it the value is, from 0 to 1."""
-    value = sign * given
+    value = sign * checks.number(field, given)
     if not nodes[0] <= value <= nodes[-1]:
         raise SceneError(field, given, f"within the table, {nodes[0]:g} to {nodes[-1]:g}")
     i = min(int(np.searchsorted(nodes, value, side="right")) - 1, nodes.size - 2)

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 KINDS = ("rail", "wheel")
 FEWEST = 10
 """Points a profile must have."""
-KINK, CALM = np.radians(30.0), 1 / 3
-"""A kink turns by so much in one point, and the points beside it by less than this part of that."""
+KINK, CALM, RESTLESS = np.radians(30.0), 1 / 3, 8.0
+"""A kink turns by so much in one point, the points beside it by less than this part of that, and the median of all
+points by less than one part in so many."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,7 +45,8 @@ class Profile:
         from second differences of the points, so noise counts.
     kinks : "auto" or sequence of float
         Where the direction jumps: y of the points nearest to them; "auto": points that turn by more than 30 degrees
-        while their neighbours hardly turn. Kinks stay as they are, whatever the smoothing.
+        while their neighbours hardly turn, and by more than noise does at the others. Kinks stay as they are, whatever
+        the smoothing.
     name : str
         For reports and pictures.
 
@@ -76,7 +78,7 @@ class Profile:
         y, z = checks.array("profile.y", self.y, 1), checks.array("profile.z", self.z, 1)
         if y.size != z.size:
             raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
-        points = profile_points.ordered(np.stack([y, z], axis=1))
+        points = profile_points.ordered(np.stack([y, z], axis=1), self.kind)
         if len(points) < FEWEST:
             raise SceneError(
                 "profile",
@@ -185,7 +187,7 @@ class Profile:
         """
         from varcontact.wheel_rail.standard_profiles import s1002
 
-        y, z = s1002(step)
+        y, z = s1002(checks.positive("step", step))
         return cls(y=y, z=z, kind="wheel", name="S1002")
 
     @classmethod
@@ -203,7 +205,7 @@ class Profile:
         """
         from varcontact.wheel_rail.standard_profiles import rail_60e1
 
-        y, z = rail_60e1(step)
+        y, z = rail_60e1(checks.positive("step", step))
         return cls(y=y, z=z, kind="rail", name="60E1")
 
     @cached_property
@@ -302,9 +304,10 @@ class Profile:
 
 
 def _kinks(points: np.ndarray) -> np.ndarray:
-    """Points that turn sharply between neighbours that do not."""
+    """Points that turn sharply between neighbours that do not, and more than points do that are noise."""
     along = np.diff(points, axis=0)
     direction = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
     turn = np.abs(np.diff(direction))
     beside = np.maximum(np.append(turn[1:], 0.0), np.insert(turn[:-1], 0, 0.0))
-    return np.flatnonzero((turn > KINK) & (beside < CALM * turn)) + 1
+    least = max(KINK, RESTLESS * float(np.median(turn)))
+    return np.flatnonzero((turn > least) & (beside < CALM * turn)) + 1

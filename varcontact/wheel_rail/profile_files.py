@@ -100,6 +100,7 @@ def _lines(file: Path) -> list[str]:
 
 def _words(line: str) -> list[str]:
     """The words of a line. Commas separate them, unless blanks or semicolons do and the commas are decimal."""
+    line = line.replace("\N{MINUS SIGN}", "-")
     words = re.split(r"[;\s]+", line.strip().strip(";"))
     if len(words) > 1 and "." not in line and any(WITH_COMMA.match(word) for word in words):
         return [word.replace(",", ".") if WITH_COMMA.match(word) else word for word in words]

@@ -15,20 +15,29 @@ NARROWEST = 1.0
 """Width a profile must have [mm]; in metres none has."""
 SIDE = 1e-6
 """What is nearer to a line than this lies on it [mm]."""
-FLANGE = 0.1
-"""A wheel's lowest point is a flange if it lies further from the middle than this part of the width."""
+FLANGE, TIP = 0.1, 10.0
+"""A wheel's lowest point is a flange if it lies further from the middle than this part of the width; and, where the
+profile ends there, so much below the middle of its points [mm]."""
+BESIDE = 3
+"""Points to either side of a rail's top that tell which way they run."""
 
 
-def ordered(points: np.ndarray) -> np.ndarray:
+def ordered(points: np.ndarray, kind: Kind) -> np.ndarray:
     """The points from the track side to the outside, without those that lie on each other.
+
+    Of a rail the points at its top tell: web and foot may go on below until the ends meet.
 
     Parameters
     ----------
     points : ndarray, shape (n, 2)
         y and z [mm].
+    kind : {"rail", "wheel"}
     """
-    if len(points) > 1 and points[0, 0] > points[-1, 0]:
-        points = points[::-1]
+    if len(points) > 1:
+        top = int(points[:, 1].argmin())
+        first, last = (max(top - BESIDE, 0), min(top + BESIDE, len(points) - 1)) if kind == "rail" else (0, -1)
+        if points[first, 0] > points[last, 0]:
+            points = points[::-1]
     if len(points) < 3:
         return points
     gaps = np.hypot(*np.diff(points, axis=0).T)
@@ -88,7 +97,8 @@ def check_crossing(points: np.ndarray) -> None:
                 "profile",
                 (float(y), float(z)),
                 message=f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm, between its points {i} and "
-                f"{i + 2 + int(crossed[0])}: the points must follow each other along the profile",
+                f"{i + 2 + int(crossed[0])}: the points must follow each other along the profile; of measured ones "
+                "that are nearer to each other than their noise take every second or third",
             )
 
 
@@ -144,6 +154,6 @@ def flange(y: np.ndarray, z: np.ndarray) -> float:
     """
     at, size = int(z.argmax()), len(z)
     middle, width = (y.min() + y.max()) / 2, y.max() - y.min()
-    if not _interior(at, size) or abs(y[at] - middle) < FLANGE * width:
+    if abs(y[at] - middle) < FLANGE * width or not (_interior(at, size) or z[at] > np.median(z) + TIP):
         return 0.0
     return float(np.sign(y[at] - middle))

@@ -146,7 +146,7 @@ def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
 
 def _pressed(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
     """The vertical force of the pressures at a height of the axle, which tractions do not change."""
-    normal = {name: value for name, value in methods.items() if name in ("normal", "method", "tol")}
+    normal = {name: value for name, value in methods.items() if name in ("normal", "method")}
     at = case.patches(z, warn=False)
     patches = [replace(patch, scene=replace(patch.scene, motion=None, friction=None)) for patch in at]
     return _vertical(case, tuple(PatchSolution(patch, _solved(patch, None, normal)) for patch in patches))

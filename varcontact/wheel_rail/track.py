@@ -249,7 +249,8 @@ class Velocity:
     speed : float
         Along the track [mm/s]. Creepages depend only on the ratios of velocities to it.
     pitch_rate : float, optional
-        About the axle [rad/s], negative in rolling forward; -speed by the nominal radius if not given.
+        About the axle [rad/s], negative in rolling forward, 0 of a locked wheel; -speed by the nominal radius if not
+        given.
     lateral, vertical : float
         Of the middle of the axle [mm/s].
     roll_rate, yaw_rate : float
@@ -258,7 +259,7 @@ class Velocity:
     Raises
     ------
     SceneError
-        If a number is not finite, or the speed is not positive.
+        If a number is not finite, the speed is not positive, or the pitch rate is.
     """
 
     speed: float = 1000.0
@@ -274,6 +275,9 @@ class Velocity:
             object.__setattr__(self, name, checks.moderate(f"velocity.{name}", getattr(self, name)))
         if self.pitch_rate is not None:
             object.__setattr__(self, "pitch_rate", checks.moderate("velocity.pitch_rate", self.pitch_rate))
+            if self.pitch_rate > 0:
+                allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
+                raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
 
     def body(self, wheelset: WheelSet, position: Position, z: float, *, pitching: bool = True) -> RigidBody:
         """The wheel set as a rigid body in track coordinates.
