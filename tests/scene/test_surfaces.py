@@ -89,3 +89,18 @@ def test_the_interpolation_is_kept_but_not_sent():
     np.testing.assert_array_equal(surface.distance(FINE), first)
     assert pickle.dumps(surface) == samples
     np.testing.assert_array_equal(pickle.loads(samples).distance(FINE), first)
+
+
+def test_beyond_its_samples_a_surface_goes_on_straight_but_never_down():
+    """Parts of elements at the rim may lie there: level, a bowl would be touched where it rises."""
+    near = np.linspace(-1.0, 1.0, 41)
+    grid = vc.Grid(nx=21, ny=21, dx=0.104, dy=0.104, x0=-1.092, y0=-1.092)
+    x, y = np.meshgrid(grid.x, grid.y)
+    bowl = vc.SampledDistance(np.add.outer(near**2, near**2), near, near).distance(grid, beyond=0.06)
+    exact, outside = x**2 + y**2, np.maximum(np.abs(x), np.abs(y)) > 1.0
+    assert np.abs(bowl - exact)[outside].max() < 2 * 2 * 0.04**2 + 1e-9
+    assert np.abs(bowl - exact)[~outside].max() < 1e-9
+    hill = vc.SampledDistance(np.add.outer(-(near**2), -(near**2)), near, near).distance(grid, beyond=0.06)
+    assert hill.min() == pytest.approx(-2.0)
+    tilted = vc.SampledDistance(np.tile(near, (41, 1)), near, near).distance(grid, beyond=0.06)
+    assert tilted[10, [0, -1]] == pytest.approx([-1.0, grid.x[-1]])

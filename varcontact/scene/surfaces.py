@@ -273,7 +273,8 @@ class SampledDistance:
         grid : Grid
             Explicit.
         beyond : float
-            How far its centres may go beyond the samples [length]: there the nearest samples count.
+            How far its centres may go beyond the samples [length]: there the surface goes on straight, or level where
+            that would be lower than at its end.
 
         Returns
         -------
@@ -300,7 +301,17 @@ class SampledDistance:
                 f"within the samples, {self.box}",
                 message=f"grid (left, right, bottom, top) = {box} must be within the samples, {self.box}",
             )
-        return self._between.at(grid.x, grid.y)
+        x, y = np.clip(grid.x, left, right), np.clip(grid.y, bottom, top)
+        if np.array_equal(x, grid.x) and np.array_equal(y, grid.y):
+            return self._between.at(x, y)
+        level = self._at(x, y)
+        as_far_within = self._at(2 * x - grid.x, y), self._at(x, 2 * y - grid.y)
+        return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in as_far_within))
+
+    def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Values at lines in any order, which may be there twice."""
+        (x, column), (y, row) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
+        return self._between.at(x, y)[np.ix_(row, column)]
 
     @cached_property
     def _between(self) -> Interpolation:
