@@ -58,9 +58,8 @@ class Steps:
         Whether Newton's method goes on to rounding where that is cheap.
     continuum : bool
         Whether the solution is to be near the continuum's. Under a law of friction the passes then begin with the
-        kinetic coefficient, where no `start` is given: what the static one adds vanishes as the grid gets finer, with a
-        fall at once altogether, with a steep one until the elements are small enough for it. In a history particles
-        remember what they had under a law that falls continuously.
+        kinetic coefficient, where no `start` is given: what the static one adds to a coarse grid's solution vanishes as
+        the grid gets finer. Under a law that falls continuously, particles of a history begin with what they had.
     """
 
     plan: Plan

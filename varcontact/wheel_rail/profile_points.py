@@ -18,8 +18,8 @@ SIDE = 1e-6
 FLANGE, TIP = 0.1, 10.0
 """A wheel's lowest point is a flange if it lies further from the middle than this part of the width; and, where the
 profile ends there, so much below the middle of its points [mm]."""
-BESIDE = 3
-"""Points to either side of a rail's top that tell which way they run."""
+BESIDE = 50
+"""A rail's top with one in so many of its points to either side, three at least, tells which way they run."""
 
 
 def ordered(points: np.ndarray, kind: Kind) -> np.ndarray:
@@ -35,7 +35,8 @@ def ordered(points: np.ndarray, kind: Kind) -> np.ndarray:
     """
     if len(points) > 1:
         top = int(points[:, 1].argmin())
-        first, last = (max(top - BESIDE, 0), min(top + BESIDE, len(points) - 1)) if kind == "rail" else (0, -1)
+        beside = max(3, len(points) // BESIDE)
+        first, last = (max(top - beside, 0), min(top + beside, len(points) - 1)) if kind == "rail" else (0, -1)
         if points[first, 0] > points[last, 0]:
             points = points[::-1]
     if len(points) < 3:
