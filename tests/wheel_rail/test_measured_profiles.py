@@ -81,6 +81,10 @@ def test_a_minus_of_a_typesetter_is_a_minus(tmp_path):
 @pytest.mark.parametrize(("make", "message"), [
     (lambda: Velocity(speed=20e3, pitch_rate=43.0), "velocity.pitch_rate = 43.0 .* negative in rolling forward"),
     (lambda: Profile.s1002(step=0.0), "step = 0.0"),
+    (
+        lambda: WheelSet(wheel=Profile(y=WHEEL.y + 70.0, z=WHEEL.z, kind="wheel")),
+        "wheelset.flange_back = -70 mm, but the tip of the wheel's flange is at y = 1",
+    ),
     (lambda: Profile.s1002(step=-1.0), "step = -1.0"),
     (lambda: Profile.rail_60e1(step="a"), "step = 'a'"),
     (lambda: Profile.rail_60e1(step=float("nan")), "step = nan"),

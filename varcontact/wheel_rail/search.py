@@ -93,7 +93,7 @@ class Locus:
                 "z",
                 z,
                 message=f"the contact reaches the end of a profile near y = {y:.4g} mm, where the wheel is "
-                f"{depth:.3g} mm below the rail's surface: a profile is too narrow, or the load too large",
+                f"{depth:.3g} mm below the rail's surface: a profile is too narrow or too rough, or the load too large",
             )
         return Overlap(slice(first, stop), self, z)
 

@@ -15,6 +15,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
+from varcontact.wheel_rail import profile_points
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.profile import Profile
 
@@ -22,6 +23,8 @@ Side = Literal["left", "right"]
 SIGN = {"left": -1.0, "right": 1.0}
 STEEPEST = 0.5
 """Greatest angle of cant, roll and yaw [rad]."""
+WIDEST_FLANGE = 40.0
+"""From the back of a flange to its tip at most [mm]."""
 FINE = 0.02
 """Step along the profile in which the gauge point is looked for [mm]."""
 
@@ -154,7 +157,8 @@ class WheelSet:
     Raises
     ------
     SceneError
-        If the profile is no wheel's, a length is not positive, or the radius smaller than the profile is high.
+        If the profile is no wheel's, a length is not positive, the radius smaller than the profile is high, or the
+        flange's back not where its flange is.
 
     Examples
     --------
@@ -180,6 +184,15 @@ class WheelSet:
                 self.radius,
                 message=f"wheelset.radius = {self.radius:g} mm leaves a radius of {smallest:.3g} mm where the wheel's "
                 "profile is highest: it must be in millimetres",
+            )
+        y, z = self.wheel.y, self.wheel.z
+        tip = float(y[z.argmax()])
+        if profile_points.flange(y, z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
+            raise SceneError(
+                "wheelset.flange_back",
+                self.flange_back,
+                message=f"wheelset.flange_back = {self.flange_back:g} mm, but the tip of the wheel's flange is at "
+                f"y = {tip:.4g} mm: give the y of the flange's back in the coordinates of the profile",
             )
 
     @property
