@@ -90,7 +90,8 @@ def posed(solution: Solution) -> Posed:
     Raises
     ------
     SceneError
-        For what is no Solution, and for a step of a history, which begins with the displacements of the step before.
+        For what is no Solution; for a step of a history, which begins with the displacements of the step before; and
+        for one that is corrected towards the continuum.
     """
     if not isinstance(solution, Solution):
         raise SceneError("solution", solution, "a Solution")
@@ -101,6 +102,14 @@ def posed(solution: Solution) -> Posed:
             "a step of a history",
             "of steady rolling, a shift or normal contact",
             message="solution is a step of a history; give one of steady rolling, a shift or normal contact",
+        )
+    if solution.refinement is not None:
+        raise SceneError(
+            "solution",
+            "corrected towards the continuum",
+            "solved without refine",
+            message="solution is corrected towards the continuum, and solves the elements' problem with a correction; "
+            "give one that is solved without refine",
         )
     disc = discretise(scene, solution.grid, coupled=not solution.plan.left_out)
     disc = with_parts(disc, solution.pressure_on_parts)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import json
+import operator
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
@@ -127,6 +128,7 @@ class Stored(Sequence[Solution]):
         count = len(self)
         if isinstance(k, slice):
             return [self[each] for each in range(*k.indices(count))]
+        k = operator.index(k)
         if not -count <= k < count:
             raise IndexError(f"step {k} of a history of {count}")
         k %= count

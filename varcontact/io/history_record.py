@@ -31,7 +31,7 @@ RECORD, RECORD_OF_PASSES, LAST_PASSES, LONGEST_WORD = 2048, 8192, 100, 200
 """Characters for what a step says of how it was found, without and with passes, of which the last are kept, or an
 estimate of its error; and for a solver's word."""
 
-SERIES = {**FIELDS, "friction_work": ((), "1", "work lost by friction: by distance rolled, in a shift as it is")}
+SERIES = {**FIELDS, "friction_work": ((), "force", "work lost by friction: by distance rolled, in a shift as it is")}
 """What the file has of each step: dimensions, quantity, and what it is."""
 
 

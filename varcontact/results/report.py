@@ -66,7 +66,7 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     rows = [
         (
             "normal force",
-            f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.pressure.max():.4g}{unit('pressure')}",
+            f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.max_pressure:.4g}{unit('pressure')}",
         ),
         ("approach", _sized(sol.approach, unit("length"))),
     ]
@@ -96,7 +96,8 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         by = "moment" if motion.rolls == 0 else "force"
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
         how = "" if motion.rolls == 0 else " by distance rolled"
-        rows.append(("work", f"{put:.5g}{unit(by)} put in, {lost:.5g}{unit(by)} lost by friction{how}"))
+        given = "undefined (no reference depth)" if np.isnan(put) else f"{put:.5g}{unit(by)}"
+        rows.append(("work", f"{given} put in, {lost:.5g}{unit(by)} lost by friction{how}"))
     return rows
 
 

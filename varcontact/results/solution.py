@@ -10,7 +10,7 @@ import numpy as np
 from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
-from varcontact.problem.discretise import undeformed_distance
+from varcontact.problem.discretise import discretise, undeformed_distance
 from varcontact.problem.slip import EXTERIOR, SLIP, STICK
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
@@ -119,8 +119,8 @@ class Solution(Delivered):
 
     @property
     def normal_force(self) -> float:
-        """Total compressive force; in line contact this and all forces are per unit length."""
-        return float(self.pressure.sum() * self.grid.area)
+        """Total compressive force, by `error_estimate`, where it has one; in line contact all forces are by length."""
+        return self._extrapolated("normal_force", self.pressure.sum() * self.grid.area)
 
     @property
     def force(self) -> np.ndarray:
@@ -282,11 +282,18 @@ class Solution(Delivered):
         return self._rolling_resistance() - float(loads[moved] @ motion[moved])
 
     def _rolling_resistance(self) -> float:
-        """``sum(pz dh/dx) dx dy`` along the direction of rolling [force]: zero for like bodies (Betti)."""
+        """``sum(pz dh/dx) dx dy`` along the direction of rolling [force]: zero for like bodies (Betti).
+
+        Where a body ends under load, dh/dx has no bound. By Betti the sum is that with what the tractions take from the
+        distance in place of h, which has no jump.
+        """
         rolls = 0 if self.motion is None else self.motion.rolls
-        if rolls == 0 or self.scene.bodies.K == 0 or not self.pressure.any() or self.grid.nx == 1:
+        if rolls == 0 or self.scene.bodies.K == 0 or not self.traction.any() or self.grid.nx == 1:
             return 0.0
         distance = undeformed_distance(self.scene.surface, self.scene.hertz, self.grid)
+        if _ends_under_load(distance, self.pressure > 0):
+            disc = discretise(self.scene, self.grid)
+            distance = -disc.displacement * disc.traction_to_distance.apply(self.traction / disc.pressure)[0]
         slope = np.gradient(distance, self.grid.sides[0], axis=1, edge_order=2 if self.grid.nx > 2 else 1)
         return rolls * float(np.sum(self.pressure * slope) * self.grid.area)
 
@@ -384,3 +391,9 @@ def _plain(value: float | str | list[float]) -> Any:
     if isinstance(value, str):
         return value
     return [known(each) for each in value] if isinstance(value, list) else known(value)
+
+
+def _ends_under_load(distance: np.ndarray, loaded: np.ndarray) -> bool:
+    """Whether the distance jumps along x beside an element under pressure, by more than it varies under all of them."""
+    beside = loaded[:, 1:] | loaded[:, :-1]
+    return bool(np.abs(np.diff(distance, axis=1))[beside].max(initial=0.0) > np.ptp(distance[loaded]))

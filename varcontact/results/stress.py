@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -226,9 +227,9 @@ def one_solution(given: Any) -> Solution:
 
 
 def _body(body: int | str) -> int:
-    if isinstance(body, bool) or not isinstance(body, (int, str)) or body not in BODIES:
+    if isinstance(body, bool) or not isinstance(body, Integral | str) or body not in BODIES:
         raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
-    return BODIES[body]
+    return BODIES[body if isinstance(body, str) else int(body)]
 
 
 def _tractions(solution: Solution, side: int) -> np.ndarray:
