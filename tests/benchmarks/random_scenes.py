@@ -35,6 +35,8 @@ KINDS = (
     "slender shift",
     "any law",
     "any law shift",
+    "patches",
+    "patches normal",
 )
 
 
@@ -101,6 +103,8 @@ def _scene(rng: np.random.Generator, kind: str) -> vc.Scene:
         return _line(rng, kind, drawn)
     if kind.startswith("sampled"):
         return _sampled(rng, kind, drawn)
+    if kind.startswith("patches"):
+        return _patches(rng, kind, drawn)
     bodies = _unlike(rng) if kind.startswith("unlike") else vc.Bodies(G=1.0, nu=drawn.nu)
     if kind.startswith("unlike"):
         surface: vc.Paraboloids | vc.Ellipse = vc.Paraboloids(Rx=(drawn.a / drawn.b) ** 1.3, Ry=1.0)
@@ -201,6 +205,25 @@ def _sampled(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
     motion: vc.Steady | vc.Shift = vc.Steady(vx=vx, vy=vy, spin=spin)
     if kind == "sampled shift":
         motion = vc.Shift(ux=0.3 * vx, uy=0.3 * vy, rotation=0.3 * spin)
+    return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
+
+
+def _patches(rng: np.random.Generator, kind: str, drawn: _Drawn) -> vc.Scene:
+    """A ball, and one of a hundredth to half of its radius beside it, anywhere around it."""
+    small, depth = float(np.exp(rng.uniform(np.log(0.01), np.log(0.5)))), 0.02 * float(np.exp(rng.uniform(-1, 1)))
+    half, above = float(np.sqrt(depth)), depth * (1 - float(rng.uniform(0.3, 1.5)))
+    gap, angle = half * float(rng.uniform(1.5, 4)), float(rng.uniform(0, 2 * np.pi))
+    x = np.linspace(-1, 1, 321) * (2.6 * half + gap / 2)
+    X, Y = np.meshgrid(x, x)
+    at_x, at_y = gap / 2 * np.cos(angle), gap / 2 * np.sin(angle)
+    balls = ((X + at_x) ** 2 + (Y + at_y) ** 2) / 2, ((X - at_x) ** 2 + (Y - at_y) ** 2) / (2 * small) + above
+    bodies, surface = vc.Bodies(G=1.0, nu=drawn.nu), vc.SampledDistance(np.minimum(*balls), x=x, y=x)
+    scene = vc.Scene(bodies=bodies, surface=surface, approach=depth, grid=vc.Grid(nx=48, ny=48))
+    force = vc.solve(scene, certify="none").normal_force
+    if kind == "patches normal":
+        return vc.Scene(bodies=bodies, surface=surface, normal_force=force)
+    vx, vy, spin = (float(v) for v in drawn.slip * drawn.f * force / (1.5 * half**2) * [1, 1, 1.5 / (half + gap)])
+    motion = vc.Steady(vx=vx, vy=vy, spin=spin)
     return vc.Scene(bodies=bodies, surface=surface, normal_force=force, friction=drawn.f, motion=motion)
 
 

@@ -10,14 +10,12 @@ import numpy as np
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.machine.memory import SMALLER, need
 from varcontact.problem.containment import Box, contact_box
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.likeness import left_out
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
 from varcontact.scene.transient import Transient
 
-AUTO, AUTO_LINE = Grid(nx=24, ny=24), Grid(nx=100)
-"""What grid="auto" stands for, in three dimensions and in line contact."""
 MOVED = 0.1
 """Room on each side, by the contact's width, for what tractions of unlike bodies move it during a history."""
 
@@ -135,15 +133,13 @@ def _spec(scene: Scene) -> Grid:
 
 
 def given_grid(scene: Scene) -> Grid:
-    """The scene's grid as it is given, or what "auto" stands for.
+    """The scene's grid as it is given, or the usual one.
 
     Parameters
     ----------
     scene : Scene
     """
-    if isinstance(scene.grid, Grid):
-        return scene.grid
-    return AUTO_LINE if scene.line else AUTO
+    return scene.grid if isinstance(scene.grid, Grid) else usual_grid(scene.line)
 
 
 def across(pressure: np.ndarray) -> tuple[int, int]:

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+BY_NAME = ("values", "errors", "on_grid", "bars")
+"""Entries that are by the name of a value."""
+
 
 @dataclass(frozen=True)
 class Solve:
@@ -49,6 +52,8 @@ class ErrorEstimate:
     on_grid : dict of str to float
         Of the finest grid's own answer, whose fields the solution has: the values before they were extrapolated. Empty
         where nothing was.
+    bars : dict of str to float
+        The errors in the units of the values: error bars.
 
     Examples
     --------
@@ -68,6 +73,7 @@ class ErrorEstimate:
     accuracy: float | None = None
     time_budget: float | None = None
     on_grid: dict[str, float] = field(default_factory=dict)
+    bars: dict[str, float] = field(default_factory=dict)
 
     @property
     def largest(self) -> float:
@@ -82,11 +88,11 @@ class ErrorEstimate:
         k : int
             Number of the step, from 0.
         """
-        values, errors, on_grid = (
-            {name.removesuffix(f"[{k}]"): value for name, value in part.items() if name.endswith(f"[{k}]")}
-            for part in (self.values, self.errors, self.on_grid)
-        )
-        return replace(self, values=values, errors=errors, on_grid=on_grid)
+        parts: dict[str, Any] = {
+            part: {name.removesuffix(f"[{k}]"): value for name, value in named.items() if name.endswith(f"[{k}]")}
+            for part, named in ((part, getattr(self, part)) for part in BY_NAME)
+        }
+        return replace(self, **parts)
 
     @classmethod
     def of_history(cls, steps: Sequence[ErrorEstimate]) -> ErrorEstimate:
@@ -97,16 +103,16 @@ class ErrorEstimate:
         steps : sequence of ErrorEstimate
             One at least.
         """
-        values, errors, on_grid = (
-            {f"{name}[{k}]": value for k, step in enumerate(steps) for name, value in getattr(step, part).items()}
-            for part in ("values", "errors", "on_grid")
-        )
+        parts: dict[str, Any] = {
+            part: {f"{name}[{k}]": value for k, step in enumerate(steps) for name, value in getattr(step, part).items()}
+            for part in BY_NAME
+        }
         solves = steps[0].solves
         if any(step.solves != solves for step in steps):  # each step had its own: their time adds up
             seconds = sum(each.seconds for step in steps for each in step.solves)
             nx, ny = (max(getattr(each, name) for step in steps for each in step.solves) for name in ("nx", "ny"))
             solves = (Solve(nx, ny, seconds),)
-        return replace(steps[0], values=values, errors=errors, on_grid=on_grid, solves=solves)
+        return replace(steps[0], solves=solves, **parts)
 
     def plain(self) -> dict[str, Any]:
         """As dictionaries, lists and numbers: the record of a file, and what is printed as JSON."""
@@ -128,13 +134,12 @@ class ErrorEstimate:
         """
         try:
             solves = tuple(Solve(int(each["nx"]), int(each["ny"]), float(each["seconds"])) for each in record["solves"])
-            values, errors, on_grid = (
-                {str(name): float(value) for name, value in record.get(part, {}).items()}
-                for part in ("values", "errors", "on_grid")
+            values, errors, on_grid, bars = (
+                {str(name): float(value) for name, value in record.get(part, {}).items()} for part in BY_NAME
             )
             accuracy, budget = (
                 None if record[name] is None else float(record[name]) for name in ("accuracy", "time_budget")
             )
-            return cls(values, errors, str(record["how"]), solves, accuracy, budget, on_grid)
+            return cls(values, errors, str(record["how"]), solves, accuracy, budget, on_grid, bars)
         except (TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"an estimate of the error that is none ({error})") from None

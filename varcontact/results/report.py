@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -62,13 +63,13 @@ def headline(sol: Solution) -> str:
 
 
 def _loads(sol: Solution) -> list[tuple[str, str]]:
-    unit = _unit(sol)
+    unit, bars = _unit(sol), {} if sol.error_estimate is None else sol.error_estimate.bars
+    load, peak = with_bar(sol.normal_force, bars.get("normal_force", 0.0)), f"{sol.max_pressure:.4g}"
+    if sol.error_estimate is not None and "peak_pressure" in bars:
+        peak = with_bar(sol.error_estimate.values["peak_pressure"], bars["peak_pressure"])
     rows = [
-        (
-            "normal force",
-            f"{sol.normal_force:.6g}{unit('force')}, largest pressure {sol.max_pressure:.4g}{unit('pressure')}",
-        ),
-        ("approach", _sized(sol.approach, unit("length"))),
+        ("normal force", f"{load}{unit('force')}, largest pressure {peak}{unit('pressure')}"),
+        ("approach", _sized(sol.approach, unit("length"), bars.get("approach", 0.0))),
     ]
     motion = sol.motion
     if motion is None:
@@ -76,22 +77,21 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     first, second, third = sol.creepage
     if motion.rolls:
         turn = "" if sol.scene.line else f", spin = {third:.6g}{unit('spin')}"
-        rows.append(("creepage", f"vx = {first:.6g}, vy = {second:.6g}{turn}"))
+        rolled = (f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in (("vx", first), ("vy", second)))
+        rows.append(("creepage", ", ".join(rolled) + turn))
     else:
         turn = "" if sol.scene.line else f", rotation = {third:.6g}"
-        shifts = (f"{name} = {_sized(value, unit('length'))}" for name, value in (("ux", first), ("uy", second)))
+        values = (("ux", first), ("uy", second))
+        shifts = (f"{name} = {_sized(value, unit('length'), bars.get(name, 0.0))}" for name, value in values)
         rows.append(("rigid shift", ", ".join(shifts) + turn))
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     Fx, Fy = (_without_noise(F, limit) for F in sol.force)
-    part = f", {np.hypot(Fx, Fy) / limit:.4f} of what friction can carry" if 0 < limit < np.inf else ""
-    rows.append(
-        (
-            "tangential force",
-            f"Fx = {_without_noise(Fx, Fy):.6g}, Fy = {_without_noise(Fy, Fx):.6g}{unit('force')}{part}",
-        )
-    )
+    part = f", {100 * np.hypot(Fx, Fy) / limit:.4g} % of the friction limit" if 0 < limit < np.inf else ""
+    forces = (("Fx", _without_noise(Fx, Fy)), ("Fy", _without_noise(Fy, Fx)))
+    words = ", ".join(f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in forces)
+    rows.append(("tangential force", f"{words}{unit('force')}{part}"))
     moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
-    rows.append(("twisting moment", f"Mz = {moment:.6g}{unit('moment')}"))
+    rows.append(("twisting moment", f"Mz = {with_bar(moment, bars.get('Mz', 0.0))}{unit('moment')}"))
     if not sol.scene.frictionless:
         by = "moment" if motion.rolls == 0 else "force"
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
@@ -163,7 +163,7 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
-        return []
+        return [("", f"no error bar: {_why_no_bar(sol)}")]
     errors = _errors_by_unit(sol, estimate.errors)
     grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
     return [
@@ -172,6 +172,15 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
         *(("", line) for line in textwrap.wrap(estimate.how, 98)),
         ("", f"solved with {grids} elements in {sum(each.seconds for each in estimate.solves):.2g} s"),
     ]
+
+
+def _why_no_bar(sol: Solution) -> str:
+    """Why nothing is known of how far an answer is from the continuum."""
+    if sol.plan.theory is not None:
+        return f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
+    if sol.scene.no_slip:
+        return "errors are measured by the friction limit, which is infinite"
+    return "the certificate is about this grid, not about the continuum; without a grid there is an error bar"
 
 
 def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
@@ -266,8 +275,29 @@ def _unit(sol: Solution) -> Callable[[str], str]:
     return lambda quantity: f" {units.of(quantity, line)}" if units is not None else ""
 
 
-def _sized(displacement: float, unit: str) -> str:
-    return "undefined (no reference depth)" if np.isnan(displacement) else f"{displacement:.6g}{unit}"
+def _sized(displacement: float, unit: str, bar: float = 0.0) -> str:
+    return "undefined (no reference depth)" if np.isnan(displacement) else f"{with_bar(displacement, bar)}{unit}"
+
+
+def with_bar(value: float, bar: float) -> str:
+    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one six digits.
+
+    Parameters
+    ----------
+    value : float
+    bar : float
+        0: none is known.
+
+    Examples
+    --------
+    >>> with_bar(-13.0984, 0.0512), with_bar(1.23456789, 0.0)
+    ('-13.098 +- 0.051', '1.23457')
+    """
+    if not 0 < bar < math.inf:
+        return f"{value:.6g}"
+    digits = 1 - math.floor(math.log10(bar))
+    size = max(6, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
+    return f"{round(value, digits):.{size}g} +- {round(bar, digits):.6g}"
 
 
 def _without_noise(value: float, scale: float) -> float:

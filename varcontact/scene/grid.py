@@ -262,3 +262,13 @@ class Grid:
             return Grid(nx=self.nx + 2 * m, dx=dx, x0=left - m * dx, edge=self.edge)
         nx, ny, x0, y0 = self.nx + 2 * m, self.ny + 2 * m, left - m * dx, bottom - m * dy
         return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0, edge=self.edge)
+
+
+def usual_grid(line: bool) -> Grid:
+    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line contact 100.
+
+    Parameters
+    ----------
+    line : bool
+    """
+    return Grid(nx=100) if line else Grid(nx=24, ny=24)

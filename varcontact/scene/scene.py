@@ -19,7 +19,7 @@ from varcontact.scene import consistency, words
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.doubts import doubts
 from varcontact.scene.friction import Law, coefficient
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import Motion, Steady, TimeStep
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
 from varcontact.scene.transient import Transient
@@ -169,7 +169,8 @@ class Scene(Generic[MotionT_co]):
         """The same steady rolling, discretised for accurate forces on coarse grids in place of as CONTACT does.
 
         ``Steady(slip_difference="second-order")`` with the spin offset that goes with it, and ``Grid(edge="softened")``
-        where tractions do not change the pressure, but for samples without coordinates. See docs/sampling.md.
+        where tractions do not change the pressure, but for samples without coordinates; without a grid, 24 by 24
+        elements. See docs/sampling.md.
 
         Returns
         -------
@@ -178,7 +179,7 @@ class Scene(Generic[MotionT_co]):
         Raises
         ------
         SceneError
-            If it is not of steady rolling, or its grid is "auto".
+            If it is not of steady rolling.
 
         Examples
         --------
@@ -192,9 +193,8 @@ class Scene(Generic[MotionT_co]):
             raise SceneError(
                 "motion", self.motion, "a Steady: only the slip of steady rolling is a difference in space"
             )
-        if not isinstance(self.grid, Grid):
-            raise SceneError("grid", self.grid, "a Grid: its edge is to be softened")
-        grid = replace(self.grid, edge="centres" if consistency.why_centres(self) else "softened")
+        grid = self.grid if isinstance(self.grid, Grid) else usual_grid(self.line)
+        grid = replace(grid, edge="centres" if consistency.why_centres(self) else "softened")
         return replace(self, motion=self.motion.second_order(), grid=grid)
 
     @cached_property

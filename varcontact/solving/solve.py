@@ -13,10 +13,8 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.choice import make_plan
-from varcontact.planning.expectations import check_fits
-from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
-from varcontact.problem.certificate import LEVELS, Certificate, certify_problems
+from varcontact.problem.certificate import Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.on_parts import cells_of, with_parts
@@ -29,27 +27,14 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solving.certify import as_told, judged
-from varcontact.solving.friction_loop import check_start, coefficient
-from varcontact.solving.grid_search import first_grid, on_a_grid_that_holds_it
-from varcontact.solving.noise import noise
-from varcontact.solving.on_demand.asked import asked_for
-from varcontact.solving.on_demand.climb import on_demand
-from varcontact.solving.options import CouplingName, NormalName, Options, TangentialName
-from varcontact.solving.refine.check import check_refine
-from varcontact.solving.refine.road import refined, roughly
-from varcontact.solving.series import check_saturation
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
-from varcontact.solving.transient import solve_transient
+from varcontact.solving import adaptive
+from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.grid_search import first_grid
+from varcontact.solving.on_grid import solve_on_grid
+from varcontact.solving.options import CouplingName, NormalName, Options, SolveOptions, TangentialName
 
 MOST_BY_PRESSURE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""
-
-
-ENOUGH = 1e-4
-"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a million at most."""
 
 
 @overload
@@ -201,88 +186,14 @@ def solve(
     >>> print(f"{sol.force[0] / (0.33 * sol.normal_force):.3f}", sol.certificate.relative_gap < 1e-12)
     -0.392 True
     """
-    if not isinstance(scene, Scene):
-        raise SceneError("scene", scene, "a Scene")
-    plan = make_plan(scene, normal, tangential, coupling, formulation, method)
-    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
-    certify = level(certify)
-    check_start(scene, start, plan.theory is not None)
-    check_saturation(scene)
-    asked = asked_for(scene, plan, accuracy, time_budget, start, store)
-    chosen = asked is not None
-    corrects = check_refine(scene, plan, refine, chosen, start)
-    if store is not None and not isinstance(scene.motion, Transient):
-        raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
-
-    def on_its_grid(
-        posed: Scene, told: Callable[[str], None] | None, certified: bool = True, near: Solution | None = None
-    ) -> Solution | History:
-        known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
-        if certified:  # a first, coarse grid fits where a finer one does
-            check_fits(posed, known)
-        wanted, enough = (certify, tol) if certified else ("none", max(tol, ENOUGH))
-        if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, enough, polish, told, store, wanted, chosen, corrects)
-        repeats = isinstance(posed.friction, Law) or known.loops or known.marches
-        setups, continuum = Setups() if repeats else None, chosen or corrects
-        steps = Steps(known, enough, polish, Clock(told), setups, start, wanted, certified, continuum)
-        disc, state = on_a_grid_that_holds_it(
-            posed, roughly(steps) if corrects and known.closed_form else steps, near=near
-        )
-        try:
-            found, refinement = refined(posed, disc, state, steps) if corrects else (None, None)
-            last = (disc, state) if found is None else (found.disc, found.state)
-            if not certified:
-                return as_told(posed, *last, steps)
-            solution = judged(posed, *last, steps, refinement)
-            warning = noise(posed, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
-            return replace(solution, warnings=(warning,)) if warning else solution
-        finally:
-            disc.operators.forget()
-
-    return on_its_grid(scene, progress) if asked is None else on_demand(scene, plan, asked, on_its_grid, progress)
-
-
-def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex".
-
-    Parameters
-    ----------
-    plan : Plan
-    polish : bool or None
-        As asked for; None leaves it to the method.
-
-    Raises
-    ------
-    SceneError
-        If it is neither, or asked for with the method "convex".
-    """
-    convex = plan.convex
-    polish = not convex if polish is None else checks.flag("polish", polish)
-    if polish and convex:
-        raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
-    return polish
-
-
-def level(certify: str | None) -> str:
-    """How much of a certificate is wanted, checked.
-
-    Parameters
-    ----------
-    certify : str or None
-        As of `solve`.
-
-    Returns
-    -------
-    str
-        "auto", or one of `LEVELS`.
-
-    Raises
-    ------
-    SceneError
-        If there is no such level.
-    """
-    return checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
+    options = SolveOptions.checked(
+        scene, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store,
+        accuracy, time_budget,
+    )  # fmt: skip
+    progress = checks.progress(progress)
+    if options.target is not None:
+        return adaptive.solve(scene, options, progress)
+    return solve_on_grid(scene, options, progress)
 
 
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:

@@ -18,7 +18,7 @@ from varcontact.planning.expectations import check_fits
 from varcontact.problem.contact_grid import within
 from varcontact.problem.containment import Box, contact_box
 from varcontact.results.solution import Solution
-from varcontact.scene.grid import Grid
+from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -259,7 +259,7 @@ def contact_of(scene: Scene) -> Box:
     """
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
-    frictionless = solve(replace(scene, motion=None, friction=None, grid="auto"), normal="norm")
+    frictionless = solve(replace(scene, motion=None, friction=None, grid=usual_grid(scene.line)), normal="norm")
     assert isinstance(frictionless, Solution)
     return contact_box(frictionless.grid, frictionless.pressure)
 

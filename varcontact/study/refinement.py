@@ -108,7 +108,7 @@ def solves(posed: Posed, known: Collection[tuple[int, int]] = ()) -> Iterator[tu
         Elements across, number of the position, and the values found.
     """
     scene, series = posed.scene, series_of(posed.scene)
-    box = None if isinstance(scene.motion, Transient) else contact_of(replace(scene, grid="auto"))
+    box = None if isinstance(scene.motion, Transient) else contact_of(scene)
     for cells, positions in series.cells.items():
         for i in range(positions):
             if (cells, i) in known:

@@ -17,8 +17,9 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.solving.options import level, polished_by
 from varcontact.solving.series import solve_many
-from varcontact.solving.solve import level, polished_by, solve
+from varcontact.solving.solve import solve
 from varcontact.study.engine import CHUNK, opened, results
 
 

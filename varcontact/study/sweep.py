@@ -36,8 +36,8 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
+from varcontact.solving.options import level, polished_by
 from varcontact.solving.series import Series
-from varcontact.solving.solve import level, polished_by
 from varcontact.study.compare import carried
 from varcontact.study.engine import CHUNK, opened, results
 from varcontact.study.parameters import Swept

@@ -20,8 +20,8 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
 from varcontact.solvers.registry import tangential_methods
+from varcontact.solving.options import polished_by
 from varcontact.solving.series import Series
-from varcontact.solving.solve import polished_by
 from varcontact.solving.ways import Answered, Way, answer
 from varcontact.study.compare import neighbour
 from varcontact.study.engine import alone, opened, results

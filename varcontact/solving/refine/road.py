@@ -147,7 +147,8 @@ def estimated(solution: Solution, found: Refinement) -> ErrorEstimate:
     if set(afloat) & set(errors):
         how += f"; without surface.reference_depth {' and '.join(afloat)} counts from a depth that is left open"
     nx, ny = across(solution.pressure)
-    return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),))
+    bars = {name: error * scales[name] for name, error in errors.items()}
+    return ErrorEstimate(values, errors, how, (Solve(nx, ny, sum(found.seconds)),), bars=bars)
 
 
 def _of_the_force(solution: Solution, found: Refinement) -> dict[str, float]:

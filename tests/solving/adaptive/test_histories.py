@@ -75,9 +75,9 @@ def test_the_estimate_is_told_and_kept(tmp_path):
 
 def test_time_is_used(clock):
     """More than half of it, and no more than it."""
-    history = vc.solve(ROLLING, time_budget=0.2)
-    assert len(history.error_estimate.solves) > 2 and history.error_estimate.largest < 0.01
-    assert 0.1 < clock.now <= 0.2
+    history = vc.solve(ROLLING, time_budget=0.4)
+    assert len(history.error_estimate.solves) > 3 and history.error_estimate.largest < 0.02
+    assert 0.1 < clock.now <= 0.4
 
 
 def test_too_many_steps_for_a_time_are_given_up():

@@ -1,8 +1,8 @@
-"""What a user asks for: an accuracy, or the time it may take."""
+"""What a solution is to reach: an accuracy, or the most accurate answer within a time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from varcontact import checks
@@ -15,9 +15,12 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import check_measurable
 
+BY_DEFAULT = 0.01
+"""The accuracy of an answer where neither a grid nor an accuracy is given."""
+
 
 @dataclass(frozen=True)
-class Asked:
+class Target:
     """An accuracy, or seconds: one of the two.
 
     Attributes
@@ -26,27 +29,36 @@ class Asked:
         Largest error against the continuum [-], in the units of `varcontact.solving.error_norm`.
     time_budget : float or None
         Seconds.
+    by_default : bool
+        Whether nothing was given: then an accuracy that is not reached is no error, but a larger error bar.
     """
 
     accuracy: float | None = None
     time_budget: float | None = None
+    by_default: bool = False
+
+    @property
+    def least(self) -> float:
+        """The part of the load with which a patch of the contact counts."""
+        return BY_DEFAULT if self.accuracy is None else self.accuracy
 
 
-def asked_for(
+def target_of(
     scene: Scene,
     plan: Plan,
     accuracy: float | None,
     time_budget: float | None,
     start: Any = None,
     store: Any = None,
-) -> Asked | None:
-    """What is asked for, checked against the scene; None where nothing is.
+    refine: Any = None,
+) -> Target | None:
+    """The target of a solution, checked against the scene; None where it is solved on its own grid.
 
     Parameters
     ----------
     scene : Scene
     plan : Plan
-    accuracy, time_budget, start, store
+    accuracy, time_budget, start, store, refine
         As of `solve`.
 
     Raises
@@ -56,7 +68,8 @@ def asked_for(
         leaves no choice.
     """
     if accuracy is None and time_budget is None:
-        return None
+        own = refine is not None or _names_a_difference(scene.motion)
+        return None if own or _refusal(scene, plan, "accuracy", start, store) else DEFAULT
     if accuracy is not None and time_budget is not None:
         message = "accuracy and time_budget are both given: give one of them, as each decides on the grid"
         raise SceneError("time_budget", time_budget, "left out", message=message)
@@ -64,9 +77,28 @@ def asked_for(
         field, accuracy = "accuracy", _below_one(checks.positive("accuracy", accuracy))
     else:
         field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
-    _check_choice(scene, plan, field, start, store)
-    check_measurable(scene)
-    return Asked(accuracy, time_budget)
+    refusal = _refusal(scene, plan, field, start, store)
+    if refusal is not None:
+        raise refusal
+    return Target(accuracy, time_budget)
+
+
+DEFAULT = Target(BY_DEFAULT, by_default=True)
+
+
+def _names_a_difference(motion: Any) -> bool:
+    """Whether the slip of steady rolling is discretised as the scene says."""
+    return isinstance(motion, Steady) and replace(motion, slip_difference="first-order", spin_offset=None) != motion
+
+
+def _refusal(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> SceneError | None:
+    """Why a scene has a grid already, or needs one, or the error of its answer is not that of a grid."""
+    try:
+        _check_choice(scene, plan, field, start, store)
+        check_measurable(scene)
+    except SceneError as refusal:
+        return refusal
+    return None
 
 
 def _below_one(accuracy: float) -> float:

@@ -1,0 +1,21 @@
+"""A clock for budgets of time."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from varcontact.solving import adaptive
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Time that goes by with the elements solved: the same however busy the machine is."""
+    clock, solve = SimpleNamespace(now=0.0), adaptive.solve_on_grid
+
+    def timed(scene, *rest):
+        clock.now += 0.01 + 5e-5 * scene.grid.size
+        return solve(scene, *rest)
+
+    monkeypatch.setattr(adaptive, "solve_on_grid", timed)
+    monkeypatch.setattr(adaptive, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    return clock

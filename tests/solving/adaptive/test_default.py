@@ -1,0 +1,103 @@
+"""Where neither a grid nor an accuracy is given, answers have an error bar of 1 % of the friction limit at most."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.benchmarks.random_scenes import scenes
+from varcontact.solving.error_norm import error, units, values
+
+ROLLING = vc.Scene(
+    bodies=vc.Bodies(G=82e9, nu=0.28),
+    surface=vc.Paraboloids(Rx=0.46, Ry=0.30),
+    normal_force=106.7e3,
+    friction=0.33,
+    motion=vc.Steady(vx=1e-3, spin=0.3),
+)
+HISTORY = vc.Transient(steps=2, dq=1e-3, vx=1e-3)
+
+
+def test_it_is_that_of_an_accuracy():
+    sol, asked = vc.solve(ROLLING), vc.solve(ROLLING, accuracy=0.01)
+    assert sol.force.tolist() == asked.force.tolist()
+    assert sol.error_estimate.accuracy == 0.01 and sol.error_estimate.largest <= 0.01
+
+
+def test_the_report_begins_with_values_and_error_bars():
+    sol = vc.solve(ROLLING)
+    bars, report = sol.error_estimate.bars, sol.report()
+    fine = vc.solve(ROLLING, accuracy=0.001)
+    for name, value, true in zip(("Fx", "Fy"), sol.force, fine.force, strict=True):
+        assert abs(value - true) <= bars[name]
+        line = next(line for line in report.splitlines() if f"{name} = " in line)
+        shown, bar = line.split(f"{name} = ")[1].split(",")[0].split("%")[0].split(" +- ")
+        assert float(shown) == pytest.approx(value, abs=0.06 * bars[name])
+        assert float(bar.split()[0]) == pytest.approx(bars[name], rel=0.05)
+    assert report.index(" +- ") < report.index("certificate")
+
+
+def test_a_grid_is_that_grid_with_contacts_discretisation():
+    sol = vc.solve(replace(ROLLING, grid=vc.Grid(24, 24)))
+    assert sol.error_estimate is None and sol.grid.shape == (26, 26)
+    assert sol.motion.slip_difference == "first-order" and sol.scene.edge == "centres"
+    assert "no error bar: the certificate is about this grid" in sol.report()
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "why"),
+    [
+        ({"friction": np.inf}, {}, "errors are measured by the friction limit"),
+        ({}, {"tangential": "fastsim"}, "fastsim is an approximate theory"),
+        ({}, {"formulation": "marching", "tol": 1e-3}, "the certificate is about this grid"),
+        ({"motion": vc.Steady(vx=1e-3, dq=5e-4)}, {}, ""),
+        ({"motion": vc.Steady(vx=1e-3, slip_difference="second-order")}, {}, ""),
+        ({"motion": vc.Steady(vx=1e-3, spin_offset=0.0)}, {}, ""),
+    ],
+)
+def test_what_has_no_error_bar_keeps_the_usual_grid(changes, options, why):
+    sol = vc.solve(replace(ROLLING, **changes), **options)
+    assert sol.error_estimate is None and sol.grid.shape == (26, 26)
+    assert f"no error bar: {why}" in sol.report()
+
+
+def test_histories(tmp_path):
+    history = vc.solve(replace(ROLLING, motion=HISTORY))
+    assert history.error_estimate.largest <= 0.01
+    stored = vc.solve(replace(ROLLING, motion=HISTORY), store=tmp_path / "steps.nc")
+    assert stored.error_estimate is None and stored.grid.shape == (26, 26)
+    without = vc.solve(replace(ROLLING, motion=replace(HISTORY, dq=None)))
+    assert without.error_estimate is None
+
+
+def test_a_second_order_scene_needs_no_grid():
+    scene = ROLLING.second_order()
+    assert scene.grid == vc.Grid(24, 24, edge="softened") and scene.motion.slip_difference == "second-order"
+    cylinders = replace(ROLLING, surface=vc.Cylinders(0.3), motion=vc.Steady(vx=1e-3)).second_order()
+    assert cylinders.grid == vc.Grid(100, edge="softened")
+
+
+def test_frictionless_contacts():
+    x = np.linspace(-0.02, 0.02, 101)
+    surface = vc.SampledDistance((x[None, :] ** 2 + 2 * x[:, None] ** 2) / 0.6, x=x, y=x)
+    scene = vc.Scene(bodies=ROLLING.bodies, surface=surface, normal_force=106.7e3)
+    hertz = replace(scene, surface=vc.Paraboloids(0.3, 0.15)).hertz
+    estimate = vc.solve(scene).error_estimate
+    assert abs(estimate.values["peak_pressure"] - hertz.peak_pressure) <= estimate.bars["peak_pressure"]
+    assert estimate.errors["peak_pressure"] <= 0.01
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "kind",
+    ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"],
+)
+def test_the_error_bar_holds(kind):
+    """Of twenty random scenes of a kind, against finer grids, in all but one, and there within twice of it."""
+    beyond = []
+    for scene in scenes(kind, 20, seed=3101):
+        sol, fine = vc.solve(scene), vc.solve(scene, accuracy=0.002)
+        missed = error(values(sol), values(fine), units(fine)) - fine.error_estimate.largest
+        beyond.append(missed / sol.error_estimate.largest)
+    assert np.sum(np.array(beyond) > 1) <= 1 and max(beyond) < 2

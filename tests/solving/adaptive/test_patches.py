@@ -1,0 +1,69 @@
+"""Patches of very different size: grids are as fine as the smallest that carries needs, or the error bar knows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.solving import adaptive
+from varcontact.solving.error_norm import error, units, values
+
+X = np.linspace(-0.45, 0.45, 601)
+
+
+def balls(radius, above=0.0, turned=0.0):
+    """A ball of radius 2, and a small one 0.4 beside it, `above` its summit."""
+    at = 0.2 * np.cos(turned), 0.2 * np.sin(turned)
+    large = ((X[None, :] + at[0]) ** 2 + (X[:, None] + at[1]) ** 2) / 4
+    small = ((X[None, :] - at[0]) ** 2 + (X[:, None] - at[1]) ** 2) / (2 * radius) + above
+    return vc.SampledDistance(np.minimum(large, small), x=X, y=X)
+
+
+def normal(radius, above=0.0, turned=0.0):
+    return vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.28), surface=balls(radius, above, turned), normal_force=5e-3)
+
+
+@pytest.mark.parametrize(("radius", "above"), [(0.1, 0.0), (0.1, 3e-3), (0.02, 0.0)])
+@pytest.mark.parametrize("accuracy", [0.05, 0.01])
+def test_the_peak_of_a_small_patch(radius, above, accuracy):
+    scene = normal(radius, above)
+    sol = vc.solve(scene, accuracy=accuracy)
+    exact = values(vc.solve(replace(scene, grid=vc.Grid(300, 200)), certify="none"))
+    found = sol.error_estimate.values
+    for name, value in exact.items():
+        assert abs(found[name] / value - 1) <= accuracy + 0.002
+    assert sol.error_estimate.largest <= accuracy
+    right = sol.pressure * (sol.grid.x > 0)
+    assert right.max() == sol.pressure.max()
+    assert np.count_nonzero((right > 0).any(axis=1)) >= 8
+
+
+def test_forces_of_a_small_patch():
+    scene = replace(normal(0.1, 1e-3), friction=0.3, motion=vc.Steady(vx=2e-2, vy=3e-3, spin=0.05))
+    sol = vc.solve(scene, accuracy=0.005)
+    fine = vc.solve(replace(scene, grid=vc.Grid(300, 200)).second_order(), certify="none")
+    assert error(values(sol), values(fine), units(fine)) <= 0.005 + 0.0005
+
+
+def test_where_no_grid_fits_the_error_bar_knows(monkeypatch):
+    """With few elements to be had, the error of a peak that they miss is stated."""
+    monkeypatch.setattr(adaptive, "MOST_BY_DEFAULT", 1000)
+    scene = normal(0.02, 3e-3)
+    estimate = vc.solve(scene).error_estimate
+    fine = vc.solve(replace(scene, grid=vc.Grid(300, 200)), certify="none")
+    missed = abs(estimate.values["peak_pressure"] / fine.max_pressure - 1)
+    assert 0.05 < missed <= estimate.errors["peak_pressure"]
+    assert "narrowest patch" in estimate.how
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.6, np.pi / 2])
+def test_patches_are_as_wide_as_they_are_wherever_they_lie(turned):
+    """Four standard deviations of an ellipse's elements are its width, turned or not."""
+    squares = vc.Grid(nx=150, ny=150, dx=0.005, dy=0.005, x0=-0.375, y0=-0.375)
+    sol = vc.solve(replace(normal(0.3, 0.0, turned), grid=squares), certify="none")
+    patches = adaptive._patches(sol)
+    assert len(patches) == 2 and sum(each.share for each in patches) == pytest.approx(1)
+    assert min(patches, key=lambda each: each.across).peak
+    area = sum(np.pi / 4 * each.across**2 for each in patches)  # nearly round
+    assert area == pytest.approx(sol.elements["contact"], rel=0.05)

@@ -1,0 +1,369 @@
+"""Solutions to an accuracy, or within a time: finer and finer grids until the estimated error is small enough.
+
+One rule for every scene. Grids have 6, 9, 14, 21, ... elements across the contact (line contact begins with 12). The
+last three tell the error: Richardson's steps ``s = (v_fine - v_coarse)/((n_fine/n_coarse)^1.5 - 1)`` of the two pairs,
+as they stand on the finest grid, give ``1.25 max |s| + 0.4 n^-1.5``, and the value is that of the finest grid plus half
+its step. ``python -m tests.benchmarks.adaptive`` measures on random scenes what this keeps.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
+from varcontact.machine import memory
+from varcontact.planning.memory import peak
+from varcontact.planning.plan import Plan
+from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Edge, Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
+from varcontact.solving.error_norm import creepage_names, friction_limit, units, values
+from varcontact.solving.on_grid import Answer, solve_on_grid
+from varcontact.solving.options import SolveOptions
+from varcontact.solving.target import Target
+from varcontact.solving.transient import bytes_of_steps
+
+FIRST, FIRST_IN_LINE = 6, 12
+"""Elements across the contact on the coarsest grid."""
+RATIO, GRIDS = 1.5, 3
+"""Elements across on a grid by those on the one before; how many grids tell an error."""
+ORDER, SAFETY, FLOOR, PART = 1.5, 1.25, 0.4, 0.5
+"""The error is ``SAFETY max |s| + FLOOR n^-ORDER``; of Richardson's step s of that order a `PART` is taken."""
+NARROWEST = 4.0
+"""Elements across the narrowest patch that carries load, on the coarsest grid that tells an error."""
+GROWTH, LATE = 2.4, 1.3
+"""Power of n with which a solve takes longer; after so many time budgets a solve is given up."""
+MOST_BY_DEFAULT = 40_000
+"""Elements, where no accuracy is given: an answer that needs more has a larger error bar."""
+SHOWN = 25
+"""Elements across a contact in closed form: an odd number has one at the largest pressure."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A part of the contact apart from the others: how narrow it is, in elements, and its part of the load."""
+
+    across: float
+    share: float
+    peak: bool  # whether it has the largest pressure
+
+
+@dataclass(frozen=True)
+class GridLevel:
+    """The answer on a grid with `n` elements across the contact, and the values that errors are measured in."""
+
+    n: int
+    answer: Answer
+    values: dict[str, float]
+    seconds: float
+    patches: tuple[Patch, ...]
+
+    def unresolved(self, least: float) -> list[Patch]:
+        """Patches with few elements across that carry a part `least` of the load, or a peak that counts."""
+        narrow = (each for each in self.patches if each.across < NARROWEST)
+        return [each for each in narrow if each.share > least or (each.peak and "peak_pressure" in self.values)]
+
+
+class _TimeUp(Exception):
+    """Raised in a solve that takes too long."""
+
+
+def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None) -> Answer:
+    """Solve a scene to an accuracy, or within a time.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without a grid of its own.
+    options : SolveOptions
+        With a target.
+    progress : callable, optional
+        Told the grid, and the stages of its solution.
+
+    Returns
+    -------
+    Solution or History
+        On the finest grid that was solved, with its `error_estimate`.
+
+    Raises
+    ------
+    NotConverged
+        If the accuracy is not reached: a finer grid does not fit into memory, or a solver misses its tolerance there.
+        It has the best answer.
+    SceneError
+        If a history is not solved in time even on the coarsest grids.
+    """
+    target, begun = options.target, time.perf_counter()
+    assert target is not None
+    if options.plan.closed_form and not options.plan.rubs:
+        return _closed_form(scene, options, progress)
+    budget = math.inf if target.time_budget is None else target.time_budget
+    levels: list[GridLevel] = []
+    n = _first(scene, options, target)
+    while True:
+        try:
+            levels.append(_level(scene, options, n, levels, progress, begun + LATE * budget))
+        except (_TimeUp, NotConverged) as error:
+            if len(levels) >= GRIDS:
+                return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
+            if isinstance(error, NotConverged):
+                raise
+            raise _too_short(budget) from None
+        last, estimate = levels[-1], estimated(levels, target) if len(levels) >= GRIDS else None
+        if estimate is not None and target.accuracy is not None and estimate.largest <= target.accuracy:
+            return with_values(last.answer, estimate)
+        n = _next(scene, options, last, few=estimate is None)
+        if estimate is None:
+            continue
+        late = last.seconds * (n / last.n) ** GROWTH > budget - (time.perf_counter() - begun)
+        if late or not _fits(scene, options, n):
+            return _not_reached(levels, target, f"a grid of {n} elements across does not fit into memory")
+        needed = n if target.accuracy is None else last.n * (estimate.largest / target.accuracy) ** (1 / ORDER)
+        if not (levels[-GRIDS].unresolved(target.least) or target.by_default or _fits(scene, options, needed)):
+            return _not_reached(levels, target, f"{needed:.0f} elements across do not fit into memory")
+
+
+def posed(scene: Scene, plan: Plan, n: int) -> Scene:
+    """The scene on the grid with `n` elements across the contact, with the discretisation of its kind.
+
+    Rolling takes differences of the second order and more elements along x; under Hertz's pressure elements at the
+    contact's edge count in part.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : Plan
+    n : int
+    """
+    motion, rolls = scene.motion, isinstance(scene.motion, Steady)
+    edge: Edge = "centres"
+    if plan.closed_form and motion is not None and (rolls or not scene.line):
+        edge = "softened" if rolls else "touched"
+    nx = round(RATIO * n) if rolls and not scene.line else n
+    grid = Grid(nx=nx, ny=None if scene.line else n, edge=edge)
+    return replace(scene, grid=grid, motion=motion.second_order() if isinstance(motion, Steady) else motion)
+
+
+def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
+    """The values of the last grids, extrapolated, with their errors.
+
+    A patch that is too narrow on the coarsest of them adds its part of the load, or of the peak, by its elements.
+
+    Parameters
+    ----------
+    levels : list of GridLevel
+        Three at least.
+    target : Target
+    """
+    first, second, fine = levels[-GRIDS:]
+    last, before = _step(fine, second), _step(second, first)
+    part, per = (second.n / fine.n) ** ORDER, units(fine.answer)
+    narrow = first.unresolved(target.least)
+    missed = {name: sum((1.0 if name == "peak_pressure" and each.peak else each.share) / each.across for each in narrow)
+              for name in last}  # fmt: skip
+    errors = {
+        name: SAFETY * max(abs(step), part * abs(before[name])) / per[name] + FLOOR * fine.n**-ORDER + missed[name]
+        for name, step in last.items()
+    }
+    best = fine.values | {name: fine.values[name] + PART * step for name, step in last.items()}
+    bars = {name: error * per[name] for name, error in errors.items()}
+    grids = f"{first.n}, {second.n} and {fine.n} elements across the contact"
+    how = f"by Richardson's steps of order {ORDER:g} between grids of {grids}"
+    if narrow:
+        how += f"; the narrowest patch has {min(each.across for each in narrow):.2g} elements on the first of them"
+    solves = tuple(Solve(level.answer.grid.nx, level.answer.grid.rows, level.seconds) for level in levels)
+    return ErrorEstimate(best, errors, how, solves, target.accuracy, target.time_budget, fine.values, bars)
+
+
+def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
+    """Elements across on the first of the fewest grids that an accuracy takes; refused if the last does not fit."""
+    n = FIRST_IN_LINE if scene.line else FIRST
+    if target.accuracy is not None:
+        n = max(n, math.ceil((FLOOR / target.accuracy) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
+    last = n * RATIO ** (GRIDS - 1)
+    if memory.fits(2 * _bytes(scene, options, last)):
+        return n
+    what = f"time_budget = {target.time_budget}" if target.accuracy is None else f"accuracy = {target.accuracy:g}"
+    most = last
+    while most > 1 and not memory.fits(2 * _bytes(scene, options, most)):
+        most /= 1.1
+    fits = f"accuracy = {FLOOR * most**-ORDER:.2g} fits"
+    raise TooLarge(what, _bytes(scene, options, last), memory.available() / 2, fits)
+
+
+def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> int:
+    """Elements across on the next grid: as many as the narrowest patch asks for, if these fit."""
+    assert options.target is not None
+    narrowest = min((each.across for each in last.unresolved(options.target.least)), default=NARROWEST)
+    n = math.ceil(last.n * max(RATIO, NARROWEST / narrowest))
+    return math.ceil(last.n * RATIO) if few and not _fits(scene, options, n) else n
+
+
+def _step(fine: GridLevel, coarse: GridLevel) -> dict[str, float]:
+    """Richardson's steps from the values on the finer grid to the extrapolated ones."""
+    part = 1 / ((fine.n / coarse.n) ** ORDER - 1)
+    common = fine.values.keys() & coarse.values.keys()
+    return {name: (value - coarse.values[name]) * part for name, value in fine.values.items() if name in common}
+
+
+def _level(
+    scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], progress: Progress | None, until: float
+) -> GridLevel:
+    """The answer on the next grid; where a contact is too small for it, as in a step with little load, on a finer one.
+
+    Coarse grids have no certificate; a grid begins from the one before.
+    """
+    begun, before = time.perf_counter(), levels[-1].answer if levels else None
+    early = len(levels) < GRIDS and not isinstance(scene.motion, Transient)  # these are solved in any case
+
+    def stage(words: str) -> None:
+        if time.perf_counter() > until and not early:
+            raise _TimeUp("the time is over")
+        if progress is not None:
+            progress(f"{n} elements across the contact{words and ': '}{words}")
+
+    stage("")
+    heard = stage if until < math.inf or progress is not None else None
+    near, others = before if isinstance(before, Solution) else None, 1
+    while True:
+        try:
+            answer = solve_on_grid(posed(scene, options.plan, n), options, heard, len(levels) + 1 >= GRIDS, near)
+            break
+        except NotConverged:  # where one lattice does not, another usually does
+            if others == 0:
+                raise
+            n, others = n + math.ceil(n / 20), others - 1
+        except TooCoarse:
+            n = math.ceil(RATIO * n)
+            if not _fits(scene, options, n):
+                raise
+    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(largest_contact(answer)))
+
+
+def largest_contact(answer: Answer) -> Solution:
+    """The solution, or that step of a history which has the largest contact."""
+    return max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
+
+
+def _patches(sol: Solution) -> tuple[Patch, ...]:
+    """The patches of a contact, four standard deviations of its elements wide; none where Hertz tells its shape."""
+    if sol.scene.hertz is not None or not sol.pressure.any():
+        return ()
+    from scipy.ndimage import label
+
+    labels, count = label(sol.pressure > 0, np.ones((3, 3)))
+    found = []
+    for number in range(1, count + 1):
+        patch = labels == number
+        places = np.argwhere(patch)[:, 1:] if sol.grid.line else np.argwhere(patch)
+        variances = np.linalg.eigvalsh(np.atleast_2d(np.cov(places, rowvar=False, bias=True)))
+        share, peak = sol.pressure[patch].sum() / sol.pressure.sum(), sol.pressure[patch].max() == sol.pressure.max()
+        found.append(Patch(4 * math.sqrt(variances[0] + 1 / 12), float(share), bool(peak)))
+    return tuple(found)
+
+
+def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
+    """Whether so many elements across the contact fit into half of the memory; by default they are not too many."""
+    assert options.target is not None
+    if options.target.by_default and _elements(scene, options, n) > MOST_BY_DEFAULT:
+        return False
+    return memory.fits(2 * _bytes(scene, options, n))
+
+
+def _elements(scene: Scene, options: SolveOptions, n: float) -> int:
+    grid = posed(scene, options.plan, math.ceil(n)).grid
+    assert isinstance(grid, Grid)
+    return grid.size
+
+
+def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
+    """Bytes of a solve with so many elements across the contact, and of the steps of two histories."""
+    elements, plan = _elements(scene, options, n), options.plan_for(posed(scene, options.plan, math.ceil(n)))
+    pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
+    tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.rubs else 0.0
+    kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
+    return max(pressures, tractions) + 2 * kept
+
+
+def _too_short(budget: float) -> SceneError:
+    message = (
+        f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grids; "
+        "give more time, or an accuracy, which has no limit of time"
+    )
+    return SceneError("time_budget", budget, "more seconds", message=message)
+
+
+def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Exception | None = None) -> Answer:
+    """The best answer: as it is within a time and by default; with an accuracy it is that of an error."""
+    answer = with_values(levels[-1].answer, estimated(levels, target))
+    if target.accuracy is None or target.by_default:
+        return answer
+    assert answer.error_estimate is not None
+    reached = answer.error_estimate.largest
+    message = f"accuracy = {target.accuracy:g} is not reached: the estimate is {reached:.2g}, and {why}"
+    raise NotConverged(message, reached, answer) from cause
+
+
+def _closed_form(scene: Scene, options: SolveOptions, progress: Progress | None) -> Answer:
+    """Hertz's contact, which needs no grid."""
+    begun = time.perf_counter()
+    grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
+    answer = solve_on_grid(replace(scene, grid=grid), options, progress)
+    best = values(answer) | _peaks_by_hertz(answer)
+    solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - begun),)
+    how, target = "Hertz's pressure and approach are exact in the continuum", options.target
+    assert target is not None
+    exact = dict.fromkeys(best, 0.0)
+    return with_values(answer, ErrorEstimate(best, exact, how, solves, target.accuracy, target.time_budget, bars=exact))
+
+
+def _peaks_by_hertz(answer: Answer) -> dict[str, float]:
+    """Hertz's largest pressure of a solution, or of each step of a history in which the bodies touch."""
+    if isinstance(answer, History):
+        return {f"{name}[{k}]": peak for k, sol in enumerate(answer) for name, peak in _peaks_by_hertz(sol).items()}
+    hertz = answer.scene.hertz if answer.pressure.any() else None
+    return {} if hertz is None else {"peak_pressure": hertz.peak_pressure}
+
+
+def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
+    """An answer with an estimate, whose values become its own; of a history each step with those of the step.
+
+    Parameters
+    ----------
+    answer : Solution or History
+    estimate : ErrorEstimate
+        With the names of `values`.
+    """
+    if isinstance(answer, History):
+        steps = [_with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)]
+        return replace(answer, solutions=steps)
+    return _with_values(answer, estimate)
+
+
+def _with_values(solution: Solution, estimate: ErrorEstimate) -> Solution:
+    estimate = replace(estimate, values=_within_friction(estimate.values, solution))
+    known = estimate.values
+    names = creepage_names(solution)
+    first, second, third = (known.get(name, own) for name, own in zip(names, solution.creepage, strict=True))
+    approach = known.get("approach", solution.approach)
+    return replace(solution, creepage=(first, second, third), approach=approach, error_estimate=estimate)
+
+
+def _within_friction(values: dict[str, float], solution: Solution) -> dict[str, float]:
+    """Values whose tangential force is not beyond what friction carries: extrapolated, it may be by a little."""
+    if not {"Fx", "Fy"} <= set(values):
+        return values
+    size, limit = math.hypot(values["Fx"], values["Fy"]), friction_limit(solution)
+    part = limit / size if size > limit else 1.0
+    return values | {name: part * values[name] for name in ("Fx", "Fy")}

@@ -1,0 +1,75 @@
+"""A scene on its own grid: from the plan to the certified solution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from varcontact.planning.expectations import check_fits
+from varcontact.problem.state import unloaded
+from varcontact.results.history import History
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
+from varcontact.scene.scene import Scene
+from varcontact.scene.transient import Transient
+from varcontact.solvers.conic.setups import Setups
+from varcontact.solving.certify import as_told, judged
+from varcontact.solving.grid_search import on_a_grid_that_holds_it
+from varcontact.solving.noise import noise
+from varcontact.solving.options import SolveOptions
+from varcontact.solving.refine.road import refined, roughly
+from varcontact.solving.subproblems import Steps
+from varcontact.solving.timing import Clock
+from varcontact.solving.transient import solve_transient
+
+Answer = Solution | History
+
+LOOSE = 1e-4
+"""Residual of an answer that another one is extrapolated with: it changes forces by parts of a million at most."""
+
+
+def solve_on_grid(
+    scene: Scene,
+    options: SolveOptions,
+    progress: Callable[[str], None] | None = None,
+    final: bool = True,
+    near: Solution | None = None,
+) -> Answer:
+    """Solve a scene on its own grid.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : SolveOptions
+    progress : callable, optional
+        Told the name of each stage.
+    final : bool
+        Whether the answer may be the last one: otherwise it has no certificate, and a loose tolerance.
+    near : Solution, optional
+        Of the same scene on another grid, to begin from.
+    """
+    plan = options.plan_for(scene)
+    if final:  # a coarse grid fits where a finer one does
+        check_fits(scene, plan)
+    certify, tol = (options.certify, options.tol) if final else ("none", max(options.tol, LOOSE))
+    continuum = options.target is not None or options.refine
+    if isinstance(scene.motion, Transient):
+        return solve_transient(
+            scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
+            options.refine,
+        )  # fmt: skip
+    setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
+    steps = Steps(plan, tol, options.polish, Clock(progress), setups, options.start, certify, final, continuum)
+    disc, state = on_a_grid_that_holds_it(
+        scene, roughly(steps) if options.refine and plan.closed_form else steps, near=near
+    )
+    try:
+        found, refinement = refined(scene, disc, state, steps) if options.refine else (None, None)
+        last = (disc, state) if found is None else (found.disc, found.state)
+        if not final:
+            return as_told(scene, *last, steps)
+        solution = judged(scene, *last, steps, refinement)
+        warning = noise(scene, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
+        return replace(solution, warnings=(warning,)) if warning else solution
+    finally:
+        disc.operators.forget()
