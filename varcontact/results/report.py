@@ -91,8 +91,13 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         )
     )
     moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
-    rows.append(("twisting moment", f"Mz = {moment:.6g}{unit('moment')}"))
-    if not sol.scene.frictionless:
+    known = sol.plan.has_moment
+    rows.append(
+        ("twisting moment", f"Mz = {moment:.6g}{unit('moment')}" if known else f"none by {sol.plan.tangential}")
+    )
+    if not known and third:
+        rows.append(("work", f"unknown: {sol.plan.tangential} has no moment, which spin works against"))
+    elif not sol.scene.frictionless:
         by = "moment" if motion.rolls == 0 else "force"
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
         how = "" if motion.rolls == 0 else " by distance rolled"
@@ -145,7 +150,8 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
     elif sol.plan.rubs:
-        sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
+        sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}"
+        sizes += f", Mz to {bound[2]:.1e}{unit('moment')}" if sol.plan.has_moment else ""
         tractions = "" if sol.refinement is None else ", for the sums over the elements"
         rows.append(("", f"guaranteed on this grid{_of_what(sol)}{tractions}: {sizes}"))
     if sol.note:
@@ -209,9 +215,10 @@ def no_guarantee(sol: Solution) -> str:
     if sol.certificate.level != "full":
         left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
         return f'{left_out} left out by certify = "{sol.certificate.level}"; "full" computes everything'
-    if np.all(np.isfinite(sol.certificate.force_bound)):
+    bound = sol.certificate.force_bound[: 3 if sol.plan.has_moment else 2]
+    if np.all(np.isfinite(bound)):
         return ""
-    if np.any(np.isnan(sol.certificate.force_bound)):
+    if np.any(np.isnan(bound)):
         return "the numbers exceed the range of floating point"
     if sol.scene.bodies.K != 0 and not sol.plan.left_out:
         return "the bodies are unlike, and the traction bound depends on the solution"
