@@ -292,7 +292,7 @@ def test_what_a_theory_without_a_moment_has(rolling, tmp_path):
     assert np.isnan(row["Mz"]) and np.isfinite(row["force_distance"])
     swept = vc.sweep(rolling(), {"motion.vx": [0.04]}, tangential="polach", certify="full")
     assert np.isnan([swept.Mz.item(), swept.Mz_bound.item()]).all()
-    with pytest.raises(vc.SceneError, match="what = 'power_density' .*polach has no moment"):
+    with pytest.raises(vc.SceneError, match=r"what = 'power_density' .*polach has no moment"):
         sol.plot("power_density")
 
 
