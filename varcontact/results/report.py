@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +25,17 @@ def report(sol: Solution) -> str:
     ----------
     sol : Solution
     """
-    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)]
+    return "\n".join([*_warned(sol.scene.doubts), _body(sol)])
+
+
+def _warned(doubts: Sequence[str]) -> list[str]:
+    """The first lines of a report: what cannot be meant."""
+    return [f"WARNING: {doubt}" for doubt in doubts]
+
+
+def _body(sol: Solution) -> str:
+    """The report but for what is doubtful in the scene."""
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in _rows(sol)]
     return "\n".join([headline(sol), "", *lines])
 
 
@@ -36,10 +46,13 @@ def report_rows(sol: Solution) -> list[tuple[str, str]]:
     ----------
     sol : Solution
     """
+    return [*(("WARNING", doubt) for doubt in sol.scene.doubts), *_rows(sol)]
+
+
+def _rows(sol: Solution) -> list[tuple[str, str]]:
     warnings = [("WARNING", warning) for warning in sol.warnings]
-    doubtful = [("" if i else "doubtful", doubt) for i, doubt in enumerate(sol.scene.doubts)]
     judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
-    return [*warnings, *_loads(sol), *_areas(sol), *doubtful, ("", ""), *judged, ("", ""), *_methods(sol)]
+    return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *judged, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}
@@ -292,7 +305,7 @@ def report_history(history: History) -> str:
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"
-    lines = [f"Rolling in time, {wanted} steps{state}", ""]
+    lines = [*_warned(history.scene.doubts), f"Rolling in time, {wanted} steps{state}", ""]
     if count == 0:
         return lines[0]
     heads = ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")
@@ -301,7 +314,7 @@ def report_history(history: History) -> str:
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
     lines += _estimate_of_all(history)
-    return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1])}"])
+    return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 
 
 def _estimate_of_all(history: History) -> list[str]:
