@@ -1,5 +1,10 @@
 """Help of every command, in this process: no text breaks it, and it names what can be asked for."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 import typer
 from typer.testing import CliRunner
@@ -58,3 +63,19 @@ def test_help_names_all_methods(command):
 
 def test_version():
     assert said("--version") == f"varcontact {vc.__version__}\n"
+
+
+def test_completion_is_installed_and_completes(tmp_path):
+    """By bash itself, in a home of its own: commands, and options of a command."""
+    scripts = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    inside = {"HOME": str(tmp_path), "PATH": scripts}
+
+    def bash(commands):
+        done = subprocess.run(["bash", "-c", commands], env=inside, capture_output=True, text=True, check=True)
+        return done.stdout.split()
+
+    assert "installed" in bash("varcontact --install-completion; true")
+    complete = f". {tmp_path}/.bashrc; COMP_WORDS=(varcontact {{}}); COMP_CWORD={{}}; _varcontact_completion varcontact"
+    show = "; echo ${COMPREPLY[@]}"
+    assert set(bash(complete.format("s", 1) + show)) == {name for name in COMMANDS if name.startswith("s")}
+    assert bash(complete.format("solve --tang", 2) + show) == ["--tangential"]

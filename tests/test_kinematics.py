@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import varcontact as vc
 from varcontact import kinematics as kin
 from varcontact.errors import SceneError
 
@@ -161,7 +162,19 @@ def test_klingel_rolling_has_no_creep_and_the_papers_period():
 
 
 def test_the_ball_between_planes():
-    assert kin.ball_between_planes(2.0, 0.1, 0.25) == pytest.approx(1.6 * 2.0 * 0.1, rel=0.02)
+    """The components 2 N gamma less the force of spin gamma/R at both contacts: by Hertz and Kalker, and solved for."""
+    N, gamma, nu, G, R = 2.0, 0.1, 0.25, 3e4, 1.5
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=G, nu=nu), surface=vc.Paraboloids(Rx=R, Ry=R), normal_force=N, friction=np.inf,
+        motion=vc.Steady(spin=gamma / R), grid=vc.Grid(nx=16, ny=16),
+    )  # fmt: skip
+    cubed = 3 * N * R * (1 - nu) / (4 * G)
+    assert scene.hertz.a**3 == pytest.approx(cubed, rel=1e-12)
+    by_spin = G * cubed * vc.no_slip_coefficients(1.0, nu).C23 * gamma / R
+    found = kin.ball_between_planes(N, gamma, nu)
+    assert found == pytest.approx(2 * (N * gamma - by_spin), rel=1e-3)
+    solved = vc.solve(scene.second_order(), certify=None).Fy
+    assert found == pytest.approx(2 * (N * gamma + solved), rel=0.015)
     with pytest.raises(SceneError, match=r"nu = 0.6 is not allowed: must be"):
         kin.ball_between_planes(2.0, 0.1, 0.6)
 

@@ -1,13 +1,17 @@
 """What is drawn on a dozen scenes: the numbers, their units, the words, and nothing over anything else."""
 
 import dataclasses
+import gc
 import os
+import struct
+import weakref
 from itertools import combinations, pairwise
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
 from PIL import Image
@@ -67,9 +71,9 @@ def wheel():
 
 
 @pytest.fixture(autouse=True)
-def _closed():
+def _outside_pyplot():
     yield
-    plt.close("all")
+    assert plt.get_fignums() == []
 
 
 def drawn_texts(figure):
@@ -246,7 +250,8 @@ def test_power_density(wheel):
 
 def test_in_axes_that_are_there(wheel):
     """One panel, in the user's figure, which keeps its size; without a word for it the tractions."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3))
+    figure = Figure(figsize=(7, 3))
+    left, right = figure.subplots(1, 2)
     assert wheel.plot(ax=left) is figure and wheel.plot("slip", ax=right) is figure
     assert left.get_title() == "Tangential traction on body 1" and right.images
     assert any(isinstance(artist, Quiver) for artist in left.get_children())
@@ -259,7 +264,7 @@ def test_in_axes_that_are_there(wheel):
     [
         (lambda sol: sol.plot("presure"), r"what = 'presure'.*pressure"),
         (lambda sol: sol.plot([]), "one panel at least"),
-        (lambda sol: sol.plot(["pressure", "slip"], ax=plt.figure().add_subplot()), "one panel for one ax"),
+        (lambda sol: sol.plot(["pressure", "slip"], ax=Figure().add_subplot()), "one panel for one ax"),
         (lambda sol: sol.plot(ax="here"), "ax = 'here'"),
         (lambda sol: sol.plot(figsize=3), "figsize"),
         (lambda sol: sol.plot(figsize=(0, 3)), "width, height"),
@@ -380,3 +385,22 @@ def test_the_style_is_for_everybody():
         colours = mpl.rcParams["axes.prop_cycle"].by_key()["color"]
         assert colours[:2] == ["#0072B2", "#D55E00"] or colours[:2] == ["0072B2", "D55E00"]
         assert min(mpl.rcParams[name] for name in ("xtick.labelsize", "legend.fontsize", "axes.labelsize")) >= 7
+
+
+@pytest.mark.filterwarnings("error")
+def test_many_pictures_leave_none_behind(wheel):
+    """Neither in pyplot nor in memory, and nothing is warned of."""
+    figures = [weakref.ref(wheel.plot("pressure")) for _ in range(25)]  # pyplot warns from 21
+    gc.collect()
+    assert not any(each() for each in figures)
+
+
+def test_a_notebook_shows_a_picture_by_itself(wheel):
+    """As PNG, of the figure's size in pixels, and as nothing else: IPython shows each form that an object has."""
+    figure = wheel.plot("pressure")
+    image = figure._repr_png_()
+    assert image.startswith(b"\x89PNG\r\n")
+    assert struct.unpack(">II", image[16:24]) == tuple(np.rint(figure.get_size_inches() * figure.dpi).astype(int))
+    others = ("html", "svg", "jpeg", "pdf", "latex", "markdown", "json", "javascript", "mimebundle")
+    assert all(getattr(figure, f"_repr_{form}_", lambda: None)() is None for form in others)
+    assert not hasattr(figure, "_ipython_display_")

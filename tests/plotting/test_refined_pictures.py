@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
 from matplotlib.patches import PathPatch
 from matplotlib.quiver import Quiver
 
@@ -22,12 +21,6 @@ SCENES = {
     "full slip": dataclasses.replace(RAIL, motion=vc.Steady(vx=0.1)),
     "no slip": dataclasses.replace(RAIL, friction=np.inf, motion=vc.Steady(vx=1e-5)),
 }
-
-
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module", params=SCENES)

@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 
 import varcontact as vc
 from varcontact.plotting.ticks import readable_decades
@@ -26,7 +26,6 @@ def overprinted(figure):
             drawn = sorted((begin, end, text) for (begin, end), text in corners if text)
             seen += len(drawn)
             pairs += [(one[2], other[2]) for one, other in pairwise(drawn) if other[0] < one[1]]
-    plt.close(figure)
     assert seen > 4
     return pairs
 
@@ -68,7 +67,8 @@ def test_line_contact_and_histories(size):
 )
 def test_a_logarithmic_axis_has_two_labels_or_more(ends):
     """Also where fewer than two powers of ten are in sight."""
-    figure, ax = plt.subplots(figsize=(2.5, 2.2))
+    figure = Figure(figsize=(2.5, 2.2))
+    ax = figure.subplots()
     ax.plot([1, 1000], ends)
     ax.set(xscale="log", yscale="log", ylim=ends)
     readable_decades(ax)

@@ -163,6 +163,7 @@ def test_unit_presets(sol):
         ({"motion": vc.Steady(vx=0.2)}, "vx = 0.2: creepages are mostly below 0.1"),
         ({"motion": vc.Transient(steps=2, vy=[0.0, -1.5])}, "vy = -1.5"),
         ({"surface": vc.Paraboloids(Rx=1e-3, Ry=1e-3)}, "of the radius 0.001; half-spaces"),
+        ({"normal_force": None, "approach": 2.0}, "approach = 2: the contact's semi-axis"),
     ],
 )
 def test_what_looks_like_a_slip_of_the_pen(changes, words):
@@ -171,8 +172,11 @@ def test_what_looks_like_a_slip_of_the_pen(changes, words):
     scene = rail(**changes)
     (doubt,) = scene.doubts
     assert words in doubt
-    assert f"doubtful            {doubt}" in str(vc.plan(scene)) and vc.plan(scene).summary()["doubts"] == [doubt]
+    plan = vc.plan(scene)
+    assert str(plan).startswith(f"Plan\n\n  WARNING             {doubt}\n") and plan.summary()["doubts"] == [doubt]
     assert doubt in Cells(scene._repr_html_()).cells
     if isinstance(scene.motion, vc.Steady):
         solved = vc.solve(scene)
-        assert f"doubtful          {doubt}" in solved.report() and solved.summary()["doubts"] == [doubt]
+        assert solved.report().startswith(f"WARNING: {doubt}\n") and solved.report().count(doubt) == 1
+        assert Cells(solved._repr_html_()).cells[1:3] == ["WARNING", doubt]
+        assert solved.summary()["doubts"] == [doubt]

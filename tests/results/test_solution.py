@@ -235,10 +235,6 @@ def test_report_says_what_matters(sol, rolling):
 )
 def test_picture(rolling, changes, panels):
     """Panels, arrows where there is traction, and the bound in the section."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
     from matplotlib.quiver import Quiver
 
     solution = vc.solve(rolling(**changes))
@@ -250,16 +246,11 @@ def test_picture(rolling, changes, panels):
     if arrows:
         assert arrows[0].N == solution.elements["contact"]
     figure.canvas.draw()
-    plt.close(figure)
 
 
 @pytest.mark.parametrize("surface", [vc.Ellipse(a=1.2, b=0.9), vc.Ellipse(a=8.0, b=0.4), vc.Ellipse(a=0.4, b=8.0)])
 def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
     """Also where the contact is so long that the axes are not equal: otherwise all arrows look along it."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
     from matplotlib.quiver import Quiver
 
     sol = vc.solve(rolling(surface=surface, motion=vc.Steady(vx=0.3, vy=-0.2, spin=0.05)))
@@ -276,7 +267,6 @@ def test_arrows_point_along_the_tractions_on_the_page(rolling, surface):
         along = tip @ (u[k], v[k]) / np.hypot(u[k], v[k])
         assert along > 0.99 * np.hypot(*tip)
         assert along < 0.25 * min(ax.bbox.size)
-    plt.close(figure)
 
 
 def test_creepage_is_open_without_friction(rolling):

@@ -37,7 +37,7 @@ def test_two_micrometres_of_noise_rule_the_pressure():
 def test_the_smoothing_that_is_named_helps():
     scene = noisy(2e-6)
     rough = vc.solve(scene)
-    wavelength = float(re.search(r"smoothed\(wavelength=([\d.e-]+)\)", rough.warnings[0])[1])
+    wavelength = float(re.search(r"smoothing = ([\d.e-]+) in the file", rough.warnings[0])[1])
     smooth = vc.solve(replace(scene, surface=scene.surface.smoothed(wavelength)))
     assert smooth.warnings == ()
     exact = replace(SCENE, surface=vc.Paraboloids(Rx=0.46, Ry=0.3)).hertz.peak_pressure
@@ -93,6 +93,37 @@ def test_a_warning_is_kept_in_the_file(tmp_path):
 def test_where_noise_makes_the_grid_too_coarse_the_message_says_so():
     scene = replace(noisy(2e-6), grid=vc.Grid(nx=24, ny=24))
     with pytest.raises(
-        vc.SceneError, match=r"too coarse.*if this is noise of the samples, smooth them: surface.smoothed"
+        vc.SceneError,
+        match=r"too coarse.*if this is noise, smooth the samples: smoothing = [\d.e-]+ in the file, .*, at least",
     ):
         vc.solve(scene)
+
+
+def test_the_advice_of_a_file_is_a_key_of_it(tmp_path):
+    """What a grid that is too coarse names is the least that may help; what the solution names then helps."""
+    waves = noisy(5e-6).surface
+    np.save(tmp_path / "h.npy", waves.h)
+    text = (
+        "normal_force = 106.7e3\n[bodies]\nG = 82e9\nnu = 0.28\n[grid]\nnx = 48\nny = 48\n[surface]\n"
+        f"kind = 'sampled-distance'\nh = {{file = 'h.npy'}}\nx = {X.tolist()}\ny = {Y.tolist()}\n"
+    )
+    path, named = tmp_path / "noisy.toml", [0.0]
+    path.write_text(text)
+    with pytest.raises(vc.SceneError) as refused:
+        vc.solve(vc.read_scene(path)[0])
+    said = str(refused.value)
+    while said:
+        named.append(float(re.search(r"smooth the samples: smoothing = ([\d.e-]+) in the file", said)[1]))
+        path.write_text(f"{text}smoothing = {named[-1]}\n")
+        scene = vc.read_scene(path)[0]
+        np.testing.assert_array_equal(scene.surface.h, waves.smoothed(named[-1]).h)
+        said = "".join(vc.solve(scene).warnings)
+    assert len(named) == 3 and named == sorted(named)
+    path.write_text(f"{text}smoothing = -1.0\n")
+    with pytest.raises(vc.SceneError, match=r"surface.smoothing = -1\.0 is not allowed"):
+        vc.read_scene(path)
+
+
+def test_where_noise_leaves_no_grid_the_message_says_so():
+    with pytest.raises(vc.SceneError, match=r"no potential contact was found .* if this is noise, smooth the samples"):
+        vc.solve(replace(noisy(2e-5), grid="auto"))

@@ -52,7 +52,7 @@ def test_cliffs_in_the_contact_are_refused(added, motion, cells):
     with pytest.raises(vc.SceneError, match=CLIFF) as refusal:
         corrected(posed(surface, cells, motion=motion))
     assert refusal.value.field == "refine"
-    assert "smooth the samples: surface.smoothed(wavelength=...)" in str(refusal.value)
+    assert "smooth the samples: smoothing = ... in the file, or .smoothed(...)" in str(refusal.value)
 
 
 def test_where_it_is_and_how_high():

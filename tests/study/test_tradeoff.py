@@ -191,3 +191,13 @@ def test_by_an_executor_it_is_the_same_table(tmp_path):
     one, other = (each.sort_values(order, ignore_index=True) for each in (here, there))
     assert one[order].equals(other[order])
     assert one["error"].to_numpy() == pytest.approx(other["error"].to_numpy(), rel=1e-9)
+
+
+def test_a_theory_without_a_moment_has_no_error():
+    """An error that counts the moment is not known of it."""
+    name = next(name for name, each in BANK.items() if each.kind == "steady, circular" and "Mz" in each.units)
+    way = Way(cells=8, options=(("tangential", "polach"),))
+    found = vc.tradeoff({name: BANK[name]}, [way, Way(cells=8)])
+    assert found.runs["outcome"].tolist() == ["refused", "answered"]
+    assert found.runs["reason"][0] == "no Mz, which the error counts"
+    assert found.classes["way"].tolist() == ["centres 8"]

@@ -14,6 +14,8 @@ from varcontact.theories import (
     flexibility,
     vermeulen_johnson,
 )
+from varcontact.theories.methods import THEORIES as EVERY
+from varcontact.theories.methods import why_not
 
 STEADY = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
 FASTSIM = ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"]
@@ -237,3 +239,66 @@ def test_fastsim_beyond_saturation_with_the_approach_given(rolling, name):
     )  # fmt: skip
     with pytest.raises(vc.Saturated, match="cannot be carried"):
         vc.solve(scene, tangential=name)
+
+
+def quantities(found):
+    """Fx, Fy and Mz, of a solution or of `creep_forces`, in parts of f Fz and of f Fz sqrt(ab)."""
+    return np.array([found.Fx, found.Fy, found.Mz])
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_signs_over_the_bank_are_those_of_the_exact_theory(name):
+    """Of all that the theory has; what it does not have is NaN by `solve` and by `creep_forces` alike.
+
+    Where creepages mix, theories may be off by a sixth of the friction limit (strip theory without Kalker's C23), so
+    that signs count from a fifth. The linear theory is that of infinite friction.
+    """
+    seen = 0
+    for label, scene in vc.standard_bank().items():
+        if why_not(name, scene):
+            continue
+        exact = vc.solve(dataclasses.replace(scene, friction=np.inf) if name == "linear" else scene, certify=None)
+        sol = vc.solve(scene, tangential=name, certify=None)
+        a, b, limit = scene.hertz.a, scene.hertz.b, scene.friction * scene.normal_force
+        vx, vy, spin = sol.creepage
+        contact = {"a": a, "b": b, "bodies": scene.bodies, "normal_force": scene.normal_force, "friction": 0.3}
+        by_formula = vc.creep_forces(name, **contact, vx=vx, vy=vy, spin=spin)
+        expected = quantities(exact) / (limit * np.array([1.0, 1.0, np.sqrt(a * b)]))
+        counts = np.abs(expected) > (1e-3 if label.startswith("pure") else 0.2)
+        for found in (sol, by_formula):
+            has = ~np.isnan(quantities(found))
+            np.testing.assert_array_equal(has, [True, True, name != "polach"])
+            along = quantities(found)[has & counts] * np.sign(expected[has & counts])
+            assert np.all(along > -1e-9), (label, quantities(found), expected)  # strips in pure spin: no force at all
+            seen += np.count_nonzero(has & counts)
+    assert seen >= (10 if name == "vermeulen-johnson" else 25)
+
+
+def test_what_a_theory_without_a_moment_has(rolling, tmp_path):
+    """Neither a moment nor what follows from it, in no table, file, report or picture; all else is finite."""
+    sol = vc.solve(rolling(), tangential="polach")
+    sol.save(tmp_path / "polach.nc")
+    again = vc.load(tmp_path / "polach.nc")
+    assert again.note == ""
+    for each in (sol, again, vc.scan(rolling(), [STEADY.rigid], tangential="polach")[0]):
+        assert np.isnan([each.moment, each.normalised.Mz, each.power, each.friction_work]).all()
+        np.testing.assert_array_equal(np.isnan(each.certificate.force_bound), [False, False, True])
+        assert np.isfinite(each.traction).all()
+        summary = each.summary()
+        assert [summary[name] for name in ("moment", "power", "friction_work")] == [None] * 3
+        assert "twisting moment   none by polach\n" in each.report()
+        assert "guaranteed on this grid" in each.report() and "Mz" not in each.report()
+    row = vc.compare(rolling(), ["newton", "polach"]).iloc[1]
+    assert np.isnan(row["Mz"]) and np.isfinite(row["force_distance"])
+    swept = vc.sweep(rolling(), {"motion.vx": [0.04]}, tangential="polach", certify="full")
+    assert np.isnan([swept.Mz.item(), swept.Mz_bound.item()]).all()
+    with pytest.raises(vc.SceneError, match=r"what = 'power_density' .*polach has no moment"):
+        sol.plot("power_density")
+
+
+def test_power_without_spin_takes_no_moment(rolling):
+    sol = vc.solve(rolling(motion=vc.Steady(vx=0.04, vy=-0.02)), tangential="polach")
+    assert np.isnan(sol.moment)
+    assert sol.power == pytest.approx(-sol.Fx * 0.04 + sol.Fy * 0.02, rel=1e-12)
+    assert 0.5 * sol.power < sol.friction_work < sol.power
+    sol.plot("power_density")

@@ -31,7 +31,6 @@ class _Commands(TyperGroup):
 app = typer.Typer(
     name="varcontact",
     cls=_Commands,
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,  # help is full of brackets
     pretty_exceptions_enable=False,

@@ -92,12 +92,14 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
     return scene_from(table, folder), options
 
 
-def read_sweep_scene(path: str | Path) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
+def read_sweep_scene(path: str | Path, varies: bool = True) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
     """Read a scene file with a table ``[over]``, of entries that take several values.
 
     Parameters
     ----------
     path : str or Path
+    varies : bool
+        Whether the table has to be there.
 
     Returns
     -------
@@ -115,9 +117,9 @@ def read_sweep_scene(path: str | Path) -> tuple[Scene, dict[str, list[Any]], dic
     """
     table, folder = read_toml(path, "scene file")
     options = solve_table(table)
-    if "over" not in table:
+    if varies and "over" not in table:
         raise SceneError("over", None, "given: add a table [over] of the entries that vary")
-    over = dict(_varied(table_of("over", table.pop("over"))))
+    over = dict(_varied(table_of("over", table.pop("over", {}))))
     return scene_from(table, folder), over, options
 
 
@@ -254,6 +256,9 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
         for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
             if isinstance(entries.get(field), Mapping):
                 entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
+        if "smoothing" in entries:
+            wavelength = checks.positive(f"{name}.smoothing", entries.pop("smoothing"))
+            return make(name, made, entries).smoothed(wavelength)
     return make(name, made, entries)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,17 @@ def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
     except RecursionError:
         raise _not_toml(kind, path, "it is nested too deep") from None
     except ValueError as error:  # also a number of thousands of digits
-        raise _not_toml(kind, path, first_line(error)) from None
+        raise _not_toml(kind, path, _decimal_comma(text, first_line(error))) from None
+
+
+def _decimal_comma(text: str, reason: str) -> str:
+    """Why a file is no TOML: in plainer words where the line that is named has a decimal comma."""
+    place = re.search(r"at line (\d+)", reason)
+    number = int(place[1]) if place else 0
+    found = re.search(r"=\s*([+-]?\d+),(\d+)", text.split("\n")[number - 1]) if number else None
+    if found is None:
+        return reason
+    return f"line {number}: {found[1]},{found[2]} has a decimal comma; write {found[1]}.{found[2]}"
 
 
 def _not_toml(kind: str, path: Path, reason: str) -> SceneError:

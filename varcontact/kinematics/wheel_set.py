@@ -136,18 +136,23 @@ def ball_between_planes(force: float, angle: float, nu: float) -> float:
     Returns
     -------
     float
-        ``2 N gamma (1 - 3 (1 - nu) C23 / 16)`` [force].
+        ``2 N gamma (1 - 3 (1 - nu) C23 / 4)`` [force].
 
     Raises
     ------
     SceneError
         If the force is not positive, the angle not finite, or nu out of range.
 
+    Notes
+    -----
+    Hertz's circle has ``a^3 = 3 N R (1 - nu)/(4 G)``, spin is ``gamma/R``, and the linear theory's force by it
+    ``G a^3 C23 gamma/R``. The paper prints 16 in place of 4.
+
     Examples
     --------
-    >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.1f} N gamma")
-    1.6 N gamma
+    >>> print(f"{ball_between_planes(1.0, 1.0, 0.25):.2f} N gamma")
+    0.35 N gamma
     """
     N, gamma = checks.positive("force", force), checks.moderate("angle", angle)
     C23 = float(creepage_coefficients(1.0, 1.0, nu).C23)
-    return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 16)
+    return 2 * N * gamma * (1 - 3 * (1 - nu) * C23 / 4)

@@ -107,6 +107,11 @@ class Plan:
         return THEORIES.get(self.tangential)
 
     @property
+    def has_moment(self) -> bool:
+        """Whether the method gives a moment: Polach's formula is one of forces alone."""
+        return self.tangential != "polach"
+
+    @property
     def programs(self) -> bool:
         """Whether the tangential problem is stated as a convex program."""
         return states_programs(self.tangential)

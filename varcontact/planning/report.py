@@ -29,11 +29,11 @@ def plan_rows(plan: Plan) -> list[tuple[str, str]]:
     ----------
     plan : Plan
     """
-    rows = [
+    rows = [("WARNING", doubt) for doubt in plan.doubts]
+    rows += [
         (name, f"{getattr(plan, name)}: {plan.reasons[name]}")
         for name in ("dimension", "bodies", "surface", "motion", "friction")
     ]
-    rows += [("doubtful", doubt) for doubt in plan.doubts]
     rows += [("special", f"{name}: {plan.reasons[name]}") for name in plan.special]
     methods = ("method", "normal", "tangential", "coupling", "formulation")
     rows += [("", ""), *((name, f"{getattr(plan, name)}: {plan.reasons[name]}") for name in methods)]

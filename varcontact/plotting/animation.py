@@ -101,30 +101,24 @@ def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool)
 
 def _frames(history: History) -> Iterator[np.ndarray]:
     """Each step as an image (height, width, 4) of bytes: areas and tractions over the forces, on axes that stay."""
-    from matplotlib import pyplot as plt
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
     along, box = abscissa(history), _common_box(history)
     largest = max(_largest(sol) for sol in history)
     with styled():
         figure, (above, below) = new_figure(2, 1, (COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
-        canvas: Any = FigureCanvasAgg(figure)  # whatever the backend is: others have no bytes to read
-        try:
-            draw_forces(below, history, along)
-            mark = below.axvline(along.values[0], color="k", linewidth=0.8)
-            for k, sol in enumerate(history):
-                above.clear()
-                draw = draw_line_traction if history.scene.line else draw_areas
-                draw(above, sol, box, largest)
-                above.set_title(f"Tangential traction on body 1, step {k}{drawn(sol).words}")
-                mark.set_xdata([along.values[k]] * 2)
-                if k == 0:
-                    settle(figure)
-                    figure.set_layout_engine("none")
-                canvas.draw()
-                yield np.array(canvas.buffer_rgba())
-        finally:
-            plt.close(figure)
+        canvas: Any = figure.canvas
+        draw_forces(below, history, along)
+        mark = below.axvline(along.values[0], color="k", linewidth=0.8)
+        for k, sol in enumerate(history):
+            above.clear()
+            draw = draw_line_traction if history.scene.line else draw_areas
+            draw(above, sol, box, largest)
+            above.set_title(f"Tangential traction on body 1, step {k}{drawn(sol).words}")
+            mark.set_xdata([along.values[k]] * 2)
+            if k == 0:
+                settle(figure)
+                figure.set_layout_engine("none")
+            canvas.draw()
+            yield np.array(canvas.buffer_rgba())
 
 
 def _common_box(history: History) -> tuple[float, float, float, float]:

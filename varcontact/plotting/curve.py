@@ -52,7 +52,7 @@ def plot_curve(
     Returns
     -------
     matplotlib Figure
-        Not shown: call its ``savefig``, or ``plt.show()``.
+        Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
 
     Raises
     ------

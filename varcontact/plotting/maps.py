@@ -97,7 +97,7 @@ FIELDS = {
     "power_density": Field(
         "Power density of friction",
         "work by area",
-        lambda sol: drawn(sol).power_density,
+        lambda sol: sol.power_density if sol.refinement is None else drawn(sol).power_density,
         lambda sol: "line force" if _shifts(sol) else "pressure",
         "YlOrBr",
         of_tractions=True,

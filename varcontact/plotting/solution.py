@@ -141,6 +141,10 @@ def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
         checks.choice("what", name, PANELS)
         if name not in ("pressure", "distance", "section") and sol.scene.motion is None:
             raise SceneError("what", name, "pressure, distance or section, where there is no motion")
+        if name == "power_density" and np.isnan(sol.power_density).all():
+            raise SceneError(
+                "what", name, f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
+            )
     if not names or (ax is not None and len(names) > 1):
         raise SceneError("what", what, "one panel" + (" for one ax" if ax is not None else " at least"))
     return names

@@ -33,7 +33,6 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    import matplotlib.pyplot as plt
     import pandas as pd
 
     from varcontact.plotting.ticks import readable_decades
@@ -66,7 +65,6 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
         ax.grid(visible=True)
         if not measured.empty:
             figure.legend(loc="outside right upper", title="method", alignment="left")
-    plt.close(figure)
     return figure
 
 
@@ -84,8 +82,6 @@ def plot_convergence(study: Convergence) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    import matplotlib.pyplot as plt
-
     from varcontact.plotting.ticks import readable_decades
 
     limits = [row for row in study.limits.to_dict("records") if np.isfinite(row["order"])]
@@ -112,7 +108,6 @@ def plot_convergence(study: Convergence) -> Figure:
         if names:
             figure.legend(handles=_key(), ncols=4, loc="outside upper left")
         settle(figure)
-    plt.close(figure)
     return figure
 
 

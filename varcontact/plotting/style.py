@@ -53,12 +53,12 @@ def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[F
     figsize : pair of float
         Width and height [inch].
     **options
-        Of `matplotlib.pyplot.subplots`.
+        Of `matplotlib.figure.Figure.subplots`.
     """
-    from matplotlib import pyplot as plt
+    from varcontact.plotting.picture import empty_figure
 
-    figure, axes = plt.subplots(rows, columns, figsize=figsize, layout="constrained", squeeze=False, **options)
-    return figure, list(axes.flat)
+    figure = empty_figure(figsize)
+    return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
 
 def settle(figure: Figure) -> None:

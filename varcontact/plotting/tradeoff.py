@@ -32,8 +32,6 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    import matplotlib.pyplot as plt
-
     from varcontact.plotting.ticks import readable_decades
 
     classes = study.classes
@@ -58,7 +56,6 @@ def plot_tradeoff(study: Tradeoff) -> Figure:
         if kinds:
             figure.legend(handles=_key(families), ncols=3, loc="outside lower left")
         settle(figure)
-    plt.close(figure)
     return figure
 
 

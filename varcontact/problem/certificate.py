@@ -111,6 +111,10 @@ class Certificate:
         """
         return self._bounds.whole
 
+    def without_moment(self) -> Certificate:
+        """That of tractions by a theory without a moment: NaN bounds it."""
+        return replace(self, bounds=ForceBounds.known(self.force_bound * [1.0, 1.0, np.nan], self.pressure_part))
+
     @property
     def pressure_part(self) -> np.ndarray:
         """What of `force_bound` is for the pressure's own distance from the exact one, shape (3,).

@@ -13,6 +13,7 @@ from varcontact.problem.containment import Box, contact_box
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.likeness import left_out
 from varcontact.scene.scene import Scene
+from varcontact.scene.smoothing import how_to_smooth
 from varcontact.scene.surfaces import SampledDistance, Surface
 from varcontact.scene.transient import Transient
 
@@ -190,7 +191,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
             grid,
             "finer",
             message=f"grid is too coarse: the contact at {place} falls between the centres of the elements"
-            f"{_noisy(scene, grid)}",
+            f"{if_noise(scene, grid)}",
         )
     if spec.explicit:
         raise SceneError(
@@ -221,12 +222,19 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
     return within(wider, surface) if isinstance(surface, SampledDistance) else wider
 
 
-def _noisy(scene: Scene, grid: Grid) -> str:
-    """What else may be wrong where samples have a summit between the elements."""
+def if_noise(scene: Scene, grid: Grid) -> str:
+    """What else may be wrong where samples have a summit between the elements, or no grid holds their contact.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        Explicit.
+    """
     if not isinstance(scene.surface, SampledDistance) or not scene.surface.placed:
         return ""
     wavelength = 4 * (grid.sides[0] if grid.line else max(grid.sides))
-    return f"; or, if this is noise of the samples, smooth them: surface.smoothed(wavelength={wavelength:.3g})"
+    return f"; or, if this is noise, {how_to_smooth(f'{wavelength:.3g}')}, at least"
 
 
 def _rounded(box: Box, line: bool) -> tuple[float, ...]:

@@ -133,7 +133,7 @@ class Delivered:
         Returns
         -------
         matplotlib Figure
-            Not shown: call its ``savefig``, or ``plt.show()``.
+            Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
 
         Raises
         ------

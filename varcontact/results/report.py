@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +26,17 @@ def report(sol: Solution) -> str:
     ----------
     sol : Solution
     """
-    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)]
+    return "\n".join([*_warned(sol.scene.doubts), _body(sol)])
+
+
+def _warned(doubts: Sequence[str]) -> list[str]:
+    """The first lines of a report: what cannot be meant."""
+    return [f"WARNING: {doubt}" for doubt in doubts]
+
+
+def _body(sol: Solution) -> str:
+    """The report but for what is doubtful in the scene."""
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in _rows(sol)]
     return "\n".join([headline(sol), "", *lines])
 
 
@@ -37,10 +47,13 @@ def report_rows(sol: Solution) -> list[tuple[str, str]]:
     ----------
     sol : Solution
     """
+    return [*(("WARNING", doubt) for doubt in sol.scene.doubts), *_rows(sol)]
+
+
+def _rows(sol: Solution) -> list[tuple[str, str]]:
     warnings = [("WARNING", warning) for warning in sol.warnings]
-    doubtful = [("" if i else "doubtful", doubt) for i, doubt in enumerate(sol.scene.doubts)]
     judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
-    return [*warnings, *_loads(sol), *_areas(sol), *doubtful, ("", ""), *judged, ("", ""), *_methods(sol)]
+    return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *judged, ("", ""), *_methods(sol)]
 
 
 _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling in time"}
@@ -91,8 +104,11 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
     words = ", ".join(f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in forces)
     rows.append(("tangential force", f"{words}{unit('force')}{part}"))
     moment = _without_noise(sol.moment, limit * sol.grid.nx * sol.grid.sides[0])
-    rows.append(("twisting moment", f"Mz = {with_bar(moment, bars.get('Mz', 0.0))}{unit('moment')}"))
-    if not sol.scene.frictionless:
+    known = f"Mz = {with_bar(moment, bars.get('Mz', 0.0))}{unit('moment')}" if sol.plan.has_moment else ""
+    rows.append(("twisting moment", known or f"none by {sol.plan.tangential}"))
+    if not known and third:
+        rows.append(("work", f"unknown: {sol.plan.tangential} has no moment, which spin works against"))
+    elif not sol.scene.frictionless:
         by = "moment" if motion.rolls == 0 else "force"
         put, lost = (_without_noise(work, limit) for work in (sol.power, sol.friction_work))
         how = "" if motion.rolls == 0 else " by distance rolled"
@@ -145,7 +161,8 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
     elif sol.plan.rubs:
-        sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}, Mz to {bound[2]:.1e}{unit('moment')}"
+        sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}"
+        sizes += f", Mz to {bound[2]:.1e}{unit('moment')}" if sol.plan.has_moment else ""
         tractions = "" if sol.refinement is None else ", for the sums over the elements"
         rows.append(("", f"guaranteed on this grid{_of_what(sol)}{tractions}: {sizes}"))
     if sol.note:
@@ -218,9 +235,10 @@ def no_guarantee(sol: Solution) -> str:
     if sol.certificate.level != "full":
         left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
         return f'{left_out} left out by certify = "{sol.certificate.level}"; "full" computes everything'
-    if np.all(np.isfinite(sol.certificate.force_bound)):
+    bound = sol.certificate.force_bound[: 3 if sol.plan.has_moment else 2]
+    if np.all(np.isfinite(bound)):
         return ""
-    if np.any(np.isnan(sol.certificate.force_bound)):
+    if np.any(np.isnan(bound)):
         return "the numbers exceed the range of floating point"
     if sol.scene.bodies.K != 0 and not sol.plan.left_out:
         return "the bodies are unlike, and the traction bound depends on the solution"
@@ -315,7 +333,7 @@ def report_history(history: History) -> str:
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"
-    lines = [f"Rolling in time, {wanted} steps{state}", ""]
+    lines = [*_warned(history.scene.doubts), f"Rolling in time, {wanted} steps{state}", ""]
     if count == 0:
         return lines[0]
     heads = ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")
@@ -324,7 +342,7 @@ def report_history(history: History) -> str:
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
     lines += _estimate_of_all(history)
-    return "\n".join([*lines, "", f"Step {count - 1}: {report(history[-1])}"])
+    return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 
 
 def _estimate_of_all(history: History) -> list[str]:

@@ -130,7 +130,12 @@ class Solution(Delivered):
 
     @property
     def moment(self) -> float:
-        """Twisting moment Mz on body 1 about the origin (117); by `error_estimate`, where there is one."""
+        """Twisting moment Mz on body 1 about the origin (117); by `error_estimate`, where there is one.
+
+        NaN by a theory that has none (Polach's), and so is its power, wherever there is spin.
+        """
+        if not self.plan.has_moment:
+            return np.nan
         x, y = self.grid.x[None, :], self.grid.y[:, None]
         return self._extrapolated("Mz", np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
 
@@ -254,6 +259,8 @@ class Solution(Delivered):
 
         By distance rolled [force/area]; in a shift [force/length].
         """
+        if not self.plan.has_moment and self.spin:
+            return np.full(self.grid.shape, np.nan)
         return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
 
     @property
@@ -278,7 +285,7 @@ class Solution(Delivered):
         0.00858 0.00738
         """
         loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
-        moved = loads != 0  # a creepage that could be any is NaN, and moves nothing
+        moved = (loads != 0) & (motion != 0)  # what is NaN of one has no power where the other is zero
         return self._rolling_resistance() - float(loads[moved] @ motion[moved])
 
     def _rolling_resistance(self) -> float:

@@ -69,7 +69,8 @@ def _size(scene: Scene) -> str:
     part, size, radius = max(parts)
     if not LARGE_CONTACT <= part < math.inf:
         return ""
-    words = f"the contact's semi-axis {size:.4g} is {part:.2g} of the radius {radius:.4g}"
+    load = f"normal_force = {scene.normal_force:.4g}" if scene.approach is None else f"approach = {scene.approach:.4g}"
+    words = f"{load}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius {radius:.4g}"
     return f"{words}; half-spaces stand for bodies much larger than it"
 
 

@@ -47,7 +47,7 @@ class StaticKinetic:
 
     def __call__(self, slip: Any) -> np.ndarray:
         """Coefficient at the size of a relative slip (any shape), `Solution.slip`."""
-        return np.where(np.asarray(slip, dtype=float) > 0, self.kinetic, self.static)
+        return np.where(_sizes(slip) > 0, self.kinetic, self.static)
 
     def slope(self, slip: Any) -> np.ndarray:
         """Its derivative by the relative slip, where it slips.
@@ -62,7 +62,7 @@ class StaticKinetic:
         ndarray
             Of the shape of `slip`, by its unit.
         """
-        return np.zeros(np.shape(slip))
+        return np.zeros_like(_sizes(slip))
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class _Falling(ABC):
 
     def _scaled(self, slip: Any) -> np.ndarray:
         """Slip velocity by the one at which half is lost."""
-        return np.minimum(np.asarray(slip, dtype=float) * (self.velocity / self.half_velocity), checks.LARGE)
+        return np.minimum(_sizes(slip) * (self.velocity / self.half_velocity), checks.LARGE)
 
     @abstractmethod
     def _fall(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -246,6 +246,15 @@ BRANCHES = {
     "history": "the step before",
 }
 """From where a solution under a law is sought, in words."""
+
+
+def _sizes(slip: Any) -> np.ndarray:
+    """Sizes of slips, checked; infinite ones are allowed."""
+    allowed = "numbers, zero or positive: sizes of slip"
+    sizes = checks.numbers("slip", slip, allowed, most=np.inf)
+    if np.any(sizes < 0):
+        raise SceneError("slip", float(sizes.min()), allowed)
+    return sizes
 
 
 def _check_coefficients(law: StaticKinetic | _Falling) -> None:

@@ -77,3 +77,14 @@ def smoothed_field(values: np.ndarray, x: np.ndarray, y: np.ndarray, wavelength:
         [length]
     """
     return smoothed(smoothed(values, x, wavelength).T, y, wavelength).T
+
+
+def how_to_smooth(wavelength: str) -> str:
+    """Advice on noise, in the words of a scene or case file and in those of `SampledDistance` and of profiles.
+
+    Parameters
+    ----------
+    wavelength : str
+        [length]
+    """
+    return f"smooth the samples: smoothing = {wavelength} in the file, or .smoothed({wavelength})"

@@ -67,6 +67,8 @@ def judged(
     residual = _residual_as_posed(disc, plan, state, certificate)
     if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
         certificate = certify_problems(disc, *fields, plan.closed_form, "full", lazily)
+    if not plan.has_moment:
+        certificate = certificate.without_moment()
     if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)

@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.checks import LARGE
 from varcontact.errors import SceneError
 from varcontact.planning.roads import many_pressed
-from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, known_grid, within
+from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, if_noise, known_grid, within
 from varcontact.problem.containment import contact_box, outside
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
@@ -145,7 +145,8 @@ def on_a_grid_that_holds_it(
         "grid",
         scene.grid,
         "explicit",
-        message="grid: no potential contact was found that holds the contact; give an explicit grid",
+        message="grid: no potential contact was found that holds the contact; give an explicit grid"
+        f"{if_noise(scene, grid)}",
     )
 
 

@@ -12,7 +12,7 @@ from varcontact.errors import SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.state import ContactState
 from varcontact.scene.scene import Scene
-from varcontact.scene.smoothing import smoothed_field
+from varcontact.scene.smoothing import how_to_smooth, smoothed_field
 from varcontact.scene.surfaces import SampledDistance
 
 SHORTEST = 4
@@ -154,4 +154,4 @@ def _message(found: Look, without: Look, shortest: float, helps: float, scene: S
     )
     if helps == 0:
         return text + "no smoothing settles it: measure the surface again, or take the answer for this grid alone"
-    return text + f"smooth the samples: surface.smoothed(wavelength={helps:.3g}), from which on it has settled"
+    return text + f"{how_to_smooth(f'{helps:.3g}')}, from which on it has settled"

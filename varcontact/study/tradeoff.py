@@ -215,6 +215,9 @@ def _measured(reference: Reference, way: Way, number: int) -> dict[str, Any]:
         return {"outcome": "not converged", "reason": str(error)}
     except VarcontactError as error:
         return {"outcome": "refused", "reason": str(error)}
+    missing = [name for name in reference.units if np.isnan(found.values.get(name, np.nan))]
+    if missing:
+        return {"outcome": "refused", "reason": f"no {' or '.join(missing)}, which the error counts"}
     return {
         "outcome": "answered",
         "reason": "",

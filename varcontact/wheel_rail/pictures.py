@@ -55,7 +55,7 @@ def plot_profile(profile: Profile) -> Figure:
     Returns
     -------
     Figure
-        Not shown: call its ``savefig``, or ``plt.show()``.
+        Outside pyplot: a notebook shows it, ``savefig`` writes it.
     """
     with styled():
         figure, (above, below) = new_figure(2, 1, (PAGE, 0.75 * PAGE), sharex=True, height_ratios=[3, 2])
@@ -90,13 +90,13 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
     Returns
     -------
     Figure
-        Not shown: call its ``savefig``, or ``plt.show()``.
+        Outside pyplot: a notebook shows it, ``savefig`` writes it.
     """
-    from matplotlib import pyplot as plt
+    from varcontact.plotting.picture import empty_figure
 
     count = len(solution.patches)
     with styled():
-        figure = plt.figure(figsize=(PAGE, 2.4 + 2.6 * count), layout="constrained")
+        figure = empty_figure((PAGE, 2.4 + 2.6 * count))
         spaces = figure.add_gridspec(count + 1, 2, height_ratios=[1.0, *[1.2] * count])
         _draw_profiles(figure.add_subplot(spaces[0, :]), solution)
         for i, each in enumerate(solution.patches, 1):
@@ -160,7 +160,7 @@ def plot_positions(table: pd.DataFrame) -> Figure:
     Returns
     -------
     Figure
-        Not shown: call its ``savefig``, or ``plt.show()``.
+        Outside pyplot: a notebook shows it, ``savefig`` writes it.
     """
     solved = table[table["outcome"] == "solved"]
     over, words = ("y", "Lateral displacement [mm]") if solved["y"].nunique() > 1 else ("position", "Position")
@@ -190,7 +190,7 @@ def plot_wear(worn: Wear) -> Figure:
     Returns
     -------
     Figure
-        Not shown: call its ``savefig``, or ``plt.show()``.
+        Outside pyplot: a notebook shows it, ``savefig`` writes it.
     """
     columns = 2 if worn.patches[0].archard is not None else 1
     with styled():

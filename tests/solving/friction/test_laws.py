@@ -35,6 +35,15 @@ def test_the_laws_themselves(law):
         np.testing.assert_allclose(law.slope(slip[1:]), slope, atol=1e-5)
 
 
+@pytest.mark.parametrize("law", EVERY, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("slip", ["x", {0.1}, {"a": 1}, None, 1j, [0.1, np.nan], [[0.1], [0.1, 0.2]], [0.1, -0.1], -1])
+def test_slips_that_are_none(law, slip):
+    for method in (law, law.slope):
+        with pytest.raises(vc.SceneError, match=r"slip(\[1\])? = .* must be numbers, zero or positive: sizes of slip"):
+            method(slip)
+    np.testing.assert_array_equal(law([[0, np.inf]]), [[law.static, law.kinetic]])
+
+
 @pytest.mark.parametrize(
     ("make", "field"),
     [

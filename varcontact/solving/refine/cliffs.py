@@ -11,6 +11,7 @@ from varcontact.errors import SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.state import ContactState
 from varcontact.scene.grid import Grid
+from varcontact.scene.smoothing import how_to_smooth
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.refine.check import KINDS
 
@@ -78,7 +79,7 @@ def check_cliffs(disc: Discretisation, state: ContactState) -> None:
         "left out",
         message=f'refine = "{KINDS[0]}": surface.h has a cliff in the contact or next to it, where estimates of the '
         f"error fail: a step of {cliff.height:.3g} over {cliff.over:.3g} at {place}. Leave refine out and solve on a "
-        "fine grid; or, where the step is no part of the body, smooth the samples: surface.smoothed(wavelength=...)",
+        f"fine grid; or, where the step is no part of the body, {how_to_smooth('...')}",
     )
 
 
