@@ -150,8 +150,8 @@ def test_basic_contacts(tmp_path):
     assert (normal.case, normal.side, shift.case) == (1, None, 2)
     assert normal.values == {
         "NU": 0.42, "G": 200.0, "AK": 0.0, "EPS": 1e-4, "FN": 9.195, "FX": 0.0, "FY": 0.0, "MZ": 0.0,
-        "ELAST.EN.": 7.35e-5, "FRIC.WORK": 0.0, "FN/G": 0.04598, "FX/FSTAT/FN": 0.0, "FY/FSTAT/FN": 0.0, "APPROACH": 0.01998,
-        "PMAX": 4.393, "DFN/DPEN": 0.0}  # fmt: skip
+        "ELAST.EN.": 7.35e-5, "FRIC.WORK": 0.0, "FN/G": 0.04598, "FX/FSTAT/FN": 0.0, "FY/FSTAT/FN": 0.0,
+        "APPROACH": 0.01998, "PMAX": 4.393, "DFN/DPEN": 0.0}  # fmt: skip
     assert shift.patches == (shift.values,)
     assert (shift.values["SHIFT X"], shift.values["FX"], shift.values["FX/FSTAT/FN"]) == (8.155e-3, -3.218, -0.875)
     assert shift.values["NCON"] == 177

@@ -126,7 +126,7 @@ class _Case:
 
     side: Side = "right"
     friction: Friction | None = None
-    rubs: bool = True
+    has_friction: bool = True
     bodies: Bodies | None = None
     grid: dict[str, float] = field(default_factory=dict)
     dimensions: tuple[float, ...] = ()
@@ -145,22 +145,29 @@ def _case(lines: Lines, before: _Case, folder: Path, group: Group) -> tuple[_Cas
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
     last, _ = lines.digits("XHGIAOWR", BASIC_WORDS["XHGIAOWR"], SUPPORTED)
+    for letter, given, kept in (
+        ("L", digits["L"] != 1, before.friction),
+        ("C", digits["C"] == 2, before.bodies),
+        ("D", digits["D"] >= 2, before.grid),
+        ("Z", digits["Z"] == 3, before.rail),
+        ("E", digits["E"] == 3, before.wheelset),
+    ):
+        if not given and not kept:
+            group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
     skip_iterations(lines, last["G"])
-    case = replace(before, side=SIDES[problem["C"]], rubs=problem["T"] != 0)
+    case = replace(before, side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
     if digits["L"] != 1:
         case = replace(case, friction=read_friction(lines, digits["L"]))
     if digits["C"] == 2:
-        nu1, nu2, G1, G2 = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2").numbers()
-        case = replace(case, bodies=Bodies(G=(G1, G2), nu=(nu1, nu2)))
+        elastic = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2")
+        nu1, nu2, G1, G2 = elastic.numbers()
+        with _located(elastic):
+            case = replace(case, bodies=Bodies(G=(G1, G2), nu=(nu1, nu2)))
     if digits["D"] >= 2:
         case = replace(case, grid=_grid(lines))
     case = _track(lines, case, digits["Z"], folder)
     case = _wheelset(lines, case, digits["E"], problem["N"], folder)
     skip_stresses(lines, problem["S"])
-    for letter, kept in (("L", case.friction), ("C", case.bodies), ("D", case.grid), ("Z", case.rail),
-                         ("E", case.wheelset), ("E", case.velocity)):  # fmt: skip
-        if not kept:
-            group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
     wanted = "vertical_force" if problem["N"] else "z"
     if wanted not in case.height:
         group.refuse(
@@ -221,7 +228,7 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Profile:
     method = 0
     if option >= 1:
         more = lines.group("ISMOOTH", "ZIGTHRS", "KINKHIGH", "KINKLOW", "KINKWID")
-        method = more.integers()[0]
+        method = int(more.number(0))
         if method not in (0, 1):
             more.refuse("ISMOOTH", method, "is not supported; supported: 0, 1")
     if option >= 2:
@@ -300,7 +307,7 @@ def _wheel(case: _Case, group: Group) -> WheelOnRail:
             velocity=case.velocity,
             with_friction=True,
             bodies=case.bodies,
-            friction=case.friction.at(case.velocity.speed) if case.rubs else 0.0,
+            friction=case.friction.at(case.velocity.speed) if case.has_friction else 0.0,
             **case.grid,
             **height,
         )
