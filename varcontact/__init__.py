@@ -30,6 +30,7 @@ from varcontact.scene.units import MM_N, SI, Units
 if TYPE_CHECKING:
     from varcontact import kinematics, reference, wheel_rail
     from varcontact.io.contact_input import read_contact_input
+    from varcontact.io.contact_output import ContactOutput, read_contact_output
     from varcontact.io.contact_results import ContactResult, read_contact_result
     from varcontact.io.scene_file import read_scene
     from varcontact.planning.plan import Plan, plan
@@ -65,6 +66,7 @@ __all__ = [
     "SI",
     "Bodies",
     "Certificate",
+    "ContactOutput",
     "ContactResult",
     "Convergence",
     "CreepForces",
@@ -118,6 +120,7 @@ __all__ = [
     "plot_curve",
     "plot_stress",
     "read_contact_input",
+    "read_contact_output",
     "read_contact_result",
     "read_scene",
     "read_sweep",
@@ -137,6 +140,7 @@ __all__ = [
 # where the names are that are imported when they are first used
 _PLACES = {
     "varcontact.io.contact_input": ("read_contact_input",),
+    "varcontact.io.contact_output": ("ContactOutput", "read_contact_output"),
     "varcontact.io.contact_results": ("ContactResult", "read_contact_result"),
     "varcontact.io.scene_file": ("read_scene",),
     "varcontact.planning.plan": ("Plan", "plan"),

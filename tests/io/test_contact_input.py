@@ -206,7 +206,11 @@ def test_rolling_backwards_in_time_and_points_of_stress(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (" 3  MODULE\n 2", " 1  MODULE\n 2", "line 2: MODULE = 1 is not supported; supported: 3 (basic contact)"),
+        (
+            " 3  MODULE\n 2",
+            " 1  MODULE\n 2",
+            "line 2: MODULE = 1 is a wheel on a rail: vc.wheel_rail.read_contact_input reads it",
+        ),
         (" 203100 ", " 213100 ", "line 3: B (BOUND) = 1 is not supported; supported: 0 (half-space), 2 (elliptic"),
         (" 203100 ", " 204100 ", "line 3: T (TANG) = 4 is not supported; supported: 0 (no tangential problem), 1"),
         (" 203100 ", " 223100 ", "line 3: B (BOUND) = 2 needs a Hertzian contact, IPOTCN < 0"),

@@ -42,7 +42,11 @@ PRINTED = (
 )
 def wheelrail(
     case: Annotated[
-        Path, typer.Argument(help="A case file (docs/wheel_rail.md), of one position or several.", show_default=False)
+        Path,
+        typer.Argument(
+            help="A case file (docs/wheel_rail.md), of one position or several; or an input file of CONTACT (.inp).",
+            show_default=False,
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Table (.csv), written after each wheel; wheels in it are not solved again.")
@@ -59,12 +63,17 @@ def wheelrail(
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
     from varcontact.study.store import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import read_case
+    from varcontact.wheel_rail.case_file import CaseFile, read_case
+    from varcontact.wheel_rail.contact_input import read_contact_input
     from varcontact.wheel_rail.series import solve_cases
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
-    read = read_case(case)
+    if case.suffix.lower() == ".inp":
+        wheels = read_contact_input(case)
+        read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
+    else:
+        read = read_case(case)
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     written = table_as_json if as_json else _report

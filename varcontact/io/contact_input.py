@@ -16,7 +16,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_geometry import POTENTIAL, Given, Row, counts, elements, read_distance, sampled
-from varcontact.io.contact_words import Group, Lines, number_of, skip_stresses
+from varcontact.io.contact_words import SUPPORTED, WORDS, Group, Lines, number_of, skip_iterations, skip_stresses
 from varcontact.reference.hertz import hertz_ellipse
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
@@ -94,17 +94,32 @@ slip_difference='first-order')
 
 
 @dataclass(frozen=True)
-class _Friction:
-    """A coefficient, or a law that still lacks the rolling velocity."""
+class Friction:
+    """A coefficient, or a law that still lacks the rolling velocity.
+
+    Parameters
+    ----------
+    law : int
+        L.
+    values : tuple of float
+    """
 
     law: int
     values: tuple[float, ...]
 
     @property
     def static(self) -> float:
+        """FSTAT."""
         return self.values[0] if self.law == 0 else self.values[0] + self.values[1]
 
     def at(self, velocity: float) -> float | Law:
+        """As `Scene` takes it.
+
+        Parameters
+        ----------
+        velocity : float
+            Of rolling.
+        """
         if self.law == 0:
             return self.values[0]
         kinetic, first, half = self.values[:3]
@@ -119,7 +134,7 @@ class _Case:
     group: Group
     digits: dict[str, int] = field(default_factory=dict)
     kinematics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    friction: _Friction | None = None
+    friction: Friction | None = None
     rolling: tuple[int, float, float] | None = None
     bodies: Bodies | None = None
     potential: Given | None = None
@@ -150,6 +165,11 @@ def _cases(lines: Lines) -> list[_Case]:
         (module,) = group.integers()
         if module == 0:
             break
+        if module == 1:
+            why = (
+                "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
+            )
+            group.refuse("MODULE", module, why)
         if module != 3:
             group.refuse("MODULE", module, "is not supported; supported: 3 (basic contact), 0 (stop)")
         if group.rest and number_of(group.rest[0]) is not None:
@@ -162,23 +182,18 @@ def _cases(lines: Lines) -> list[_Case]:
 
 def _case(lines: Lines, before: _Case | None) -> _Case:
     """The next case, which keeps of the one before what it does not give."""
-    digits, group = lines.digits("PBTNFS")
-    more, material = lines.digits("VLDCMZE")
+    digits, group = lines.digits("PBTNFS", WORDS["PBTNFS"], SUPPORTED)
+    more, material = lines.digits("VLDCMZE", WORDS["VLDCMZE"], SUPPORTED)
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
     digits |= more
-    digits |= lines.digits("XHGIAOWR")[0]
+    digits |= lines.digits("XHGIAOWR", WORDS["XHGIAOWR"], SUPPORTED)[0]
     case = _Case(group) if before is None else replace(before, group=group)
     case = replace(case, digits=digits)
-    if digits["G"] != 1:
-        lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
-    if digits["G"] in (2, 3):
-        lines.group("OMEGAH", "OMEGAS", "INISLP", "OMGSLP")
-    if digits["G"] == 4:
-        lines.group("INISLP", "OMGSLP")
+    skip_iterations(lines, digits["G"])
     case = replace(case, kinematics=_kinematics(lines, digits))
     if digits["L"] != 1:
-        case = replace(case, friction=_friction(lines, digits["L"]))
+        case = replace(case, friction=read_friction(lines, digits["L"]))
     if digits["C"] == 2:
         if digits["T"] >= TRANSIENT:
             case = replace(case, rolling=_rolling(lines))
@@ -209,13 +224,21 @@ def _kinematics(lines: Lines, digits: dict[str, int]) -> tuple[float, float, flo
     return load, first, second, spin
 
 
-def _friction(lines: Lines, law: int) -> _Friction:
+def read_friction(lines: Lines, law: int) -> Friction:
+    """The coefficient or law of the digit L, other than 1.
+
+    Parameters
+    ----------
+    lines : Lines
+    law : int
+        L.
+    """
     if law == 0:
         group = lines.group("FSTAT", "FKIN")
         static, kinetic = group.numbers()
         if static != kinetic:
             group.refuse("FKIN", kinetic, f"is not FSTAT = {static}; CONTACT supports one coefficient (its guide, 4.2)")
-        return _Friction(law, (static,))
+        return Friction(law, (static,))
     kind = {2: "FLIN", 3: "FRAT", 4: "FEXP"}[law]
     group = lines.group("FKIN", f"{kind}1", "SABSH1", f"{kind}2", "SABSH2")
     values = group.numbers()
@@ -224,7 +247,7 @@ def _friction(lines: Lines, law: int) -> _Friction:
     memory = lines.group("MEMDST", "MEM_S0")
     if memory.number(0) != 0:
         memory.refuse("MEMDST", memory.number(0), "is not supported: friction here has no memory; supported: 0")
-    return _Friction(law, tuple(values))
+    return Friction(law, tuple(values))
 
 
 def _rolling(lines: Lines) -> tuple[int, float, float]:

@@ -1,11 +1,13 @@
 """Tractions from the results of CONTACT: its files ``<experiment>.<case>.mat``, which are tables in text.
 
-The format is that of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC report 20-01, appendix A).
+The columns are found by their names, in the layout of the user guide (Vollebregt, User guide for CONTACT, Vtech CMCC
+report 20-01, appendix A) as in that of the open-source release of 2025 (the subroutine ``writmt`` of its source).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +17,18 @@ from varcontact.errors import SceneError
 from varcontact.io.contact_geometry import counts, lattice
 from varcontact.io.contact_words import MOST_BYTES, Group, number_of
 from varcontact.machine.reading import text_of
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.units import MM_N
 
-HEAD = 11
-"""Lines before the table, a comment and numbers by turns."""
-STATES = (0, 1, 2)
+HEADER = ("MX", "MY", "XL", "YL", "DX", "DY", "CHI", "DQ", "T", "M", "GG1", "GG2", "POISS1")
+COLUMNS = ("I", "IGS", "PN", "PX", "PY")
+STATES = (0, 1, 2, 3)
+OTHER_BODIES = {1: "viscoelastic", 4: "with an interfacial layer"}
+"""MATER of bodies that are no elastic half-spaces; simplified theories (2, 3, 5) are compared with half-spaces."""
 ROUNDED = 1e-3
 """By what part of an element positions in the file may be rounded."""
 
@@ -39,13 +46,18 @@ class ContactResult:
     traction : ndarray, shape (2, ny, nx)
         PX and PY on body 1 [N/mm^2].
     state : ndarray, shape (ny, nx)
-        IGS: 0 exterior, 1 stick, 2 slip.
+        IGS: 0 exterior, 1 stick, 2 slip, 3 plastic.
     T : int
         Control digit: 0 no motion, 1 shift, 2 transient, 3 steady rolling.
     direction : int
         1 or -1: rolled towards positive or negative x.
     dq : float
         Step of rolling [mm].
+    values : dict of str to float
+        The numbers above the table by CONTACT's names in capitals: GG1, POISS1, VELOC, FSTAT, X_CP(R), NPATCH, ...
+    columns : dict of str to ndarray, shape (ny, nx)
+        All columns of the table by CONTACT's names: H, MU, UN, UX, UY, SREL or SHFT, TAUCRT, TEMP1, ...; NaN at
+        elements that are not in the file.
     """
 
     grid: Grid
@@ -55,6 +67,93 @@ class ContactResult:
     T: int
     direction: int
     dq: float
+    values: dict[str, float] = field(default_factory=dict, repr=False)
+    columns: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    @property
+    def normal_force(self) -> float:
+        """FN [N]."""
+        return float(self.pressure.sum() * self._area)
+
+    @property
+    def force(self) -> np.ndarray:
+        """FX and FY on body 1, shape (2,) [N]."""
+        return np.asarray(self.traction.sum(axis=(1, 2)) * self._area)
+
+    @property
+    def moment(self) -> float:
+        """MZ on body 1 about the origin of the grid [N mm]."""
+        px, py = self.traction
+        row = self.values["YL"] + self.values["DY"] / 2
+        y = np.full((1, 1), row) if self.grid.line else self.grid.y[:, None]
+        return float((self.grid.x * py - y * px).sum() * self._area)
+
+    @property
+    def _area(self) -> float:
+        """Of an element, with the length of the one row of a line contact."""
+        return self.values["DX"] * self.values["DY"]
+
+    def scene(self, motion: Steady | Shift) -> Scene:
+        """The problem as the file has it: elements, undeformed distance, bodies, friction, and the approach H + UN.
+
+        Of a line contact, whose approach is not defined, the normal force. Elements that the file leaves out (A = 1)
+        are taken to be out of contact: nothing is known of the distance there.
+
+        Parameters
+        ----------
+        motion : Steady or Shift
+            Creepages or shifts as CONTACT prints them, see `read_contact_output`: about SPINXO, SPINYO.
+
+        Returns
+        -------
+        Scene
+            For `certify`: the undeformed distance is known where the file has elements.
+
+        Raises
+        ------
+        SceneError
+            If the bodies are no elastic half-spaces, friction is not one coefficient (L = 0), or the file has no H, UN
+            and MU.
+
+        Examples
+        --------
+        See `read_contact_result`.
+        """
+        self._check_elastic()
+        lacking = {"H", "UN", "MU"} - self.columns.keys()
+        if lacking:
+            raise SceneError("columns", sorted(self.columns), f"with {', '.join(sorted(lacking))}")
+        touching, friction = self.pressure > 0, self.values.get("FSTAT", np.nan)
+        spread = float(np.abs(self.columns["MU"][touching] - friction).max()) if self.T else 0.0
+        if self.values.get("L") != 0 or spread > ROUNDED * friction:
+            raise SceneError("L (FRCLAW)", self.values.get("L"), "0, with the same MU at all elements")
+        h = self.columns["H"]
+        approach = float((h + self.columns["UN"])[touching].mean())
+        h = np.where(np.isnan(h), approach, h)
+        load = {"normal_force": self.normal_force / self.values["DY"]} if self.grid.line else {"approach": approach}
+        x, y = (self.values.get(name, 0.0) for name in ("SPINXO", "SPINYO"))
+        if isinstance(motion, Steady):
+            motion = replace(motion, dq=self.dq, vx=motion.vx + motion.spin * y, vy=motion.vy - motion.spin * x)
+        else:
+            motion = replace(motion, ux=motion.ux + motion.rotation * y, uy=motion.uy - motion.rotation * x)
+        poisson = self.values["POISS1"]  # of simplified theories the only one in the file
+        return Scene(
+            bodies=Bodies(G=(self.values["GG1"], self.values["GG2"]), nu=(poisson, self.values.get("POISS2", poisson))),
+            surface=SampledDistance(h[0] if self.grid.line else h),
+            **load,
+            friction=friction,
+            motion=motion,
+            grid=self.grid,
+            units=MM_N,
+        )
+
+    def _check_elastic(self) -> None:
+        kind = OTHER_BODIES.get(int(self.values.get("M", 0)))
+        if kind is not None:
+            message = f"bodies: M = {self.values['M']:.0f}, {kind}, cannot be certified: the certificate is one of "
+            raise SceneError(
+                "bodies", kind, message=message + "elastic half-spaces (M = 0); tractions and forces are read"
+            )
 
     def on(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         """Traction and pressure, as `certify` takes them, if they are on the scene's elements and of its motion.
@@ -72,8 +171,9 @@ class ContactResult:
         Raises
         ------
         SceneError
-            If elements or motion are not those of the scene.
+            If elements or motion are not those of the scene, or the bodies are no elastic half-spaces.
         """
+        self._check_elastic()
         grid = scene.grid
         if (
             not isinstance(grid, Grid)
@@ -87,9 +187,10 @@ class ContactResult:
         if away > ROUNDED:
             raise SceneError("scene.grid", grid, f"that of the result: {self.grid}")
         motion = scene.motion
-        fits = isinstance(motion, Shift) if self.T == 1 else isinstance(motion, Steady) and self.T == 3
+        fits = {0: motion == Shift(), 1: isinstance(motion, Shift), 3: isinstance(motion, Steady)}.get(self.T, False)
         if not fits:
-            raise SceneError("scene.motion", motion, f"that of the result, which has T = {self.T}")
+            allowed = f"that of the result, which has T = {self.T}" + (": Shift()" if self.T == 0 else "")
+            raise SceneError("scene.motion", motion, allowed)
         if isinstance(motion, Steady) and (self.direction != 1 or not _same_step(motion, grid, self.dq)):
             step = f"of the result: dq = {self.dq:g}, towards {'positive' if self.direction == 1 else 'negative'} x"
             raise SceneError("scene.motion", motion, step)
@@ -147,41 +248,74 @@ def read_contact_result(path: str | Path) -> ContactResult:
            [0., 2., 0.]])
     >>> float(result.traction[0, 1, 1]), int(result.state[1, 1])
     (-0.8, 2)
+    >>> result.scene(vc.Steady(vx=0.001)).approach
+    0.02
     >>> folder.cleanup()
     """
     name = checks.file_name("path", path)
-    lines = text_of("path", name, MOST_BYTES, "a result of CONTACT (text; MATLAB's own .mat files are something else)")
-    head, rows = lines.splitlines()[:HEAD], lines.splitlines()[HEAD:]
-    for k in range(HEAD):
-        if k >= len(head) or head[k].strip().startswith("%") != (k % 2 == 0):
-            what = "a comment" if k % 2 == 0 else "numbers"
-            raise _wrong(name, k + 1, f"should be {what}: this is not the layout of the user guide, report 20-01")
-    placed = _numbers(name, 6, head[5], 8)
-    group = Group(str(name), 6, (), (), ())
-    nx, ny = counts(group, placed[0], placed[1])
-    x0, y0, dx, dy, angle, dq = placed[2:8]
+    text = text_of("path", name, MOST_BYTES, "a result of CONTACT (text; MATLAB's own .mat files are something else)")
+    lines = text.splitlines()
+    values, names, start = _header(name, lines)
+    group = Group(str(name), _line_of("MX", lines), (), (), ())
+    nx, ny = counts(group, values["MX"], values["MY"])
+    x0, y0, dx, dy = (values[key] for key in ("XL", "YL", "DX", "DY"))
     if not (dx > 0 and dy > 0):
-        raise _wrong(name, 6, "has no positive DX and DY")
+        raise _wrong(name, group.line, "has no positive DX and DY")
     grid, _ = lattice(group, nx, ny, dx, dy, x0, y0)
-    fields = np.zeros((4, ny * nx))
-    seen = np.zeros(ny * nx, dtype=bool)
-    for number, row in enumerate(rows, HEAD + 1):
+    fields = np.full((len(names), ny * nx), np.nan)
+    for number, row in enumerate(lines[start:], start + 1):
         if not row.strip():
             continue
-        values = _numbers(name, number, row, 11)
-        element = int(values[0]) - 1
-        if values[0] != element + 1 or not 0 <= element < ny * nx or seen[element]:
-            raise _wrong(name, number, f"has element {values[0]:g}: give each of 1 to {ny * nx} once at most")
-        if values[1] not in STATES:
-            raise _wrong(name, number, f"has IGS = {values[1]:g}; supported: 0 exterior, 1 stick, 2 slip")
-        seen[element] = True
-        fields[:, element] = values[1], values[4], values[5], values[6]
-    if not np.any(fields[1]):
-        raise _wrong(name, HEAD + 1, "should begin a table with pressures; write the file with A = 1 or 2")
-    state, pressure, px, py = fields.reshape(4, ny, nx)
-    T = int(_numbers(name, 8, head[7], 6)[0])
-    direction = -1 if np.cos(angle) < 0 else 1
-    return ContactResult(grid, pressure, np.stack([px, py]), state.astype(int), T, direction, dq)
+        numbers = dict(zip(names, _numbers(name, number, row, len(names)), strict=False))
+        element = int(numbers["I"]) - 1
+        if numbers["I"] != element + 1 or not 0 <= element < ny * nx or np.isfinite(fields[0, element]):
+            raise _wrong(name, number, f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most")
+        if numbers["IGS"] not in STATES:
+            raise _wrong(
+                name, number, f"has IGS = {numbers['IGS']:g}; supported: 0 exterior, 1 stick, 2 slip, 3 plastic"
+            )
+        fields[:, element] = list(numbers.values())
+    columns = dict(zip(names, fields.reshape(-1, ny, nx), strict=True))
+    pressure, px, py, state = (np.nan_to_num(columns[key]) for key in ("PN", "PX", "PY", "IGS"))
+    if not np.any(pressure):
+        raise _wrong(name, start + 1, "should begin a table with pressures; write the file with A = 1 or 2")
+    if not text.endswith("\n"):
+        raise _wrong(name, len(lines), "has no end: the file was cut short, or its last line break taken away")
+    direction = -1 if np.cos(values["CHI"]) < 0 else 1
+    T = int(values["T"])
+    return ContactResult(
+        grid, pressure, np.stack([px, py]), state.astype(int), T, direction, values["DQ"], values, columns
+    )
+
+
+def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], list[str], int]:
+    """Numbers above the table by their names, with the line of the grid's; the table's columns, and where it begins."""
+    values: dict[str, float] = {}
+    for k in range(0, len(lines) + 1, 2):
+        if k >= len(lines) or not lines[k].strip().startswith("%"):
+            raise _wrong(path, k + 1, f"should be a comment: {LAYOUT}")
+        names = re.split(r"[,\s]+", lines[k].strip(" %\t").upper())
+        if names[:2] == list(COLUMNS[:2]):
+            lacking = [name for name in HEADER if name not in values] + [name for name in COLUMNS if name not in names]
+            if lacking:
+                raise _wrong(
+                    path, k + 1, f"begins the table, and {', '.join(lacking)} are not named above it: {LAYOUT}"
+                )
+            return values, names, k + 1
+        if k + 1 >= len(lines) or lines[k + 1].strip().startswith("%"):
+            raise _wrong(path, k + 2, f"should be numbers: {LAYOUT}")
+        named = [place for place, name in enumerate(names) if name != "-"]
+        numbers = _numbers(path, k + 2, lines[k + 1], len(named))
+        values |= {names[place]: numbers[place] for place in named if place < len(numbers)}
+    raise AssertionError("a file ends")
+
+
+def _line_of(name: str, lines: list[str]) -> int:
+    """The line with the number of that name."""
+    return next(k for k, line in enumerate(lines, 2) if name in line.upper().split())
+
+
+LAYOUT = "this is not the layout of CONTACT's user guide"
 
 
 def _numbers(path: Path, line: int, text: str, least: int) -> list[float]:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn
 
@@ -43,6 +45,10 @@ SUPPORTED: dict[str, dict[int, str]] = {
 """Values of the control digits that are read. I, A, O and W do not change the problem, and may have any."""
 
 INTEGER = re.compile(r"[+-]?\d+$")
+WORD = re.compile(r"'[^']*'|%.*|[^,\s%]+")
+"""Of a line: names in quotes may have blanks, a per cent sign begins a comment."""
+FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
+"""Where Fortran leaves out the E of an exponent of three digits."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,7 @@ def number_of(text: str) -> float | None:
     text : str
     """
     try:
-        found = float(text)
+        found = float(FORTRAN_EXPONENT.sub("E", text))
     except ValueError:
         return None
     return found if math.isfinite(found) and "_" not in text else None
@@ -147,8 +153,8 @@ class Lines:
     def __init__(self, path: Path) -> None:
         self.name = str(path)
         text = text_of("path", path, MOST_BYTES, "an input file of CONTACT")
-        lines = [re.split(r"[,\s]+", line.split("%")[0].strip(" \t,")) for line in text.splitlines()]
-        self._lines = [(number, words) for number, words in enumerate(lines, 1) if words != [""]]
+        lines = [list(takewhile(lambda word: word[0] != "%", WORD.findall(line))) for line in text.splitlines()]
+        self._lines = [(number, words) for number, words in enumerate(lines, 1) if words]
         self._next = 0
 
     def more(self) -> bool:
@@ -186,21 +192,27 @@ class Lines:
             raise SceneError("path", self.name, message=message)
         return self.group(*[name] * count)
 
-    def digits(self, word: str) -> tuple[dict[str, int], Group]:
+    def digits(
+        self, word: str, names: Sequence[str], supported: Mapping[str, Mapping[int, str]]
+    ) -> tuple[dict[str, int], Group]:
         """The next control word as its digits by letter, each of which has a value that is supported.
 
         Parameters
         ----------
         word : str
-            Of `WORDS`.
+            Its letters.
+        names : sequence of str
+            Of the digits.
+        supported : mapping
+            The values that a letter may have, with their meanings; of other letters any.
         """
         group = self.group(word)
         (text,) = group.values
         if not re.fullmatch(r"\d+", text) or len(text) > len(word):
             group.refuse(word, repr(text), f"is not a control word of at most {len(word)} digits")
         digits = dict(zip(word, map(int, text.zfill(len(word))), strict=True))
-        for letter, name in zip(word, WORDS[word], strict=True):
-            allowed = SUPPORTED.get(letter)
+        for letter, name in zip(word, names, strict=True):
+            allowed = supported.get(letter)
             if allowed is not None and digits[letter] not in allowed:
                 choices = ", ".join(f"{value} ({meaning})" for value, meaning in allowed.items())
                 group.refuse(f"{letter} ({name})", digits[letter], f"is not supported; supported: {choices}")
@@ -209,6 +221,23 @@ class Lines:
 
 MOST_BYTES = 2**28
 """Of an input file, whose distances may be given element by element."""
+
+
+def skip_iterations(lines: Lines, digit: int) -> None:
+    """Pass over the parameters of iterations.
+
+    Parameters
+    ----------
+    lines : Lines
+    digit : int
+        G.
+    """
+    if digit != 1:
+        lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
+    if digit in (2, 3):
+        lines.group("OMEGAH", "OMEGAS", "INISLP", "OMGSLP")
+    if digit == 4:
+        lines.group("INISLP", "OMGSLP")
 
 
 def skip_stresses(lines: Lines, digit: int) -> None:

@@ -4,6 +4,7 @@ Lengths are in millimetres, forces in newtons, stresses in N/mm^2, angles in rad
 """
 
 from varcontact.wheel_rail.conicity import equivalent_conicity, rolling_radius_difference
+from varcontact.wheel_rail.contact_input import read_contact_input
 from varcontact.wheel_rail.fast import FastPatch, FastWheel
 from varcontact.wheel_rail.geometry_table import GeometryTable, WheelSetForces, geometry_table
 from varcontact.wheel_rail.profile import Profile
@@ -36,6 +37,7 @@ __all__ = [
     "WheelSetForces",
     "equivalent_conicity",
     "geometry_table",
+    "read_contact_input",
     "rolling_radius_difference",
     "wear",
 ]

@@ -1,0 +1,228 @@
+"""Input files of CONTACT's module 1: as wheels on rails they give what CONTACT publishes of the same input."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.command import run
+from tests.wheel_rail.conditions import DATA, RAIL, WHEEL, benchmark, manchester
+from varcontact.wheel_rail import Position, Velocity, read_contact_input
+
+CASE = """
+% Manchester contact benchmark - tangential contact
+  1 MODULE
+ 1203100    C-P-B-T-N-F-S   CONFIG, PVTIME, BOUND,  TANG,   NORM,   FORCE,  STRESS
+ 0022033    V-L-D-C-M-Z-E   VARFRC, FRCLAW, DISCNS, INFLCF, MATER,  ZTRACK, EWHEEL
+ 0001331    H-G-I-A-O-W-R     HEAT, GAUSEI, IESTIM, MATFIL, OUTPUT, FLOW,   RETURN
+    999     100    30    1     1e-5         MAXGS , MAXIN , MAXNR , MAXOUT, EPS
+  0.300   0.300                                 FSTAT, FKIN
+  0.280   0.280   82000.  82000.                POISS 1,2,  GG 1,2
+  0.200   0.200   1.000   90d   8.0   4.0       DX, DS, DQREL, A_SEP, D_SEP, D_COMB
+   14.0     0     1435.0  0.000                 GAUGHT, GAUGSQ, GAUGWD, CANT
+  'rail.csv'   0     1.0    0.0   -1            RFNAME, MIRRORY, SCALE, SMOOTH, MIRRORZ
+     0.0    0.0   0.000   0.0   0.0   0.000     DY, DZ, ROLL, VY, VZ, VROLL
+  1360.0  -70.0   460.0                         FBDIST, FBPOS, NOMRAD
+  'the wheel, new.csv' 0    1.0  0.0            WFNAME, MIRRORY, SCALE, SMOOTH
+    0.0  0.0 10000.  0.0  0.0  0.0              S, Y,  FZ, ROLL, YAW, PITCH
+ 2000.   0.0    0.0                             % VS, VY, VZ
+         0.0    0.0  -4.34811810                  VROLL, VYAW, VPITCH
+
+  0 MODULE
+"""
+TRACK = "   14.0     0     1435.0  0.000 "
+PLACE = "    0.0  0.0 10000.  0.0  0.0  0.0 "
+RATES = "         0.0    0.0  -4.34811810 "
+
+
+@pytest.fixture
+def folder(tmp_path):
+    shutil.copy(DATA / "profiles" / "rail_UIC60.csv", tmp_path / "rail.csv")
+    shutil.copy(DATA / "profiles" / "wheel_S1002.csv", tmp_path / "the wheel, new.csv")
+    return tmp_path
+
+
+def read(folder, *changes, text=CASE):
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = folder / "case.inp"
+    path.write_text(text)
+    return read_contact_input(path)
+
+
+@pytest.mark.parametrize(
+    "row", [row for row in manchester() if row["y_ws"] in (0, 5, 9)], ids=lambda row: f"{row['side']} {row['y_ws']:g}"
+)
+def test_the_benchmark_has_the_forces_that_contact_publishes(folder, row):
+    """Case A-2.2 as an input file of CONTACT; its FZ is all forces on the rail, those of friction included."""
+    (wheel,) = read(
+        folder,
+        (" 1203100 ", f" {'1' if row['side'] == 'right' else '0'}203100 "),
+        (PLACE, f" 0.0 {row['y_ws']} 10000. {row['roll']} {row['yaw']} 0.0 "),
+        (RATES, f" 0.0 0.0 {row['pitch_rate']} "),
+    )
+    expected = benchmark(row)
+    for name in ("side", "position", "velocity", "bodies", "friction", "dx", "dy", "join", "separate"):
+        assert getattr(wheel, name) == getattr(expected, name), name
+    np.testing.assert_array_equal(wheel.wheelset.wheel.y, WHEEL.y)
+    solution = wheel.solve()
+    assert solution.force[2] == pytest.approx(10e3, rel=1e-5)
+    assert solution.z == pytest.approx(row["z_ws"], abs=1e-3)
+    if row["y_ws"] == 5:
+        (patch,) = solution.patches
+        assert patch.normal_force == pytest.approx(row["fn"], rel=2e-3)
+        assert patch.force[1] == pytest.approx(row["fs"], rel=0.01)
+        assert patch.patch.creepage.spin == pytest.approx(row["cphi"], rel=2e-3)
+
+
+def test_a_rail_may_be_placed_by_its_origin(folder):
+    """GAUGHT <= 0: the rail's origin is at RAILY0, RAILZ0, and heights are of that track."""
+    (gauged,) = read(folder)
+    (by_z,) = read(folder, (" 1203100 ", " 1203000 "), (PLACE, " 0.0 0.0 0.25 0.0 0.0 0.0 "))
+    assert (by_z.z, by_z.vertical_force) == (0.25, None)
+    y, z = gauged.track.origin.tolist()
+    for side, sign in ((1, 1.0), (0, -1.0)):
+        (placed,) = read(
+            folder,
+            (" 1203100 ", f" {side}203000 "),
+            (TRACK, f" -1.0 {sign * (y + 2.5)} {z + 3.0} 0.000 "),
+            (PLACE, " 0.0 0.0 3.25 0.0 0.0 0.0 "),
+        )
+        assert placed.track.origin == pytest.approx([y + 2.5, z], abs=1e-9)
+        assert placed.z == pytest.approx(0.25, abs=1e-9)
+
+
+def test_what_a_case_does_not_give_is_kept(folder):
+    """E = 1, 2: position, and velocity; Z = 0 to 2: parts of the track; a skipped case gives what the next keeps."""
+    head = "  1 MODULE\n 1203100  C-P-B-T-N-F-S\n {}  V-L-D-C-M-Z-E\n 0101331  H-G-I-A-O-W-R\n"
+    more = head.format("0100001") + " 0.0 3.0 20000. 0.01 90d 0.0\n"
+    more = more.replace("90d", "0.5d")
+    more += head.format("0100012") + " 16.0 0 1435. 0.025\n 0.0 -3.0 20000. 0 0 0\n 1000. 1 2 0.1 0.2 -2.\n"
+    more += head.format("0120020") + " 0.5 0.4 1.0 90d 9.0 5.0 11.0\n 0 0 0 0 0 0\n"
+    first, moved, rolling, finer = read(folder, ("\n  0 MODULE", "\n" + more + "  0 MODULE"))
+    assert moved.position == Position(y=3.0, roll=0.01, yaw=np.radians(0.5))
+    assert (moved.vertical_force, moved.velocity, moved.friction) == (20000.0, first.velocity, 0.3)
+    assert moved.track.gauge_height == 14.0
+    assert (rolling.track.gauge_height, rolling.track.cant) == (16.0, 0.025)
+    assert rolling.velocity == Velocity(speed=1000.0, lateral=1, vertical=2, roll_rate=0.1, yaw_rate=0.2, pitch_rate=-2)
+    assert (finer.dx, finer.dy, finer.separate, finer.join, finer.turn) == (0.5, 0.4, 9.0, 5.0, 11.0)
+    assert (finer.position, finer.track.rail) == (rolling.position, first.track.rail)
+    skipped = [("\n  0 MODULE", "\n" + more + "  0 MODULE"), (" 0001331 ", " 0001333 ")]
+    assert [wheel.position.y for wheel in read(folder, *skipped)] == [3.0, -3.0, -3.0]
+
+
+def test_laws_and_no_friction(folder):
+    law = ("  0.300   0.300 ", " 0.2 0.1 50. 0. 1.\n 0.0 1.0 ")
+    (wheel,) = read(folder, law, (" 0022033 ", " 0222033 "))
+    assert wheel.friction == vc.LinearFalling(static=0.2 + 0.1, kinetic=0.2, half_velocity=50.0, velocity=2000.0)
+    (smooth,) = read(folder, (" 1203100 ", " 1200100 "))
+    assert smooth.friction == 0.0
+
+
+def test_profiles_are_mirrored_scaled_and_smoothed(folder):
+    """z up is found out where MIRRORZ = 0, as CONTACT does it."""
+    points = np.stack([RAIL.y, -RAIL.z], axis=1) / 1000
+    np.savetxt(folder / "up.csv", points)
+    old = "'rail.csv'   0     1.0    0.0   -1 "
+    for mirrored in ("", "0", "1"):
+        (wheel,) = read(folder, (old, f"'up.csv' -1 1000. 0.0 {mirrored} "))
+        np.testing.assert_allclose(wheel.track.rail.z, RAIL.z, atol=1e-9)
+    with pytest.raises(vc.SceneError, match=r"line 12: up[.]csv: the rail's profile is upside down"):
+        read(folder, (old, "'up.csv' -1 1000. 0.0 -1 "))
+    (wheel,) = read(folder, (old, "'rail.csv' 1 1.0 0.0 -1 "))
+    np.testing.assert_allclose(wheel.track.rail.y[1:-1], -RAIL.y[-2:0:-1], atol=1e-12)
+    (wheel,) = read(folder, (old, "'rail.csv' 0 1.0 5.0 -1 2 \n 1 150d 30d 6d 2.0\n 0 0.5"))
+    assert wheel.track.rail.smoothing == 5.0
+
+
+def test_the_older_smoothing_passes_the_same_waves(folder):
+    """ISMOOTH = 0 minimises the sum of squared distances plus SMOOTH times the integral of the squared curvature.
+
+    A wave of length L on points h apart is then passed with the factor 1/(1 + SMOOTH h (2 pi/L)^4): here one half.
+    """
+    y = np.arange(-40.0, 40.0 + 1e-9, 0.25)
+    length, size = 6.0, 0.01
+    wave = size * np.sin(2 * np.pi * y / length)
+    np.savetxt(folder / "wave.csv", np.stack([y, y**2 / 600 + wave], axis=1))
+    weight = (length / (2 * np.pi)) ** 4 / 0.25
+    low = (TRACK, " 1.0 0 1435. 0.0 ")
+    (wheel,) = read(folder, low, ("'rail.csv'   0     1.0    0.0   -1 ", f"'wave.csv' 0 1.0 {weight!r} -1 "))
+    middle = np.abs(y) < 12
+    passed = wheel.track.rail.z_at(y[middle]) - y[middle] ** 2 / 600
+    assert np.ptp(passed) == pytest.approx(size, rel=0.02)
+    (barely,) = read(folder, low, ("'rail.csv'   0     1.0    0.0   -1 ", "'wave.csv' 0 1.0 1e-6 -1 "))
+    assert barely.track.rail.smoothing == 0.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("  1 MODULE", "  3 MODULE", "line 3: MODULE = 3 is a basic contact: vc.read_contact_input reads it"),
+        ("  1 MODULE", "  1 2 MODULE", "line 3: MODULE = 1 with result element 2 is not supported"),
+        (" 1203100 ", " 4203100 ", "line 4: C (CONFIG) = 4 is not supported; supported: 0 (left wheel on a track), 1"),
+        (" 1203100 ", " 1253100 ", "line 4: B (BOUND) = 5 is not supported; supported: 0 (half-space)"),
+        (" 1203100 ", " 1202100 ", "line 4: T (TANG) = 2 is not supported; supported: 0 (no tangential problem), 3"),
+        (" 1203100 ", " 1203110 ", "line 4: F (FORCE) = 1 is not supported; supported: 0 (pitch rate given)"),
+        (" 0022033 ", " 1022033 ", "line 5: V (VARFRC) = 1 is not supported"),
+        (" 0022033 ", " 0042033 ", "line 5: D (DISCNS) = 4 is not supported; supported: 0 (as before), 1 (as"),
+        (" 0022033 ", " 0024033 ", "line 5: C (INFLCF) = 4 is not supported; supported: 0 (material as before)"),
+        (" 0022033 ", " 0022133 ", "line 5: M (MATER) = 1 is not supported; supported: 0 (elastic)"),
+        (" 0022033 ", " 0022035 ", "line 5: E (EWHEEL) = 5 is not supported"),
+        (" 0022033  ", " 0022033 2 ", "line 5: M2 (MATER2) = 2 is not supported"),
+        (" 0022033 ", " 0020033 ", "line 3: C = 0 keeps what the case before has, and there is none"),
+        (" 0001331 ", " 3001331 ", "line 6: H (HEAT) = 3 is not supported"),
+        (" 0001331 ", " 0001333 ", "holds no case that is to be calculated"),
+        ("1.000   90d", "0.500   90d", "line 10: DQREL = 0.5 is not supported: the step of rolling here is an element"),
+        ("1.000   90d", "1.000   30d", "line 10: A_SEP = 30d is not supported: patches here are separated by distance"),
+        ("8.0   4.0 ", "4.0   8.0 ", "line 3: separate = 4.0 is not allowed: must be at least join, 8 mm"),
+        (TRACK, "   14.0     2     1435.0  0.000 ", "line 11: GAUGSQ = 2.0 is not supported"),
+        (TRACK, "   14.0     0     1435.0  0.000 1e-6 ", "line 11: CURV = 1e-6 is not supported: the track here is"),
+        (TRACK, "   140.     0     1435.0  0.000 ", "line 3: track.gauge_height = 140 mm, but the rail's profile ends"),
+        ("'rail.csv' ", "'rail.slcs' ", "line 12: RFNAME = 'rail.slcs' is a variable profile (slices)"),
+        ("'rail.csv' ", "'none.csv' ", "line 12: path "),
+        ("     0.0    0.0   0.000   0.0 ", "     0.0    1.5   0.000   0.0 ", "line 13: DZ = 1.5 is not supported"),
+        ("-70.0   460.0 ", "0.0   460.0 ", "line 14: wheelset.flange_back = 0 mm"),
+        (PLACE, " 0.0 0.0 1e4 2.0 0.0 0.0 ", "line 16: position.roll = 2.0 is not allowed"),
+        (PLACE, " 0.0 0.0 -1e4 0.0 0.0 0.0 ", "line 3: vertical_force = -10000.0 is not allowed"),
+        (PLACE, " 0.0 0.0 much 0.0 0.0 0.0 ", "line 16: FZ = 'much' is not a number"),
+        (" 2000.   0.0 ", " -2000.   0.0 ", "line 17: velocity.speed = -2000.0 is not allowed"),
+        (CASE[CASE.index(" 2000. ") :], "", "ends where VS, VY, VZ, VROLL, VYAW, VPITCH should be given"),
+    ],
+)  # fmt: skip
+def test_what_is_not_read_is_said_by_line(folder, old, new, words):
+    with pytest.raises(vc.SceneError) as error:
+        read(folder, (old, new))
+    assert words in str(error.value)
+
+
+def test_a_height_does_not_become_a_force(folder):
+    more = "  1 MODULE\n 1203000 C-P-B-T-N-F-S\n 0100000 V-L-D-C-M-Z-E\n 0101331 H-G-I-A-O-W-R\n"
+    with pytest.raises(vc.SceneError, match=r"line 20: N \(NORM\) = 0 is another than the case before has"):
+        read(folder, ("\n  0 MODULE", "\n" + more + "  0 MODULE"))
+
+
+def test_the_command_solves_all_wheels_of_a_file(folder):
+    """And writes nothing where the file is cut short; the command of scenes names the other."""
+    path, table = folder / "case.inp", folder / "table.csv"
+    path.write_text(CASE[: CASE.index(" 2000. ")])
+    refused = run("wheelrail", "case.inp", "--out", "table.csv", folder=folder)
+    assert refused.returncode == 2
+    assert "case.inp ends where VS, VY, VZ, VROLL, VYAW, VPITCH should be given" in refused.stderr
+    assert not table.exists()
+    more = "  1 MODULE\n 1203100 C-P-B-T-N-F-S\n 0100001 V-L-D-C-M-Z-E\n 0101331 H-G-I-A-O-W-R\n 0 2. 5e3 0 0 0\n"
+    coarse = CASE.replace("0.200   0.200", "0.500   0.500")
+    path.write_text(coarse.replace("\n  0 MODULE", "\n" + more + "  0 MODULE"))
+    done = run("wheelrail", "case.inp", "--out", "table.csv", folder=folder)
+    assert done.returncode == 0, done.stderr
+    with open(table, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["position"], row["outcome"]) for row in rows] == [("1", "solved"), ("2", "solved")]
+    assert [float(row["track_Fz"]) for row in rows] == pytest.approx([10e3, 5e3], rel=1e-5)
+    refused = run("solve", "case.inp", folder=folder)
+    assert refused.returncode == 2
+    assert "`varcontact wheelrail` solves it" in refused.stderr

@@ -1,0 +1,150 @@
+"""Tables of forces from CONTACT's output files ``<experiment>.out``.
+
+The layout is that of the open-source release of 2025 (the subroutines ``soutpt`` and ``wr_output`` of its source): a
+line of names, and below it a line with as many numbers.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.io.contact_words import MOST_BYTES, number_of
+from varcontact.machine.reading import text_of
+
+CASE = re.compile(r"\s*Case\s+\d+\b")
+WHEEL = re.compile(r"\s*WHEEL-\w+ CONTACT, (LEFT|RIGHT) WHEEL,\s*(\d+) CONTACT PATCH")
+PATCH = re.compile(r"\s*-----\s*DATA FOR CONTACT PATCH\s+(\d+)")
+PROFILE = re.compile(r'\s*(?:RAIL|ROLLER|WHEEL) PROFILE "')
+"""Before tables of the same names for both profiles, which are left out."""
+NONE_FOUND = "NO CONTACT FOUND"
+NAME = re.compile(r"(?:CREEP|SHIFT) [XY](?=\s|$)|\S+")
+CAPITALS = re.compile(r"(?:CREEP |SHIFT )?[A-Z][A-Z0-9_./,()]*$")
+FORCES = ("FN", "FX", "APPROACH")
+OVERFLOW = re.compile(r"\*+$|NaN$|[+-]?Infinity$", re.IGNORECASE)
+"""What does not fit its place, or is no number."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactOutput:
+    """What CONTACT printed of one case, in mm, N, rad, s, J and W.
+
+    Attributes
+    ----------
+    case : int
+        Its number.
+    side : str or None
+        "left" or "right" wheel of module 1; None of module 3.
+    values : dict of str to float
+        The numbers of the case by CONTACT's names: of module 1 FX(TR), FY(TR), FZ(TR), FX(WS), ..., S_WS, Y_WS, Z_WS,
+        GG(R), ...; of module 3 all its tables. NaN where CONTACT printed asterisks.
+    patches : tuple of dict of str to float
+        The same by contact patch: XCP(TR), ..., CKSI, CETA, CPHI, FN, FX, FS, MN, ELAST.EN., FRIC.POWER, APPROACH,
+        PMAX, NCON, ...; of module 3 one, which is `values`, with FY, MZ, and CREEP X or SHIFT X where FX was given.
+    """
+
+    case: int
+    side: str | None
+    values: dict[str, float]
+    patches: tuple[dict[str, float], ...]
+
+
+def read_contact_output(path: str | Path) -> list[ContactOutput]:
+    """The forces, moments, creepages and approaches that CONTACT printed, from its file ``<experiment>.out``.
+
+    Parameters
+    ----------
+    path : str or Path
+        Written with O = 1 or more.
+
+    Returns
+    -------
+    list of ContactOutput
+        In the order of the file.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, or is not of this layout: with the line. A case without its forces is refused, too:
+        the program stopped there, or the file was cut short.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import varcontact as vc
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "cattaneo.out"
+    >>> _ = path.write_text('''
+    ...  Case     2
+    ...  KINEMATIC CONSTANTS
+    ...      DT          VELOC     FX/FSTAT/FN FY/FSTAT/FN   CPHI
+    ...      1.000           1.000     -0.8750       0.000       0.000
+    ...
+    ...  TOTAL FORCES, TORSIONAL MOMENT, ELASTIC ENERGY, FRICTIONAL POWER
+    ...      FN          FX          FY          MZ         ELAST.EN.   FRIC.WORK
+    ...          9.195      -3.218       0.000       0.000   8.525E-05  -2.750E-06
+    ...      FN/G       SHIFT X      SHIFT Y     APPROACH     PMAX
+    ...      4.598E-02   8.155E-03       0.000   1.998E-02       4.393
+    ... ''')
+    >>> (case,) = vc.read_contact_output(path)
+    >>> case.values["FX"], case.values["SHIFT X"]
+    (-3.218, 0.008155)
+    >>> folder.cleanup()
+    """
+    file = checks.file_name("path", path)
+    text = text_of("path", file, MOST_BYTES, "an output file of CONTACT")
+    lines = text.splitlines()
+    starts = [k for k, line in enumerate(lines) if CASE.match(line)]
+    if not starts:
+        raise _wrong(file, max(len(lines), 1), "ends without a case: this is no output file of CONTACT")
+    if not text.endswith("\n"):
+        raise _wrong(file, len(lines), "has no end: the file was cut short, or its last line break taken away")
+    return [_case(file, lines, *ends) for ends in zip(starts, [*starts[1:], len(lines)], strict=True)]
+
+
+def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
+    """The case between two lines."""
+    case = int(lines[first].split()[1])
+    values: dict[str, float] = {}
+    patches: list[dict[str, float]] = []
+    side, announced, table, of_profile = None, None, values, False
+    for k in range(first + 1, last):
+        line = lines[k]
+        if found := WHEEL.match(line):
+            side, announced = found[1].lower(), int(found[2])
+        elif found := PATCH.match(line):
+            if int(found[1]) != len(patches) + 1:
+                raise _wrong(file, k + 1, f"begins contact patch {found[1]}, where {len(patches) + 1} should follow")
+            table = {}
+            patches.append(table)
+        names = NAME.findall(line)
+        numbers = [] if k + 1 == last else [_value(word) for word in lines[k + 1].split()]
+        if not names or not all(map(CAPITALS.match, names)) or not numbers or None in numbers:
+            of_profile = PROFILE.match(line) is not None or (of_profile and None not in map(_value, line.split()))
+        elif len(numbers) != len(names):
+            raise _wrong(file, k + 2, f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}")
+        elif not of_profile:
+            table |= {name: value for name, value in zip(names, numbers, strict=True) if value is not None}
+    touching = not any(NONE_FOUND in line for line in lines[first:last])
+    if touching and side is None and not patches:
+        patches = [values]
+    for place, patch in enumerate(patches, 1):
+        lacking = [name for name in FORCES if name not in patch]
+        if lacking:
+            what = f"ends case {case}, whose contact patch {place} has no {', '.join(lacking)}"
+            raise _wrong(file, last, f"{what}: the program stopped there, the file was cut short, or O = 0")
+    if announced not in (None, len(patches)):
+        raise _wrong(file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches")
+    return ContactOutput(case, side, values, tuple(patches))
+
+
+def _value(word: str) -> float | None:
+    """A number of a table, NaN where it did not fit."""
+    return float("nan") if OVERFLOW.match(word) else number_of(word)
+
+
+def _wrong(path: Path, line: int, what: str) -> SceneError:
+    return SceneError("path", str(path), message=f"{path}, line {line} {what}")
