@@ -14,6 +14,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
@@ -75,7 +76,7 @@ def compare(
         Told scene and method.
     accuracy, time_budget : float, optional
         As for `solve`, for scenes without a grid of their own: they are compared on the grid on which an answer
-        of this accuracy, or within this time, is found.
+        of this accuracy (if neither is given, of 1 %), or within this time, is found.
     executor, workers
         Where scenes are solved, as for `sweep`: each by one worker with all methods. The seconds are then those of
         processes that may share processors, and progress tells finished scenes.
@@ -122,8 +123,7 @@ def compare(
     if not chosen or not named:
         empty = "methods" if named else "scenes"
         raise SceneError(empty, [], "one at least", message=f"no {empty} to compare: name at least one")
-    if accuracy is not None or time_budget is not None:
-        named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
+    named = {name: _on_grid(scene, accuracy, time_budget) for name, scene in named.items()}
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier comparison") as table:
         comparison = _Comparison(table, chosen, tol, progress)
         comparison.check_same({name: identity(scene, tol) for name, scene in named.items()})
@@ -161,8 +161,15 @@ def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
-    """A scene on the grid of an answer that is as accurate, or as fast, as asked for."""
-    answer = solve(scene, accuracy=accuracy, time_budget=time_budget)
+    """A scene on its own grid; without one on that of an accuracy, a time, or the default's 1 %."""
+    if isinstance(scene.grid, Grid) and accuracy is time_budget is None:
+        return scene
+    try:
+        answer = solve(scene, certify=None, accuracy=accuracy, time_budget=time_budget)
+    except VarcontactError:
+        if accuracy is time_budget is None:  # each method's row says why
+            return scene
+        raise
     assert isinstance(answer, Solution)
     return answer.scene
 
