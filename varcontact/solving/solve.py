@@ -285,6 +285,7 @@ def level(certify: str | None) -> str:
     return checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
 
 
+@one_blas_thread()
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
     """Judge tractions from any source by the gap and the residuals of the scene's own problem, by FFT.
 
