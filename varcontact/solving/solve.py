@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -215,17 +216,21 @@ def solve(
         raise SceneError("store", store, "left out: only a history of steps, motion Transient, is stored as it grows")
 
     def on_its_grid(
-        posed: Scene, told: Callable[[str], None] | None, certified: bool = True, near: Solution | None = None
+        posed: Scene,
+        told: Callable[[str], None] | None,
+        certified: bool = True,
+        near: Solution | None = None,
+        deadline: float = math.inf,
     ) -> Solution | History:
         known = plan if posed is scene else make_plan(posed, normal, tangential, coupling, formulation, method)
         if certified:  # a first, coarse grid fits where a finer one does
             check_fits(posed, known)
         wanted, enough = (certify, tol) if certified else ("none", max(tol, ENOUGH))
         if isinstance(posed.motion, Transient):
-            return solve_transient(posed, known, enough, polish, told, store, wanted, chosen, corrects)
+            return solve_transient(posed, known, enough, polish, told, store, wanted, chosen, corrects, deadline)
         repeats = isinstance(posed.friction, Law) or known.loops or known.marches
         setups, continuum = Setups() if repeats else None, chosen or corrects
-        steps = Steps(known, enough, polish, Clock(told), setups, start, wanted, certified, continuum)
+        steps = Steps(known, enough, polish, Clock(told), setups, start, wanted, certified, continuum, deadline)
         disc, state = on_a_grid_that_holds_it(
             posed, roughly(steps) if corrects and known.closed_form else steps, near=near
         )

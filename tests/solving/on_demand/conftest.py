@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from varcontact.solvers import settings
 from varcontact.solving.on_demand import climb
 from varcontact.solving.on_demand.ladder import Ladder
 
@@ -18,5 +19,6 @@ def clock(monkeypatch):
         return posed(ladder, scene, n)
 
     monkeypatch.setattr(Ladder, "posed", timed)
-    monkeypatch.setattr(climb, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    for module in (climb, settings):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock

@@ -17,6 +17,7 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solvers.settings import OutOfTime
 from varcontact.solving.error_norm import semi_axes, units, values
 from varcontact.solving.on_demand.asked import Asked
 from varcontact.solving.on_demand.estimated import Answer, peaks_by_hertz, with_values
@@ -25,9 +26,9 @@ from varcontact.solving.on_demand.severity import severity_of
 from varcontact.solving.transient import bytes_of_steps
 
 Progress = Callable[[str], None]
-Solver = Callable[[Scene, Progress | None, bool, Solution | None], Answer]
+Solver = Callable[[Scene, Progress | None, bool, Solution | None, float], Answer]
 """Solves a scene as `solve` does, on its own grid; with the certificate asked for, or without one; from a solution on
-another grid, if there is one."""
+another grid, if there is one; until a deadline."""
 
 SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
@@ -67,10 +68,6 @@ class Rung:
     answer: Answer
     values: dict[str, float]
     seconds: float
-
-
-class _TimeUp(Exception):
-    """Raised in a solve that takes too long."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +157,7 @@ class Climb:
                     n = min(n, self._finest(budget - (time.perf_counter() - begun)))  # expected from nearer there
                 if n < WORTHWHILE * self.rungs[-1].n:
                     break
-        except (_TimeUp, NotConverged):  # what there is counts
+        except (OutOfTime, NotConverged):  # what there is counts
             pass
         return self.answer()
 
@@ -169,7 +166,7 @@ class Climb:
         motion = self.scene.motion
         try:
             self.on(coarsest, until=begun + LATE * budget if isinstance(motion, Transient) else math.inf)
-        except _TimeUp:
+        except OutOfTime:
             message = (
                 f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grid; "
                 "give more time, or an accuracy, which has no limit of time"
@@ -215,19 +212,17 @@ class Climb:
             self.progress(f"{n} elements across the contact")
 
         def told(stage: str) -> None:
-            if time.perf_counter() > until:
-                raise _TimeUp
             if self.progress is not None:
                 self.progress(f"{n} elements across the contact: {stage}")
 
         begun = time.perf_counter()
-        heard = told if until < math.inf or self.progress is not None else None
+        heard = None if self.progress is None else told
         before = self.rungs[-1].answer if self.rungs else None
         near = before if isinstance(before, Solution) else None
         found, others = None, 1
         while found is None:
             try:
-                found = self.solve(self.ladder.posed(self.scene, n), heard, certified, near)
+                found = self.solve(self.ladder.posed(self.scene, n), heard, certified, near, until)
             except NotConverged:  # where a lattice does not, another usually does
                 if others == 0:
                     raise
