@@ -18,7 +18,18 @@ class OutOfTime(Exception):
 
 
 def check_time(deadline: float) -> None:
-    """Raise `OutOfTime` past a deadline, by `time.perf_counter` [s]: for every iteration that takes long."""
+    """Look at the time, in every iteration that takes long.
+
+    Parameters
+    ----------
+    deadline : float
+        By `time.perf_counter` [s].
+
+    Raises
+    ------
+    OutOfTime
+        Past it.
+    """
     if time.perf_counter() > deadline:
         raise OutOfTime
 

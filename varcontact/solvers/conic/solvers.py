@@ -52,7 +52,20 @@ def backend(name: str) -> Backend:
 
 
 def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
-    """A program by the solver of a name; one that ends at the deadline has no answer."""
+    """A program by the solver of a name; one that ends at the deadline has no answer.
+
+    Parameters
+    ----------
+    name : str
+        As for `backend`.
+    program : ConicProgram
+    settings : Settings
+
+    Raises
+    ------
+    OutOfTime
+        At the deadline.
+    """
     raw = backend(name)(program, settings)
     check_time(settings.deadline)
     return raw
