@@ -65,7 +65,7 @@ def interrupted(folder, *arguments, at):
     with contextlib.suppress(OSError):  # the other end of a terminal that is closed
         while not re.search(at, shown, re.DOTALL):
             shown += os.read(terminal, 4096).decode()
-        process.send_signal(signal.SIGINT)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to every process that the command has begun
         while more := os.read(terminal, 4096):
             shown += more.decode()
     os.close(terminal)
@@ -113,6 +113,17 @@ def test_comparison_without_a_table(folder):
     how = "nothing is kept; with --out FILE.csv, finished methods are kept and the same command resumes from there"
     assert output.splitlines()[0] == "one"
     assert said == f"interrupted after 1 of 2 scenes; {how}"
+
+
+@pytest.mark.parametrize("scenes", ["0", r"[1-9]\d\d"])
+def test_a_sweep_in_processes(folder, scenes):
+    """While they begin and while they work: neither their tracebacks nor semaphores that nobody took away."""
+    over = '[over]\n"motion.vx" = { from = 1e-4, to = 1e-2, count = 2000 }\nfriction = [0.2, 0.3]\n'
+    like = STEADY.replace("inf", "1.0").replace("40", "20")
+    (folder / "sweep.toml").write_text(like + over)
+    _, said = interrupted(folder, "sweep", "sweep.toml", "--workers", "2", "--out", "a.nc", at=f"{scenes} of 4000")
+    how = "finished scenes are kept in a.nc, and the same command resumes from there"
+    assert re.fullmatch(rf"interrupted after \d+ of 4000 scenes; {how}", said)
 
 
 def test_positions_of_a_wheel(folder):

@@ -50,6 +50,10 @@ def test_all_combinations_into_a_store_and_on_from_there(folder):
     swept = vc.read_sweep(folder / "sweep.nc")
     np.testing.assert_allclose(swept["motion.vx"], [0.01, 0.04, 0.16])
     np.testing.assert_allclose(swept["friction"], [0.1, 0.3])
+    assert np.isnan(swept["Fx_bound"]).all()
+    other = run("sweep", "sweep.toml", "--certify", "full", "--out", "sweep.nc", folder=folder)
+    assert other.returncode != 0
+    assert "holds another sweep (certify = 'gap', not 'full'); name a new file" in " ".join(other.stderr.split())
     content = (folder / "sweep.nc").read_bytes()
     again = run("sweep", "sweep.toml", "--out", "sweep.nc", "--json", folder=folder)
     rows = json.loads(again.stdout)

@@ -1,6 +1,7 @@
 """One owner of influence numbers: each table is built once, whatever is derived from the discretisation."""
 
 import dataclasses
+import weakref
 
 import numpy as np
 import pytest
@@ -66,3 +67,13 @@ def test_another_lattice_or_other_bodies_have_their_own(rolling, changes):
     disc = discretise(scene, EXPLICIT)
     other = dataclasses.replace(scene, **changes)
     assert discretise(other, other.grid, disc.operators).operators is not disc.operators
+
+
+def test_steps_of_many_lengths_leave_a_few_tables(rolling):
+    """Steady rolling has tables for each length of its step; those of the last few are kept, and the others are not."""
+    operators = discretise(rolling(bodies=UNLIKE, surface=vc.Paraboloids(2.0, 2.0)), TIGHT).operators
+    normal = weakref.ref(operators.normal)
+    made = [weakref.ref(operators.tangential(lag)) for lag in np.linspace(0.05, 0.5, 20)]
+    kept = [each() is not None for each in made]
+    assert sum(kept) == 4 and all(kept[-4:])
+    assert normal() is not None and operators.tangential(0.5) is made[-1]()

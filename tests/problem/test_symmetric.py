@@ -49,7 +49,7 @@ def has_factor(matrix):
 
 @pytest.mark.parametrize(("ratio", "nu", "cells", "part"), NAMED)
 def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
-    """Beyond 1200 elements, with one eigenvalue of -1e-8 or so: not taken for positive definite."""
+    """Beyond `DENSE_LIMIT` elements, with one eigenvalue of -1e-8 or so: not taken for positive definite."""
     M = on_ellipse(ratio, nu, cells, part)
     assert M.elements.size > symmetric.DENSE_LIMIT
     assert not has_factor(dense(M))

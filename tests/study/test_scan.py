@@ -1,13 +1,17 @@
 """Scans over creepages: nothing but single solves, quicker."""
 
 import dataclasses
+import gc
+import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 
 import numpy as np
 import pytest
 
 import varcontact as vc
 from varcontact.solvers.matrix_free.kernel import Kernel
+from varcontact.study.scan import scanned
 
 GRID = vc.Grid(nx=8, ny=8)
 CREEPAGES = [(0.01, 0.0, 0.0), (0.05, -0.02, 0.03), (0.2, 0.1, 0.0), (0.0, 0.0, 0.0), (-0.03, 0.01, 0.1)]
@@ -170,3 +174,23 @@ def test_tang_as_printed_where_the_creepage_before_leads_nowhere(rolling, motion
     exact = vc.scan(scene, creepages)
     for sol, other in zip(vc.scan(scene, creepages, tangential="tang"), exact, strict=True):
         np.testing.assert_allclose(sol.force, other.force, atol=1e-8)
+
+
+def test_a_long_scan_takes_no_more_memory_than_a_short_one(rolling):
+    """Where the solutions are not kept: each may begin from one of the last few, not from all."""
+    creepages = np.random.default_rng(0).normal(size=(130, 3)) * 0.1
+
+    def traced(numbers):
+        for _ in islice(solutions, numbers):
+            pass
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    solutions = scanned(rolling(grid=GRID), creepages, tangential="tang-safeguarded")
+    size = next(solutions).traction.nbytes
+    tracemalloc.start()
+    try:
+        short = traced(40)
+        assert traced(80) - short < 20 * size
+    finally:
+        tracemalloc.stop()

@@ -54,7 +54,21 @@ def test_a_sweep_is_its_single_solves(scene, alone):
             assert {name: int(found[name]) for name in ("contact", "stick", "slip")} == sol.elements
             assert (float(found["vx"]), float(found["spin"])) == (vx, 0.05)
             assert float(found["residual"]) < 1e-8
-            assert float(found["Fx_bound"]) < 1e-6
+            assert np.isnan(found["Fx_bound"])
+
+
+def test_bounds_where_they_are_asked_for(scene, alone):
+    """In a sweep and in a scan: with them as in a single solve, and without them the same forces."""
+    over = {"motion.vx": OVER["motion.vx"]}
+    plain, full = vc.sweep(scene, over), vc.sweep(scene, over, certify="full")
+    assert plain["Fx_bound"].isnull().all() and (full["Fx_bound"] < 1e-6).all() and (full["Mz_bound"] > 0).all()
+    np.testing.assert_array_equal(full["Fx"], plain["Fx"])
+    creepages = [[0.04, -0.02, 0.05]]
+    (quick,), (exact,) = vc.scan(scene, creepages), vc.scan(scene, creepages, certify="full")
+    assert quick.certificate.level == "gap" and quick.certificate.relative_gap < 1e-8
+    assert np.isinf(quick.certificate.force_bound).all(), "none is known"
+    assert (exact.certificate.force_bound < 1e-8).all()
+    np.testing.assert_array_equal(exact.force, quick.force)
 
 
 @pytest.mark.parametrize(
@@ -309,14 +323,14 @@ def test_a_store_of_another_sweep_is_refused_and_stays(scene, alone, tmp_path):
     store = tmp_path / "sweep.nc"
     store.write_bytes(alone[0].read_bytes())
     others = [
-        lambda: vc.sweep(scene, OVER, chunk=5, store=store),
-        lambda: vc.sweep(scene, OVER, chunk=4, tol=1e-7, store=store),
-        lambda: vc.sweep(scene, {**OVER, "friction": [0.2, 0.31]}, chunk=4, store=store),
-        lambda: vc.sweep(dataclasses.replace(scene, normal_force=1.1), OVER, chunk=4, store=store),
+        ({"over": {**OVER, "friction": [0.2, 0.31]}}, ""),
+        ({"scenes": dataclasses.replace(scene, normal_force=1.1)}, ""),
+        ({"chunk": 5}, r" \(chunk = 4, not 5\)"),
+        ({"tol": 1e-7, "certify": "full"}, r" \(tol = 1e-08, not 1e-07, certify = 'gap', not 'full'\)"),
     ]
-    for other in others:
-        with pytest.raises(vc.OutputError, match="holds another sweep; name a new file"):
-            other()
+    for changes, difference in others:
+        with pytest.raises(vc.OutputError, match=f"holds another sweep{difference}; name a new file"):
+            vc.sweep(**{"scenes": scene, "over": OVER, "chunk": 4, "store": store, **changes})
     assert store.read_bytes() == alone[0].read_bytes()
 
 

@@ -51,6 +51,10 @@ def scan(
     coupling: Annotated[str | None, typer.Option(help="Coupling for unlike bodies, as for solve.")] = None,
     formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, as for solve.")] = None,
     tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
+    certify: Annotated[
+        str | None,
+        typer.Option(help="The certificate: full (with bounds on forces), gap, none, auto.  [default: gap]"),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(help="Largest error of each against the continuum, as for solve.", show_default=False),
@@ -83,7 +87,8 @@ def scan(
         if name in options:
             raise SceneError(f"solve.{name}", options[name], f"left out: a scan has no {name}")
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "tol": tol, "accuracy": accuracy, "time_budget": time_budget}
+    given |= {"formulation": formulation, "tol": tol, "certify": certify}
+    given |= {"accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     triples = _triples(described, {"vx": vx, "vy": vy, "spin": spin}, creepages)
     found: list[Solution] = []

@@ -43,6 +43,10 @@ def sweep(
     coupling: Annotated[str | None, typer.Option(help="Coupling for unlike bodies, as for solve.")] = None,
     formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, as for solve.")] = None,
     tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
+    certify: Annotated[
+        str | None,
+        typer.Option(help="The certificate: full (with bounds on forces), gap, none, auto.  [default: gap]"),
+    ] = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
     out: Annotated[
         Path | None,
@@ -62,7 +66,7 @@ def sweep(
         if name not in TAKEN:
             raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "tol": tol}
+    given |= {"formulation": formulation, "tol": tol, "certify": certify}
     options |= {name: value for name, value in given.items() if value is not None}
     try:
         with cluster(dask, workers) as executor, bar() as progress:

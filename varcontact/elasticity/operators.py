@@ -10,6 +10,7 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
+from varcontact.machine.threads import one_blas_thread
 from varcontact.scene.grid import Grid
 
 REMEMBERED = 2
@@ -67,6 +68,7 @@ class GridOperator:
                     matrix[i, part, j] = tables[i, j].take(offset)
         return matrix.reshape(rows * n, columns * m)
 
+    @one_blas_thread()
     def apply(self, tractions: np.ndarray) -> np.ndarray:
         """Product with tractions on the whole grid, by zero-padded FFT; with few elements by the matrix.
 

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
+from varcontact.machine.threads import one_blas_thread
 from varcontact.scene.grid import Grid
 
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
@@ -50,6 +51,7 @@ class ElasticField:
     stress: np.ndarray
 
 
+@one_blas_thread()
 def field_at(
     points: np.ndarray, grid: Grid, tractions: np.ndarray, *, G: float, nu: float, reference: float = 1.0
 ) -> ElasticField:

@@ -150,8 +150,8 @@ class SweepFile:
                 with replacing("store", path) as file:
                     file.write(header)
                     file.write(blank(scenes).tobytes())
-            elif _read_store(path)[1] != json.loads(json.dumps(described)):
-                raise OutputError("store", path, "holds another sweep; name a new file")
+            elif (there := _read_store(path)[1]) != (asked := json.loads(json.dumps(described))):
+                raise OutputError("store", path, f"holds another sweep{_difference(there, asked)}; name a new file")
             with path.open("r+b", buffering=0) as file:
                 yield cls(path, len(header), file)
 
@@ -253,6 +253,15 @@ def _file_of(described: dict[str, Any], begin: int) -> tuple[bytes, int]:
     file.variables["check"].meaning = "CRC-32 of the other bytes of the record, unsigned"
     file.flush()
     return buffer.getvalue(), int(file._recsize)
+
+
+def _difference(there: dict[str, Any], asked: dict[str, Any]) -> str:
+    """The settings in which two sweeps differ, where it is these alone."""
+    if {**there, "settings": None} != {**asked, "settings": None}:
+        return ""
+    old, new = there["settings"], asked["settings"]
+    changed = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
+    return f" ({', '.join(changed)})"
 
 
 def _read_store(path: Path) -> tuple[int, dict[str, Any], int]:

@@ -7,8 +7,7 @@ lose much on them by waiting for each other: docs/measurements.md has the measur
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ContextDecorator
 from functools import cache
 from importlib import import_module
 from threading import Lock
@@ -24,7 +23,7 @@ VARIABLES = (
 """Where one of these is set, its number of threads stays."""
 
 
-class _Limit:
+class _Limit(ContextDecorator):
     """The number of threads is the whole process's: the first to come lowers it, the last to leave restores it."""
 
     def __init__(self) -> None:
@@ -37,17 +36,18 @@ class _Limit:
     def release(self) -> None:
         self._lock.release()
 
-    def enter(self) -> None:
+    def __enter__(self) -> None:
         with self._lock:
-            if self._inside == 0:
+            if self._inside == 0 and not any(name in os.environ for name in VARIABLES):
                 self._lowered = _libraries().limit(limits=1, user_api="blas")
             self._inside += 1
 
-    def leave(self) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._lock:
             self._inside -= 1
-            if self._inside == 0:
+            if self._inside == 0 and self._lowered is not None:
                 self._lowered.restore_original_limits()
+                self._lowered = None
 
 
 _LIMIT = _Limit()
@@ -55,12 +55,13 @@ if hasattr(os, "register_at_fork"):  # a child forked while another thread holds
     os.register_at_fork(before=_LIMIT.hold, after_in_parent=_LIMIT.release, after_in_child=_LIMIT.release)
 
 
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
+def one_blas_thread() -> ContextDecorator:
     """Limit BLAS to one thread within a block, or as a decorator within a function.
 
-    Calls may be nested, and may come from several threads at once. Nothing is limited where an environment variable of
-    `VARIABLES` is set: it is the user's choice.
+    Every public function holds it whose matrices or products grow with the elements of a contact or the points of a
+    surface, and so does what is computed later on, when a result is asked for it. Calls may be nested (0.5 us), and may
+    come from several threads at once. Nothing is limited where an environment variable of `VARIABLES` is set: it is the
+    user's choice.
 
     Examples
     --------
@@ -69,14 +70,7 @@ def one_blas_thread() -> Iterator[None]:
     ...     print(np.ones((2, 2)) @ np.ones(2))
     [2. 2.]
     """
-    if any(name in os.environ for name in VARIABLES):
-        yield
-        return
-    _LIMIT.enter()
-    try:
-        yield
-    finally:
-        _LIMIT.leave()
+    return _LIMIT
 
 
 @cache

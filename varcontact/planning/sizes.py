@@ -265,11 +265,13 @@ def _blocks(scene: Scene, plan: Plan, size: int, counted: Counted) -> Iterator[M
         yield block("A_tt", "dense", half, half, "a step of the march")
     if joint:
         yield block("A_zt", "dense", size, m, "the joint program")
-    guaranteed = (
-        (scene.bodies.K == 0 or plan.left_out > 0) and not scene.under_law and counted.tangential <= DENSE_LIMIT
-    )
-    if (joint or guaranteed) and (counted.mirrored or not whole):
-        yield block(name, "dense", m, m, "the joint program" if joint else "the certificate's bound on forces")
+    factored = counted.tangential if counted.exact else min(counted.tangential, DENSE_LIMIT)
+    guaranteed = (scene.bodies.K == 0 or plan.left_out > 0) and not scene.under_law and factored <= DENSE_LIMIT
+    if joint and (counted.mirrored or not whole):
+        yield block(name, "dense", m, m, "the joint program")
+    elif guaranteed and (counted.mirrored or not whole):
+        rows = counted.components * factored
+        yield block(name, "dense", rows, rows, "the certificate's bound on forces")
 
 
 def _stages(

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from varcontact.machine.threads import one_blas_thread
 from varcontact.problem.bounds import force_bound, outputs_of, pressure_error, pressure_part, unknown
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import (
@@ -95,6 +96,7 @@ class Certificate:
         return cls(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, "none", nothing)
 
     @cached_property
+    @one_blas_thread()
     def _bounds(self) -> ForceBounds:
         found = self.bounds()
         object.__setattr__(self, "bounds", ForceBounds.known(found.whole, found.pressure_part))  # free what they took

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from varcontact.errors import SceneError
+from varcontact.machine.threads import one_blas_thread
 from varcontact.problem.gap import magnitude
 from varcontact.problem.problem import NormalProblem, TangentialProblem
 
@@ -37,6 +38,7 @@ def complementary_energy(problem: NormalProblem | TangentialProblem, traction: n
     return -problem.area * float(np.sum(traction * (0.5 * elastic + _given(problem))))
 
 
+@one_blas_thread()
 def potential_energy(
     problem: NormalProblem | TangentialProblem, traction: np.ndarray, rigid: np.ndarray | None = None
 ) -> float:

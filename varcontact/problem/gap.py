@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from varcontact.machine.threads import one_blas_thread
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.on_parts import normal_as_solved
 from varcontact.problem.problem import NormalProblem, TangentialProblem
@@ -236,6 +237,7 @@ def tangential_residual(
     return residual
 
 
+@one_blas_thread()
 def gap(
     problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
 ) -> tuple[float, float]:
@@ -297,6 +299,7 @@ def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.nda
     return np.asarray(slack * length + turned)
 
 
+@one_blas_thread()
 def normal_gap(
     problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
 ) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from varcontact.elasticity.operators import GridOperator, influence_operator, ta
 from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
-"""Operators C of steps in time that are kept, one for each distance of a step."""
+"""Operators that are kept of each kind that has a distance: of steps in time, and of steps of steady rolling."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +153,7 @@ class Operators:
             From (2, ny, nx), or (3, ny, nx) where K != 0, to (2, ny, nx), dimensionless.
         """
         if distance not in self._carrying:
-            if len(self._carrying) >= KEPT_DISTANCES:
-                del self._carrying[next(iter(self._carrying))]
+            _trim(self._carrying, list(self._carrying))
             columns = "xyz" if self.K != 0 else "xy"
             self._carrying[distance] = self._made("xy", columns, offset=distance)
         return self._carrying[distance]
@@ -215,9 +214,17 @@ class Operators:
     ) -> GridOperator:
         key = rows, columns, lag, difference
         if key not in self._tables:
+            if lag is not None:
+                _trim(self._tables, [each for each in self._tables if each[2] is not None])
             self._tables[key] = self._made(rows, columns, lag=lag, difference=difference)
         return self._tables[key]
 
     def _made(self, rows: str, columns: str, **where: Any) -> GridOperator:
         make = influence_operator if self.make is None else self.make
         return make(self.lattice, rows, columns, nu=self.nu, K=self.K, depth=self.depth, **where)
+
+
+def _trim(kept: dict[Any, GridOperator], keys: list[Any]) -> None:
+    """Let go of the oldest operators of these keys, so that there is room for one more."""
+    for key in keys[: max(len(keys) + 1 - KEPT_DISTANCES, 0)]:
+        del kept[key]

@@ -12,11 +12,13 @@ import numpy as np
 
 from varcontact.checks import number, positive, whole
 from varcontact.errors import SceneError
+from varcontact.machine.threads import one_blas_thread
 
 LEAST_RATIO = 1e-4
 """Ellipses more slender than this, either way, would need too fine a quadrature of the symbol."""
 
 
+@one_blas_thread()
 def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     """Forces and moment of an elliptic contact in steady rolling without slip, computed.
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from varcontact.errors import SceneError
+from varcontact.machine.threads import one_blas_thread
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.on_parts import with_parts
@@ -17,6 +18,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
 
 
+@one_blas_thread()
 def sensitivity(sol: Solution) -> np.ndarray:
     """Derivatives of the forces by the creepages, see `Solution.sensitivity`.
 

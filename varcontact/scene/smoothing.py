@@ -6,10 +6,13 @@ import math
 
 import numpy as np
 
+from varcontact.machine.threads import one_blas_thread
+
 LONGEST = 400
 """Longest wavelength in samples: beyond, rounding is felt."""
 
 
+@one_blas_thread()
 def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.ndarray:
     """Samples along the last axis without the waves shorter than a wavelength.
 

@@ -18,7 +18,7 @@ from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
 from varcontact.solvers.matrix_free.normal import newton_normal
 from varcontact.solvers.matrix_free.tangential import newton_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.settings import Settings, check_time
 
 Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)
@@ -27,14 +27,14 @@ NormalSolver = Solver[NormalProblem, RawSolution | None]
 TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 NORMAL: dict[str, NormalSolver] = {
-    "norm": lambda problem, settings, start: norm(problem, start),
-    "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one"),
+    "norm": lambda problem, settings, start: norm(problem, start, deadline=settings.deadline),
+    "norm-single": lambda problem, settings, start: norm(problem, start, exchange="one", deadline=settings.deadline),
     "newton": newton_normal,
 }
 TANGENTIAL: dict[str, TangentialSolver] = {
-    "tang": lambda problem, settings, start: tang(problem, start),
-    "tang-exact": lambda problem, settings, start: tang(problem, start, newton="exact"),
-    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start, tally=settings.tally),
+    "tang": lambda problem, settings, start: tang(problem, start, deadline=settings.deadline),
+    "tang-exact": lambda problem, settings, start: tang(problem, start, newton="exact", deadline=settings.deadline),
+    "tang-safeguarded": lambda problem, settings, start: tang_safeguarded(problem, start, settings=settings),
     "newton": newton_tangential,
 }
 
@@ -97,6 +97,7 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
     """
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
+        check_time(settings.deadline)
         with settings.tally.called(name):
             raw = solver(problem, settings, start)
             settings.tally.iterated(name, raw.iterations)

@@ -11,6 +11,7 @@ Numer. Anal. 16 (1979) 964-979; J. Eckstein and D. P. Bertsekas, Math. Program. 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,7 +21,7 @@ import numpy as np
 from varcontact.machine.interrupts import interruptible
 from varcontact.problem.gap import normal_residual, project, tangential_residual
 from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.settings import Settings, check_time
 
 ROUNDS, MOST_ROUNDS, PATIENCE = 20, 2000, 300
 """Rounds between two looks at the residual, in all, and without a better residual."""
@@ -140,7 +141,7 @@ class Splitting:
             np.concatenate([one.sums, other.sums]),
         )
 
-    def moved(self, at: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
+    def moved(self, at: np.ndarray, rounds: int, deadline: float = math.inf) -> tuple[np.ndarray, np.ndarray]:
         """The point and the multipliers after a number of rounds.
 
         The point stands for ``p - E/weight``, E the shift ``W + M p`` with the multipliers; its projection is p.
@@ -151,6 +152,8 @@ class Splitting:
             The point to begin from.
         rounds : int
             At least one.
+        deadline : float
+            See `Settings`.
 
         Returns
         -------
@@ -161,13 +164,14 @@ class Splitting:
 
         multipliers = np.zeros(self.sums.size)
         for _ in range(rounds):
+            check_time(deadline)
             p = self.project(at)
             right = np.concatenate([self.weight * (2 * p - at) - self.shift, self.sums])
             step = lu_solve(self.factors, right, check_finite=False)
             at, multipliers = at + step[: p.size] - p, step[p.size :]
         return at, multipliers
 
-    def refined(self, at: np.ndarray, answer: _Answer, residual: _Residual, tol: float) -> RawSolution:
+    def refined(self, at: np.ndarray, answer: _Answer, residual: _Residual, settings: Settings) -> RawSolution:
         """The best of many rounds.
 
         Parameters
@@ -178,17 +182,18 @@ class Splitting:
             From p (n,) and multipliers (k,) to tractions and rigid shifts.
         residual : callable
             Natural-map residual of these [-].
-        tol : float
-            Residual at which it ends [-].
+        settings : Settings
+            Its `tol` is the residual at which it ends.
 
         Returns
         -------
         RawSolution
             The best by the residual.
         """
+        tol = settings.tol
         best, least, reached, count = None, np.inf, 0, 0
         while best is None or (least > max(tol, ROUNDING) and count < MOST_ROUNDS and count - reached < PATIENCE):
-            at, multipliers = self.moved(at, ROUNDS)
+            at, multipliers = self.moved(at, ROUNDS, settings.deadline)
             count += ROUNDS
             found = answer(self.project(at), multipliers)
             error = residual(*found)
@@ -219,7 +224,7 @@ def refine_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     def answer(p: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return p, _approach(problem, multipliers)
 
-    return splitting.refined(at, answer, partial(normal_residual, problem), settings.tol)
+    return splitting.refined(at, answer, partial(normal_residual, problem), settings)
 
 
 def refine_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
@@ -244,7 +249,7 @@ def refine_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     def answer(p: np.ndarray, multipliers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return p.reshape(problem.rigid_shift.shape), _rigid_shift(problem, multipliers)
 
-    return splitting.refined(at.ravel(), answer, partial(tangential_residual, problem), settings.tol)
+    return splitting.refined(at.ravel(), answer, partial(tangential_residual, problem), settings)
 
 
 def refine_both(
@@ -303,7 +308,7 @@ def refine_both(
     p = np.concatenate([pressed.traction, rubbed.traction.ravel()])
     pressing, rubbing = posed(p)
     shifts = np.concatenate([_distance(pressing, pressed), rubbing.shift(rubbed.traction, rubbed.rigid).ravel()])
-    found = splitting.refined(p - shifts / splitting.weight, answer, residual, settings.tol)
+    found = splitting.refined(p - shifts / splitting.weight, answer, residual, settings)
     return (
         replace(found, traction=found.traction[:m], rigid=found.rigid[:1]),
         replace(found, traction=found.traction[m:].reshape(shape), rigid=found.rigid[1:]),

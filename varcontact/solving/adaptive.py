@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solvers.settings import OutOfTime
 from varcontact.solving.error_norm import creepage_names, friction_limit, units, values
 from varcontact.solving.on_grid import Answer, solve_on_grid
 from varcontact.solving.options import SolveOptions
@@ -75,10 +77,6 @@ class GridLevel:
         return [each for each in narrow if each.share > least or (each.peak and "peak_pressure" in self.values)]
 
 
-class _TimeUp(Exception):
-    """Raised in a solve that takes too long."""
-
-
 def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None) -> Answer:
     """Solve a scene to an accuracy, or within a time.
 
@@ -114,7 +112,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
     while True:
         try:
             levels.append(_level(scene, options, n, levels, progress, begun + LATE * budget))
-        except (_TimeUp, NotConverged) as error:
+        except (OutOfTime, NotConverged) as error:
             if len(levels) >= GRIDS:
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
             if isinstance(error, NotConverged):
@@ -218,27 +216,22 @@ def _step(fine: GridLevel, coarse: GridLevel) -> dict[str, float]:
 
 
 def _level(
-    scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], progress: Progress | None, until: float
+    scene: Scene, options: SolveOptions, n: int, levels: list[GridLevel], progress: Progress | None, deadline: float
 ) -> GridLevel:
     """The answer on the next grid; where a contact is too small for it, as in a step with little load, on a finer one.
 
     Coarse grids have no certificate; a grid begins from the one before.
     """
     begun, before = time.perf_counter(), levels[-1].answer if levels else None
-    early = len(levels) < GRIDS and not isinstance(scene.motion, Transient)  # these are solved in any case
-
-    def stage(words: str) -> None:
-        if time.perf_counter() > until and not early:
-            raise _TimeUp("the time is over")
-        if progress is not None:
-            progress(f"{n} elements across the contact{words and ': '}{words}")
-
-    stage("")
-    heard = stage if until < math.inf or progress is not None else None
+    if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
+        deadline = math.inf  # these are solved in any case
     near, others = before if isinstance(before, Solution) else None, 1
     while True:
+        stages = None if progress is None else partial(_with_grid, progress, f"{n} elements across the contact")
         try:
-            answer = solve_on_grid(posed(scene, options.plan, n), options, heard, len(levels) + 1 >= GRIDS, near)
+            answer = solve_on_grid(
+                posed(scene, options.plan, n), options, stages, len(levels) + 1 >= GRIDS, near, deadline
+            )
             break
         except NotConverged:  # where one lattice does not, another usually does
             if others == 0:
@@ -249,6 +242,10 @@ def _level(
             if not _fits(scene, options, n):
                 raise
     return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(largest_contact(answer)))
+
+
+def _with_grid(progress: Progress, grid: str, stage: str) -> None:
+    progress(f"{grid}: {stage}")
 
 
 def largest_contact(answer: Answer) -> Solution:

@@ -111,7 +111,7 @@ def on_a_grid_that_holds_it(
     closed_form, coupled = steps.plan.closed_form, steps.plan.coupling != "none"
     with steps.clock("grid"):
         normal = steps.plan.normal if steps.plan.convex else "norm"
-        looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock())
+        looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock(), deadline=steps.deadline)
         beside = None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
         grid, last = _looked_for(scene, looks.pressure) if beside is None else _near(scene, beside)
         steps.clock.adopt("grid", looks.clock.tally("normal"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -34,6 +35,7 @@ def solve_on_grid(
     progress: Callable[[str], None] | None = None,
     final: bool = True,
     near: Solution | None = None,
+    deadline: float = math.inf,
 ) -> Answer:
     """Solve a scene on its own grid.
 
@@ -47,6 +49,8 @@ def solve_on_grid(
         Whether the answer may be the last one: otherwise it has no certificate, and a loose tolerance.
     near : Solution, optional
         Of the same scene on another grid, to begin from.
+    deadline : float
+        When solvers raise `OutOfTime`, by `time.perf_counter` [s].
     """
     plan = options.plan_for(scene)
     if final:  # a coarse grid fits where a finer one does
@@ -56,10 +60,10 @@ def solve_on_grid(
     if isinstance(scene.motion, Transient):
         return solve_transient(
             scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
-            options.refine,
+            options.refine, deadline,
         )  # fmt: skip
     setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
-    steps = Steps(plan, tol, options.polish, Clock(progress), setups, options.start, certify, final, continuum)
+    steps = Steps(plan, tol, options.polish, Clock(progress), setups, options.start, certify, final, continuum, deadline)
     disc, state = on_a_grid_that_holds_it(
         scene, roughly(steps) if options.refine and plan.closed_form else steps, near=near
     )

@@ -50,10 +50,11 @@ JointSolver = Callable[[NormalProblem, TangentialProblem, np.ndarray, Settings],
 
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
 TANG: TangentialSolver = counted(
-    "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, tally=settings.tally)
+    "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, settings=settings)
 )
 BRIEF_TANG: Solver[TangentialProblem, RawSolution] = counted(
-    "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, NEWTON_STEPS_FROM_START)
+    "tang-safeguarded",
+    lambda problem, settings, start: tang_safeguarded(problem, start, NEWTON_STEPS_FROM_START, settings),
 )
 """One linear system, tractions that stick everywhere; the polish, and the polish for a few steps."""
 

@@ -17,6 +17,7 @@ from varcontact import checks
 from varcontact.io.history_file import Stored
 from varcontact.io.solution_file import read
 from varcontact.machine.reading import reading
+from varcontact.machine.threads import one_blas_thread
 from varcontact.problem.certificate import certify_problems
 from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
@@ -133,6 +134,7 @@ def _as_corrected(disc: Discretisation, sol: Solution, found: Refinement) -> Dis
     return disc.rubbing(of_elements(disc) * found.share) if np.any(found.share != 1) else disc
 
 
+@one_blas_thread()
 def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     """A solution from a file, with the discretisation of its scene, or of its step of a history."""
     sol, disc = _on_its_grid(stored), with_parts(disc, stored.pressure_on_parts)

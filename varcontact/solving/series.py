@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
@@ -26,6 +27,9 @@ from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
+KEPT = 32
+"""Solved scenes whose tractions are kept, to begin from."""
+
 
 @dataclass
 class Series:
@@ -33,7 +37,8 @@ class Series:
 
     Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
     pressure (where tractions do not change it) and the set-ups of solvers serve again, too. Each tangential problem
-    begins, with methods that can begin somewhere, from the tractions of the solved one with the nearest creepages.
+    begins, with methods that can begin somewhere, from the tractions of that one of the last `KEPT` whose creepages are
+    nearest.
 
     Attributes
     ----------
@@ -56,7 +61,7 @@ class Series:
     operators: Operators | None = None
     _setups: Setups = field(default_factory=Setups)
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
-    _found: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    _found: deque[tuple[np.ndarray, np.ndarray]] = field(default_factory=lambda: deque(maxlen=KEPT))
 
     @one_blas_thread()
     def solve(self, scene: Scene, plan: Plan) -> Solution:

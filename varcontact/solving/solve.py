@@ -196,6 +196,7 @@ def solve(
     return solve_on_grid(scene, options, progress)
 
 
+@one_blas_thread()
 def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = None) -> Certificate:
     """Judge tractions from any source by the gap and the residuals of the scene's own problem, by FFT.
 

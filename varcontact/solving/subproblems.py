@@ -60,6 +60,8 @@ class Steps:
         Whether the solution is to be near the continuum's. Under a law of friction the passes then begin with the
         kinetic coefficient, where no `start` is given: what the static one adds to a coarse grid's solution vanishes as
         the grid gets finer. Under a law that falls continuously, particles of a history begin with what they had.
+    deadline : float
+        When solvers raise `OutOfTime`, by `time.perf_counter` [s].
     """
 
     plan: Plan
@@ -71,6 +73,7 @@ class Steps:
     certify: str = "auto"
     refined: bool = True
     continuum: bool = False
+    deadline: float = math.inf
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the pressure that goes with its tractions.
@@ -277,7 +280,8 @@ class Steps:
         return joint_road(self.plan, self.polish)
 
     def _settings(self, problem: str, tol: float, rough: bool = False) -> Settings:
-        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough or not self.refined)
+        rough = rough or not self.refined
+        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough, self.deadline)
 
 
 def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
@@ -321,7 +325,7 @@ def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float
         start = tangential(start)
         need("pressure and tractions together", memory.peak("newton", "none", 3 * disc.grid.size), SMALLER)
         with steps.clock("both"):
-            start = at_once(disc, start, whole, Settings(tol, tally=steps.clock.tally("both")))
+            start = at_once(disc, start, whole, Settings(tol, tally=steps.clock.tally("both"), deadline=steps.deadline))
     if steps.plan.loops:
         return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     return tangential(start)

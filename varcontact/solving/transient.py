@@ -6,6 +6,7 @@ The particle now at x was at ``x + dq`` a step ago and brings its displacement d
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -46,6 +47,7 @@ def solve_transient(
     certify: str = "auto",
     chosen: bool = False,
     refine: bool = False,
+    deadline: float = math.inf,
 ) -> History:
     """Solve a transient scene step by step, see `solve`.
 
@@ -69,6 +71,8 @@ def solve_transient(
         the steps are those of `Steps.continuum`.
     refine : bool
         Whether each step is corrected towards the continuum.
+    deadline : float
+        See `Steps`.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def solve_transient(
     """
     if not isinstance(_motion(scene).start, Solution | None):
         raise SceneError("motion.start", _motion(scene).start, "a Solution")
-    steps = Steps(plan, tol, polish, Clock(), certify=certify, continuum=chosen)
+    steps = Steps(plan, tol, polish, Clock(), certify=certify, continuum=chosen, deadline=deadline)
     settings: dict[str, Any] = {"tol": tol, "polish": polish} | ({"refine": KINDS[0]} if refine else {})
     if store is None:
         return _solved(scene, steps, settings, progress, None, chosen)

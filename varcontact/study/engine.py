@@ -156,7 +156,7 @@ def processes(workers: int) -> Iterator[Executor]:
     finally:
         lifeline.close()
         watched.close()
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown(cancel_futures=True)  # processes that end at once; semaphores that wait for it would outlive them
 
 
 class OwnProcesses(ProcessPoolExecutor):
@@ -170,6 +170,8 @@ class OwnProcesses(ProcessPoolExecutor):
         self._beginner.start()
 
     def _begin(self) -> None:
+        if START == "forkserver":  # whose imports a Ctrl-C at the terminal must not end; what it forks ignores it
+            signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
         with suppress(Exception):  # which comes again where tasks are handed out
             self.submit(int)
 

@@ -34,7 +34,7 @@ def scan(
     method: str = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
-    certify: str | None = "auto",
+    certify: str | None = "gap",
     executor: Executor | None = None,
     workers: int = 1,
     progress: Callable[[str], None] | None = None,
@@ -52,7 +52,7 @@ def scan(
     creepages : array_like, shape (k, 3)
         vx, vy, spin; of a shift ux, uy, rotation.
     normal, tangential, coupling, formulation, method, tol, polish, certify
-        As for `solve`.
+        As for `solve`; bounds on the forces only with `certify` = "full".
     executor, workers
         Where they are solved, as for `sweep`; there they are cut into chunks of eight, and only within a chunk does one
         begin from another.
@@ -114,7 +114,7 @@ def scanned(
     method: str = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
-    certify: str | None = "auto",
+    certify: str | None = "gap",
     progress: Callable[[str], None] | None = None,
     accuracy: float | None = None,
     time_budget: float | None = None,

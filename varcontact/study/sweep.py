@@ -90,7 +90,7 @@ def sweep(
     method: str = "auto",
     tol: float = TOLERANCE,
     polish: bool | None = None,
-    certify: str | None = "auto",
+    certify: str | None = "gap",
     chunk: int = CHUNK,
     executor: Executor | None = None,
     workers: int = 1,
@@ -107,7 +107,7 @@ def sweep(
         Values by name of an entry, as in a scene file: ``{"motion.vx": [0.0, 1e-3], "friction": [0.2, 0.3]}``. Each
         scene is solved for all combinations.
     normal, tangential, coupling, formulation, method, tol, polish, certify
-        As for `solve`, the same for all scenes.
+        As for `solve`, the same for all scenes; bounds on the forces only with `certify` = "full".
     chunk : int
         Scenes that one worker solves one after the other, each from the answers of those before: 1, each alone. The
         last of the entries in `over` varies fastest.
@@ -127,8 +127,8 @@ def sweep(
     xarray.Dataset
         Over the entries that vary, and over "scene" where several are given. `outcome` is "solved", "approximate" (by
         a theory), "not converged", "refused", "unavailable" or "failed", `reason` why; figures are NaN where there is
-        no solution. Forces, moment, creepages (of a shift: shifts) and approach; gap, residual and guaranteed bounds
-        on the forces; elements in contact, stick and slip; iterations.
+        no solution. Forces, moment, creepages (of a shift: shifts) and approach; gap and residual, and guaranteed
+        bounds on the forces, NaN where they are left out; elements in contact, stick and slip; iterations.
 
     Raises
     ------
@@ -323,7 +323,7 @@ def _solved(task: _Task) -> np.ndarray:
 def _note(record: np.void, sol: Solution, plan: Plan) -> None:
     """Put the figures of a solution into a record."""
     certificate = sol.certificate
-    bounds = zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)
+    bound = certificate.force_bound if certificate.level == "full" else np.full(3, np.nan)
     figures = {
         **carried(sol),
         "normal_force": sol.normal_force,
@@ -331,7 +331,7 @@ def _note(record: np.void, sol: Solution, plan: Plan) -> None:
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
         "residual": certificate.residual,
-        **dict(bounds),
+        **dict(zip(("Fx_bound", "Fy_bound", "Mz_bound"), bound, strict=True)),
         **sol.elements,
         "iterations": sum(sol.iterations.values()),
     }

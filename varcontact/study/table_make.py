@@ -14,6 +14,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
+from varcontact.machine.threads import one_blas_thread
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
@@ -44,6 +45,7 @@ PRESSURE = 1e-3
 """Normal force by G ab: of no influence, as all is in proportion to it."""
 
 
+@one_blas_thread()
 def make_table_book(
     nu: float,
     *,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.errors import NoContact, SceneError
+from varcontact.machine.threads import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 
 STEP = 0.05
@@ -149,6 +150,7 @@ class Overlap:
         return self.depth**2 * self.half_lengths * width
 
 
+@one_blas_thread()
 def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.ndarray) -> Locus:
     """The contact locus of a wheel over a rail.
 

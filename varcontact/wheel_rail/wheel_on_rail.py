@@ -11,6 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
+from varcontact.machine.threads import one_blas_thread
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.motion import Steady
@@ -190,6 +191,7 @@ class WheelOnRail:
         """The height of the axle at which the wheel just touches the rail [mm]."""
         return self.locus.touching
 
+    @one_blas_thread()
     def patches(self, z: float, *, warn: bool = True) -> tuple[ContactPatch, ...]:
         """All contact patches at a height of the axle.
 
@@ -299,6 +301,7 @@ class WheelOnRail:
             raise backwards(rolling)
         return creepages(RigidBody(position=np.zeros(3)), body, frame, frame_velocity=moving, at2=particle)
 
+    @one_blas_thread()
     def solve(self, *, tol: float = 1e-6, certify: CertifyName | None = None, **methods: Any) -> WheelRailSolution:
         """Solve all patches, with the height of the axle that bears the vertical force, where that is given.
 

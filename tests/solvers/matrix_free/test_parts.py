@@ -15,14 +15,14 @@ from varcontact.solvers.matrix_free.newton import point
 from varcontact.solvers.matrix_free.preconditioner import circulant, parzen
 from varcontact.solvers.matrix_free.safeguard import balanced, damped, forward_backward_forward
 from varcontact.solvers.matrix_free.tangential import _Posed
-from varcontact.solvers.tally import Tally
+from varcontact.solvers.settings import Settings
 
 
 @pytest.fixture(params=["ellipse", "strip", "row", "single"])
 def posed(request, tangential_problem):
     """A tangential problem of rolling with a prescribed force, in its own units."""
     problem = tangential_problem(3, shape=request.param, rolling=True, step=1.0, carried=0.5, friction=0.3)
-    return _Posed.of(problem, Tally())
+    return _Posed.of(problem, Settings())
 
 
 def matrix_of(conditions):
@@ -91,7 +91,7 @@ def test_few_iterations_where_all_sticks(tangential_problem):
     """In rolling and in a shift, on long elements and short ones: the circulant is nearly the inverse."""
     for ratio, rolling in ((1, True), (1, False), (2, True), (3, True)):
         posed = _Posed.of(
-            tangential_problem(ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0), Tally()
+            tangential_problem(ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0), Settings()
         )
         conditions = posed.conditions
         system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known, 0.0)
@@ -102,7 +102,7 @@ def test_few_iterations_where_all_sticks(tangential_problem):
 
 def test_tsengs_steps_converge(tangential_problem):
     """Wherever M is monotone: the natural map's residual falls and falls."""
-    posed = _Posed.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Tally())
+    posed = _Posed.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Settings())
     conditions = posed.conditions
     at = point(conditions, 0 * conditions.known, np.zeros((2, 1, 1)))
     sizes = []
@@ -118,7 +118,7 @@ def test_tsengs_steps_converge(tangential_problem):
 def test_balance(tangential_problem, part):
     """After it the tractions of the natural map have the forces, however far the rigid shifts have to go."""
     for seed in (0, 4, 6):  # an ellipse, wavy pressures, strips
-        conditions = _Posed.of(tangential_problem(seed, carried=part, friction=1e-3), Tally()).conditions
+        conditions = _Posed.of(tangential_problem(seed, carried=part, friction=1e-3), Settings()).conditions
         at = balanced(conditions, point(conditions, 0 * conditions.known, np.zeros((len(conditions.known), 1, 1))))
         sums = conditions.forces.of(conditions.projected(at.traction - at.shift))
         np.testing.assert_allclose(

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from varcontact.solvers import settings
 from varcontact.solving import adaptive
 
 
@@ -17,5 +18,6 @@ def clock(monkeypatch):
         return solve(scene, *rest)
 
     monkeypatch.setattr(adaptive, "solve_on_grid", timed)
-    monkeypatch.setattr(adaptive, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    for module in (adaptive, settings):
+        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock

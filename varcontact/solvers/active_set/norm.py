@@ -5,11 +5,13 @@ Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwe
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
 
 from varcontact.problem.problem import NormalProblem, RawSolution
+from varcontact.solvers.settings import check_time
 
 
 def norm(
@@ -17,6 +19,7 @@ def norm(
     start: RawSolution | None = None,
     exchange: Literal["set", "one"] = "set",
     max_exchanges: int = 10_000,
+    deadline: float = math.inf,
 ) -> RawSolution:
     """Find the contact area by exchanging elements between contact and exterior.
 
@@ -32,6 +35,8 @@ def norm(
         "one": one at a time, each step lowering the energy, so that no contact area comes twice and the end is
         reached after finitely many (the proof that the paper alludes to).
     max_exchanges : int
+    deadline : float
+        See `Settings`.
 
     Returns
     -------
@@ -40,11 +45,12 @@ def norm(
         admissible in any case.
     """
     if exchange == "one":
-        return _one_at_a_time(problem, start, max_exchanges)
+        return _one_at_a_time(problem, start, max_exchanges, deadline)
     contact = _first_contact(problem, start)
     seen: set[bytes] = set()
     status = "MaxIterations"
     for _ in range(max_exchanges):
+        check_time(deadline)
         if contact.tobytes() in seen:
             status = "Cycled"
             break
@@ -62,7 +68,9 @@ def norm(
     return RawSolution(np.maximum(pressure, 0.0), np.array([approach]), len(seen), status, status == "Solved")
 
 
-def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchanges: int) -> RawSolution:
+def _one_at_a_time(
+    problem: NormalProblem, start: RawSolution | None, max_exchanges: int, deadline: float
+) -> RawSolution:
     """Exchange one element a step: in goes the deepest overlap, out the first pressure that falls to zero.
 
     Pressures stay admissible, and each step goes down in energy: towards the minimum on the present contact
@@ -77,6 +85,7 @@ def _one_at_a_time(problem: NormalProblem, start: RawSolution | None, max_exchan
         pressure[contact] = problem.force / problem.area
     status, exchanges = "MaxIterations", 0
     while exchanges < max_exchanges:
+        check_time(deadline)
         exchanges += 1
         goal, approach = _pressure_on(problem, contact)
         falling = contact & (goal < 0)

@@ -5,6 +5,7 @@ Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwe
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Literal
 
@@ -13,8 +14,8 @@ import numpy as np
 from varcontact.problem.gap import magnitude, project, tangential_residual
 from varcontact.problem.problem import RawSolution, TangentialProblem
 from varcontact.solvers.active_set.equations import Equations, Point, moved, shift_of, turns
+from varcontact.solvers.settings import Settings, check_time
 from varcontact.solvers.splitting import Splitting
-from varcontact.solvers.tally import Tally
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
@@ -33,7 +34,10 @@ SPLITTING_ROUNDS = (50, 200, 800)
 
 
 def tang(
-    problem: TangentialProblem, start: RawSolution | None = None, newton: Literal["exact", "inexact"] = "inexact"
+    problem: TangentialProblem,
+    start: RawSolution | None = None,
+    newton: Literal["exact", "inexact"] = "inexact",
+    deadline: float = math.inf,
 ) -> RawSolution:
     """TANG (5.3): active sets, with Newton's method on given areas to the end, as printed, or ended early.
 
@@ -50,6 +54,8 @@ def tang(
     newton : {"exact", "inexact"}
         How far Newton's method goes on given areas. "exact": to the end, as point 3 has it. "inexact", not the
         paper's: no further than exchanges need, and to the end only where there is nothing left to exchange.
+    deadline : float
+        See `Settings`.
 
     Returns
     -------
@@ -74,7 +80,7 @@ def tang(
             break
         seen.add(sticks.tobytes())
         for enough in (ROUGH, EXACT) if newton == "inexact" else (EXACT,):
-            at, steps, solved = _on_areas(problem, sticks, at, enough)
+            at, steps, solved = _on_areas(problem, sticks, at, enough, deadline)
             count += steps
             beyond = sticks & (magnitude(at.traction) > problem.bound)  # point 4
             forward = ~sticks & (np.sum(at.traction * shift_of(problem, at), axis=0) > 0)  # point 5
@@ -92,7 +98,7 @@ def tang(
 
 
 def tang_safeguarded(
-    problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60, tally: Tally | None = None
+    problem: TangentialProblem, start: RawSolution | None = None, max_steps: int = 60, settings: Settings | None = None
 ) -> RawSolution:
     """TANG with the areas renewed after each Newton step, steps shortened until they help, and a way back.
 
@@ -110,8 +116,8 @@ def tang_safeguarded(
         Where to begin in place of that.
     max_steps : int
         Newton steps from one start.
-    tally : Tally, optional
-        Where the calls of TANG and of the splitting, to fall back on, are counted.
+    settings : Settings, optional
+        Where the calls of TANG and of the splitting, to fall back on, are counted, and the deadline.
 
     Returns
     -------
@@ -121,26 +127,28 @@ def tang_safeguarded(
     """
     if problem.no_slip:
         return no_slip(problem)
+    settings = settings or Settings()
+    deadline, tally = settings.deadline, settings.tally
     if start is not None:
-        return _descend(problem, Point(project(start.traction, problem.bound), start.rigid), max_steps)
+        return _descend(problem, Point(project(start.traction, problem.bound), start.rigid), max_steps, deadline)
     sticking = no_slip(problem)
     at = Point(project(sticking.traction, problem.bound), sticking.rigid)
     if not (np.isfinite(at.traction).all() and np.isfinite(at.rigid).all()):  # numbers overflow
         at = _unloaded(problem)
-    best = _descend(problem, at, max_steps)
+    best = _descend(problem, at, max_steps, deadline)
     if best.solved:
         return best
-    newton, tally = best.iterations, tally or Tally()
+    newton = best.iterations
     if problem.free:
         with tally.called("tang"):
-            rough = tang(problem)
+            rough = tang(problem, deadline=deadline)
             tally.iterated("tang", rough.iterations)
-        raw = _descend(problem, Point(rough.traction, rough.rigid), max_steps)
+        raw = _descend(problem, Point(rough.traction, rough.rigid), max_steps, deadline)
         newton += rough.iterations + raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, Point(raw.traction, raw.rigid))
-        raw = _descend(problem, _balanced(problem, at), max_steps)
+        raw = _descend(problem, _balanced(problem, at), max_steps, deadline)
         newton += raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
@@ -148,9 +156,9 @@ def tang_safeguarded(
     splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
         with tally.called("splitting"):
-            at = _split(problem, splitting, at, rounds)
+            at = _split(problem, splitting, at, rounds, deadline)
             tally.iterated("splitting", rounds)
-        raw = _descend(problem, at, max_steps)
+        raw = _descend(problem, at, max_steps, deadline)
         newton += raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
@@ -158,9 +166,10 @@ def tang_safeguarded(
     return replace(best, iterations=newton, status="MaxIterations", solved=False)
 
 
-def _split(problem: TangentialProblem, splitting: Splitting, at: Point, rounds: int) -> Point:
+def _split(problem: TangentialProblem, splitting: Splitting, at: Point, rounds: int, deadline: float) -> Point:
     """The point after some rounds of splitting, which may be near enough for Newton's method."""
-    moved, multipliers = splitting.moved((at.traction - shift_of(problem, at) / splitting.weight).ravel(), rounds)
+    begin = (at.traction - shift_of(problem, at) / splitting.weight).ravel()
+    moved, multipliers = splitting.moved(begin, rounds, deadline)
     rigid = at.rigid.copy()
     rigid[problem.free] = multipliers
     return Point(project(moved.reshape(at.traction.shape), problem.bound), rigid)
@@ -241,12 +250,15 @@ def _on_bound(problem: TangentialProblem, sticks: np.ndarray, at: Point, towards
     return replace(at, traction=np.where(sticks, at.traction, on_bound))
 
 
-def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: Point, enough: float) -> tuple[Point, int, bool]:
+def _on_areas(
+    problem: TangentialProblem, sticks: np.ndarray, at: Point, enough: float, deadline: float
+) -> tuple[Point, int, bool]:
     """The paper's point 3: Newton's method on given areas. Also its steps, and whether it converged."""
     at = _on_bound(problem, sticks, at, at.traction)
     scale = max(float(np.abs(problem.rigid_shift).max()), 1e-3 * problem.operator.diagonal * float(problem.bound.max()))
     error, before, count = np.inf, np.inf, 0
     while count < MAX_NEWTON and error > enough and not before <= error < ROUNDING:
+        check_time(deadline)
         count, before = count + 1, error
         at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
         shift, (T, across) = shift_of(problem, at), turns(problem, sticks, at)
@@ -255,12 +267,13 @@ def _on_areas(problem: TangentialProblem, sticks: np.ndarray, at: Point, enough:
     return at, count, bool(error < max(enough, ROUNDING))
 
 
-def _descend(problem: TangentialProblem, at: Point, max_steps: int) -> RawSolution:
+def _descend(problem: TangentialProblem, at: Point, max_steps: int, deadline: float) -> RawSolution:
     """Newton steps with the areas renewed after each, shortened until the natural map's residual falls."""
     best, trial, count, idle = _admissible(problem, at), _trial(problem, at), 0, 0
     residual, lowest = _residual(problem, best), _merit(problem, at, trial)
     merit, equations, falls = lowest, None, False
     while count < max_steps and idle < STALLED and residual > ENOUGH:
+        check_time(deadline)
         count += 1
         sticks = magnitude(trial) <= problem.bound
         begin = _on_bound(problem, sticks, at, trial)

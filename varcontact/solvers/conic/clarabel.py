@@ -8,25 +8,24 @@ from varcontact.machine.interrupts import interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.settings import Settings
 
 
-def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+def solve(program: ConicProgram, settings: Settings) -> RawSolution:
     """Solve a program; a set-up with the same structure takes new numbers, but no start.
 
     Parameters
     ----------
     program : ConicProgram
-    tol : float
-        Accuracy wanted of the tractions, relative [-].
-    setups : Setups, optional
-        Where its set-up is kept.
+    settings : Settings
+        Its set-ups are where its set-up is kept.
 
     Returns
     -------
     RawSolution
         In the scales of the problem behind the program.
     """
+    tol, setups = settings.tol, settings.setups
     import clarabel
 
     key = ("clarabel", tol)
@@ -44,7 +43,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
             "second_order": clarabel.SecondOrderConeT,
         }
         options = clarabel.DefaultSettings()
-        options.verbose = False
+        options.verbose, options.time_limit = False, settings.seconds_left
         for name, value in BACKENDS["clarabel"].options(tol).items():
             setattr(options, name, value)
         cones = [kinds[kind](size) for kind, size in program.cones]

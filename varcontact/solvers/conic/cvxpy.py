@@ -12,19 +12,17 @@ from varcontact.machine.interrupts import imported, interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import options
 from varcontact.solvers.conic.programs import ConicProgram
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.settings import Settings
 
 
-def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -> RawSolution:
+def solve(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
     """Solve a program; one with the same matrices is compiled once, and its vectors are parameters.
 
     Parameters
     ----------
     program : ConicProgram
-    tol : float
-        Accuracy wanted of the tractions, relative [-].
-    setups : Setups, optional
-        Where its model is kept.
+    settings : Settings
+        Its set-ups are where its model is kept.
     name : str
         Of the solver, as CVXPY has it.
 
@@ -33,6 +31,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     RawSolution
         In the scales of the problem behind the program.
     """
+    tol, setups = settings.tol, settings.setups
     cp = imported("cvxpy")
     key, program = ("cvxpy", name, tol), program.polyhedral()
     found = setups.find(key, program) if setups is not None else None

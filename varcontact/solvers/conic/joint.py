@@ -6,7 +6,7 @@ import numpy as np
 
 from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic.programs import ConicProgram, normal_program, normal_scales, shift_program, shift_scale
-from varcontact.solvers.conic.solvers import backend
+from varcontact.solvers.conic.solvers import solve_program
 from varcontact.solvers.settings import Settings
 
 
@@ -70,7 +70,7 @@ def solve_joint(
     pressure, traction : RawSolution
         Dimensionless, not yet judged.
     """
-    raw = backend(name)(joint_program(normal, tangential, coupling), settings.tol, settings.setups)
+    raw = solve_program(name, joint_program(normal, tangential, coupling), settings)
     m = normal.distance.size
     pressure = RawSolution(raw.traction[:m], raw.rigid[:1], raw.iterations, raw.status, raw.solved)
     traction = RawSolution(

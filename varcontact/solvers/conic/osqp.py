@@ -8,25 +8,24 @@ from varcontact.machine.interrupts import interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.settings import Settings
 
 
-def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+def solve(program: ConicProgram, settings: Settings) -> RawSolution:
     """Solve a program without cones of two components; a set-up with the same structure starts at its last answer.
 
     Parameters
     ----------
     program : ConicProgram
-    tol : float
-        Accuracy wanted of the tractions, relative [-].
-    setups : Setups, optional
-        Where its set-up is kept.
+    settings : Settings
+        Its set-ups are where its set-up is kept.
 
     Returns
     -------
     RawSolution
         In the scales of the problem behind the program.
     """
+    tol, setups = settings.tol, settings.setups
     import osqp
 
     key, program = ("osqp", tol), program.polyhedral()
@@ -40,7 +39,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
         solver = osqp.OSQP()
         options = BACKENDS["osqp"].options(tol)
         data = program.P, program.q, program.A, lower, program.b
-        interruptible(lambda: solver.setup(*data, verbose=False, **options))
+        interruptible(lambda: solver.setup(*data, verbose=False, time_limit=settings.seconds_left, **options))
     if setups is not None:
         setups.keep(key, program, solver)
     result = interruptible(lambda: solver.solve(raise_error=False))

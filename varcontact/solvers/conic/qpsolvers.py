@@ -11,19 +11,17 @@ from varcontact.machine.interrupts import imported, interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import options
 from varcontact.solvers.conic.programs import ConicProgram
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.settings import Settings
 
 
-def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -> RawSolution:
+def solve(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
     """Solve a program without cones of two components by a solver behind qpsolvers, started where it ended.
 
     Parameters
     ----------
     program : ConicProgram
-    tol : float
-        Accuracy wanted of the tractions, relative [-].
-    setups : Setups, optional
-        Where its answer is kept, as a start for the next program.
+    settings : Settings
+        Its set-ups are where its answer is kept, as a start for the next program.
     name : str
         Of the solver, as qpsolvers has it.
 
@@ -32,6 +30,7 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None, name: str) -
     RawSolution
         In the scales of the problem behind the program.
     """
+    tol, setups = settings.tol, settings.setups
     qpsolvers = imported("qpsolvers")
     key, program = ("qpsolvers", name), program.polyhedral()
     equal = program.kinds == "zero"

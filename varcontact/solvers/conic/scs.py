@@ -8,27 +8,26 @@ from varcontact.machine.interrupts import interruptible
 from varcontact.problem.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.settings import Settings
 
 _ORDER = {"zero": "z", "nonnegative": "l", "second_order": "q"}
 
 
-def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSolution:
+def solve(program: ConicProgram, settings: Settings) -> RawSolution:
     """Solve a program; a set-up with the same matrices is used again and starts at its last answer.
 
     Parameters
     ----------
     program : ConicProgram
-    tol : float
-        Accuracy wanted of the tractions, relative [-].
-    setups : Setups, optional
-        Where its set-up is kept.
+    settings : Settings
+        Its set-ups are where its set-up is kept.
 
     Returns
     -------
     RawSolution
         In the scales of the problem behind the program.
     """
+    tol, setups = settings.tol, settings.setups
     import scs
 
     key = ("scs", tol)
@@ -44,7 +43,9 @@ def solve(program: ConicProgram, tol: float, setups: Setups | None) -> RawSoluti
             sizes.setdefault(_ORDER[kind], []).append(size)
         cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
         options = BACKENDS["scs"].options(tol)
-        solver = interruptible(lambda: scs.SCS(data, cone, verbose=False, **options))
+        solver = interruptible(
+            lambda: scs.SCS(data, cone, verbose=False, time_limit_secs=settings.seconds_left, **options)
+        )
     if setups is not None:
         setups.keep(key, program, solver)
     result = interruptible(solver.solve)

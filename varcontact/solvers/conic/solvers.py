@@ -15,8 +15,7 @@ from varcontact.solvers.conic.programs import (
     shift_potential,
     shift_program,
 )
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.settings import Settings, check_time
 
 NORMAL_PROGRAMS: dict[str, Callable[[NormalProblem], ConicProgram]] = {
     "complementary": normal_program,
@@ -28,7 +27,7 @@ TANGENTIAL_PROGRAMS: dict[str, Callable[[TangentialProblem], ConicProgram]] = {
     "gap": gap_program,
 }
 
-Backend = Callable[[ConicProgram, float, Setups | None], RawSolution]
+Backend = Callable[[ConicProgram, Settings], RawSolution]
 
 
 def backend(name: str) -> Backend:
@@ -42,7 +41,7 @@ def backend(name: str) -> Backend:
     Returns
     -------
     callable
-        From a program, an accuracy and set-ups to a `RawSolution`.
+        From a program and `Settings` to a `RawSolution`.
     """
     family, _, solver = name.partition(":")
     if family == "qpsolvers":
@@ -50,6 +49,26 @@ def backend(name: str) -> Backend:
     if family == "cvxpy":
         return partial(cvxpy.solve, name=solver)
     return {"clarabel": clarabel.solve, "osqp": osqp.solve, "scs": scs.solve}[family]
+
+
+def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
+    """A program by the solver of a name; one that ends at the deadline has no answer.
+
+    Parameters
+    ----------
+    name : str
+        As for `backend`.
+    program : ConicProgram
+    settings : Settings
+
+    Raises
+    ------
+    OutOfTime
+        At the deadline.
+    """
+    raw = backend(name)(program, settings)
+    check_time(settings.deadline)
+    return raw
 
 
 def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
@@ -69,7 +88,7 @@ def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSo
         Pressures (n,) and the approach (1,), dimensionless, not yet judged.
     """
     formulation = "potential" if settings.formulation == "potential" else "complementary"
-    return backend(name)(NORMAL_PROGRAMS[formulation](problem), settings.tol, settings.setups)
+    return solve_program(name, NORMAL_PROGRAMS[formulation](problem), settings)
 
 
 def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:
@@ -93,4 +112,4 @@ def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) 
     formulation = settings.formulation
     if formulation not in TANGENTIAL_PROGRAMS:
         formulation = "complementary" if problem.symmetric else "gap"
-    return backend(name)(TANGENTIAL_PROGRAMS[formulation](problem), settings.tol, settings.setups)
+    return solve_program(name, TANGENTIAL_PROGRAMS[formulation](problem), settings)

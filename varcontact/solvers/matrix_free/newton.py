@@ -24,6 +24,7 @@ from varcontact.solvers.matrix_free.safeguard import (
     forward_backward_forward,
     searched,
 )
+from varcontact.solvers.settings import Settings, check_time
 from varcontact.solvers.tally import Tally
 
 MAX_STEPS = 100
@@ -191,7 +192,12 @@ def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Po
 
 
 def newton(
-    conditions: Conditions, at: Point, tol: float, tally: Tally, finest: Finest | None = None, most: int = MAX_STEPS
+    conditions: Conditions,
+    at: Point,
+    tol: float,
+    settings: Settings,
+    finest: Finest | None = None,
+    most: int = MAX_STEPS,
 ) -> Result:
     """Solve a contact problem on one grid.
 
@@ -202,8 +208,8 @@ def newton(
         Where to begin.
     tol : float
         Residual of the natural map to reach, by the largest traction.
-    tally : Tally
-        Where calls of Tseng's splitting are counted.
+    settings : Settings
+        Where calls of Tseng's splitting are counted, and the deadline.
     finest : Finest, optional
         Where the answer is to be judged in double precision; else single precision is enough.
     most : int
@@ -213,13 +219,14 @@ def newton(
     best, least, before = at, np.inf, 0.0
     room = Room.of(at.traction.size, conditions.forces)
     for count in range(most):
+        check_time(settings.deadline)
         at, now = _seen(conditions, at, goal, finest)
         if count == 0 or damping > 0:
             at, now = _balanced(conditions, at, now, in_any_case=count == 0)
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count)
         ny, nx = at.traction.shape[1:]
-        tally.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
+        settings.tally.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         if now.residual < least:
             best, least = at, now.residual
         if now.residual <= goal:
@@ -231,7 +238,7 @@ def newton(
             now = _measured(conditions, at)
         if idle >= STUCK:
             guards, idle, damping = guards + 1, 0, GUARD_DAMPING
-            at = _guarded(conditions, best, GUARD_STEPS * guards, tally, finest)
+            at = _guarded(conditions, best, GUARD_STEPS * guards, settings.tally, finest)
             continue
         step = _step(conditions, at, now, goal, damping, room, now.residual / before if before else 1.0)
         before = now.residual

@@ -22,7 +22,6 @@ from varcontact.solvers.matrix_free.newton import EXACT, MAX_STEPS, newton, poin
 from varcontact.solvers.matrix_free.preconditioner import Circulant, circulant
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
-from varcontact.solvers.tally import Tally
 
 FIRST = 0.1
 """Part of the overlap, by an element's own influence, that is the first pressure where the approach is given."""
@@ -54,14 +53,14 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     check_start(start, problem.distance.shape, (1,))
     if not np.isfinite(problem.distance).all():
         return not_a_number(problem.distance.shape, 1)
-    posed = _Posed.of(problem, settings.tally)
+    posed = _Posed.of(problem, settings)
     if posed is None:
         return RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")
 
     def dense(near: RawSolution) -> RawSolution:
         with settings.tally.called("norm"):
-            raw = norm(problem, near)
-            raw = raw if raw.solved else norm(problem, exchange="one")
+            raw = norm(problem, near, deadline=settings.deadline)
+            raw = raw if raw.solved else norm(problem, exchange="one", deadline=settings.deadline)
             settings.tally.iterated("norm", raw.iterations)
         return replace(raw, solver="norm")
 
@@ -179,17 +178,17 @@ class _Posed:
     box : Box
     load : float
         The pressure that counts as one.
-    tally : Tally
-        Where steps that converge by themselves are counted.
+    settings : Settings
+        Of the solve.
     """
 
     problem: NormalProblem
     box: Box
     load: float
-    tally: Tally
+    settings: Settings
 
     @classmethod
-    def of(cls, problem: NormalProblem, tally: Tally) -> _Posed | None:
+    def of(cls, problem: NormalProblem, settings: Settings) -> _Posed | None:
         """None where nothing touches."""
         if problem.distance.size == 0:
             return None
@@ -198,7 +197,7 @@ class _Posed:
         else:
             assert problem.approach is not None
             load = (problem.approach - float(problem.distance.min())) / unit(problem.operator.grid_operator)
-        return None if load <= 0 else cls(problem, Box.around(problem.operator), load, tally)
+        return None if load <= 0 else cls(problem, Box.around(problem.operator), load, settings)
 
     @property
     def displacement(self) -> float:
@@ -243,7 +242,7 @@ class _Posed:
         at, steps = _first(coarse), 0
         while grids:
             fine = grids.pop()
-            result = newton(coarse, at, COARSE_TOL, self.tally)
+            result = newton(coarse, at, COARSE_TOL, self.settings)
             pressure = doubled(result.at.traction, coarse.within, fine.within.shape)
             at = point(fine, fine.projected(pressure), 2.0 * result.at.rigid)
             coarse, steps = fine, steps + result.steps
@@ -251,7 +250,7 @@ class _Posed:
 
     def solved(self, at: Point, tol: float, most: int = MAX_STEPS) -> RawSolution:
         """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self.tally, self, most)
+        result = newton(self.conditions, at, tol, self.settings, self, most)
         pressure, approach = self._physical(result.at.traction, result.at.rigid)
         return RawSolution(pressure, approach, result.steps, result.status, result.status == "Solved")
 

@@ -20,7 +20,6 @@ from varcontact.solvers.matrix_free.newton import EXACT, MAX_STEPS, newton, poin
 from varcontact.solvers.matrix_free.preconditioner import circulant
 from varcontact.solvers.matrix_free.safeguard import Point
 from varcontact.solvers.settings import Settings
-from varcontact.solvers.tally import Tally
 
 PATIENCE = 40
 """Steps after which active sets take over where they can: it takes 10 to 30, but for steps of rolling below dx/20."""
@@ -57,7 +56,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     check_start(start, problem.rigid_shift.shape, (problem.components,))
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return not_a_number(problem.rigid_shift.shape, problem.components)
-    posed = _Posed.of(problem, settings.tally)
+    posed = _Posed.of(problem, settings)
     if posed is None:
         return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
 
@@ -66,7 +65,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
 
     def dense(near: RawSolution) -> RawSolution:
         with settings.tally.called("tang-safeguarded"):
-            raw = tang_safeguarded(problem, tally=settings.tally)
+            raw = tang_safeguarded(problem, settings=settings)
             settings.tally.iterated("tang-safeguarded", raw.iterations)
         return replace(raw, solver="tang-safeguarded")
 
@@ -83,17 +82,17 @@ class _Posed:
     box : Box
     load : float
         The traction that counts as one.
-    tally : Tally
-        Where steps that converge by themselves are counted.
+    settings : Settings
+        Of the solve.
     """
 
     problem: TangentialProblem
     box: Box
     load: float
-    tally: Tally
+    settings: Settings
 
     @classmethod
-    def of(cls, problem: TangentialProblem, tally: Tally) -> _Posed | None:
+    def of(cls, problem: TangentialProblem, settings: Settings) -> _Posed | None:
         """None where nothing moves, and no traction arises."""
         if problem.size == 0:
             return None
@@ -101,7 +100,7 @@ class _Posed:
         moved = max(float(np.abs(problem.rigid_shift).max()) / unit(problem.operator.grid_operator), *forces, 0.0)
         if moved == 0:
             return None
-        return cls(problem, Box.around(problem.operator), min(moved, float(problem.bound.max())), tally)
+        return cls(problem, Box.around(problem.operator), min(moved, float(problem.bound.max())), settings)
 
     @property
     def displacement(self) -> float:
@@ -150,7 +149,7 @@ class _Posed:
         at, steps, expected = point(coarse, np.zeros_like(coarse.known), np.zeros((len(coarse.known), 1, 1))), 0, None
         while grids:
             fine = grids.pop()
-            result = newton(coarse, at, COARSE_TOL, self.tally)
+            result = newton(coarse, at, COARSE_TOL, self.settings)
             part = result.at.traction / np.where(coarse.contact, coarse.bound, 1.0)
             if expected is not None:
                 part += EXTRAPOLATED * (part - expected)
@@ -162,7 +161,7 @@ class _Posed:
 
     def solved(self, at: Point, tol: float, most: int = MAX_STEPS) -> RawSolution:
         """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self.tally, self, most)
+        result = newton(self.conditions, at, tol, self.settings, self, most)
         traction, rigid = self._physical(result.at.traction, result.at.rigid)
         return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
 

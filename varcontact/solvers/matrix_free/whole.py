@@ -99,7 +99,7 @@ def newton_whole(
     posed = _Posed.of(problem, start, residual)
     shapes = np.reshape(start.rigid, (-1, 1, 1)) / posed.displacement
     at = point(posed.conditions, start.traction / posed.load, shapes)
-    result = newton(posed.conditions, at, settings.tol, settings.tally, posed, MOST_STEPS)
+    result = newton(posed.conditions, at, settings.tol, settings, posed, MOST_STEPS)
     return posed.physical(result.at, result.steps, result.status)
 
 

@@ -1,0 +1,81 @@
+"""Solvers end at a deadline, between two of their iterations."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.problem.discretise import discretise
+from varcontact.problem.problem import RawSolution
+from varcontact.solvers.active_set.norm import norm
+from varcontact.solvers.active_set.tang import tang, tang_safeguarded
+from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.matrix_free.normal import newton_normal
+from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.settings import OutOfTime, Settings
+from varcontact.solvers.splitting import refine_normal, refine_tangential
+
+LATE = -math.inf
+
+
+@pytest.fixture(scope="module")
+def problems(rolling):
+    """The normal and the tangential problem of a scene."""
+    sol = vc.solve(rolling(grid=vc.Grid(nx=16, ny=16)))
+    disc = discretise(sol.scene, sol.grid)
+    return disc.normal_problem(), disc.tangential_problem(sol.pressure / disc.pressure)
+
+
+def unsolved(problem):
+    traction = np.zeros_like(getattr(problem, "rigid_shift", getattr(problem, "distance", None)))
+    return RawSolution(traction, np.zeros(max(traction.ndim, 1)), 0, "")
+
+
+SOLVERS = {
+    "norm": lambda normal, _, late: norm(normal, deadline=late.deadline),
+    "norm-single": lambda normal, _, late: norm(normal, exchange="one", deadline=late.deadline),
+    "tang": lambda _, tangential, late: tang(tangential, deadline=late.deadline),
+    "tang-safeguarded": lambda _, tangential, late: tang_safeguarded(tangential, settings=late),
+    "newton, pressures": lambda normal, _, late: newton_normal(normal, late),
+    "newton, tractions": lambda _, tangential, late: newton_tangential(tangential, late),
+    "splitting, pressures": lambda normal, _, late: refine_normal(normal, late, unsolved(normal)),
+    "splitting, tractions": lambda _, tangential, late: refine_tangential(tangential, late, unsolved(tangential)),
+    "clarabel, pressures": lambda normal, _, late: solve_normal("clarabel", normal, late),
+    "osqp, pressures": lambda normal, _, late: solve_normal("osqp", normal, late),
+    "scs, tractions": lambda _, tangential, late: solve_tangential("scs", tangential, late),
+}
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_a_solver_ends_at_its_deadline(problems, name):
+    assert np.isfinite(SOLVERS[name](*problems, Settings()).traction).all()
+    with pytest.raises(OutOfTime):
+        SOLVERS[name](*problems, Settings(deadline=LATE))
+
+
+def test_solvers_of_programs_are_given_the_time_that_is_left(problems):
+    """Of a program that takes them a second: they end early by themselves."""
+    for name in ("clarabel", "scs"):
+        begun = time.process_time()
+        with pytest.raises(OutOfTime):
+            solve_tangential(name, problems[1], Settings(tol=1e-10, deadline=time.perf_counter() + 0.01))
+        late = time.process_time() - begun
+        begun = time.process_time()
+        solve_tangential(name, problems[1], Settings(tol=1e-10))
+        assert late < 0.7 * (time.process_time() - begun), name
+
+
+def test_a_time_budget_is_kept_within_a_solver():
+    """One element at a time, NORM takes half a minute on the grid that is expected to take a second."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
+        normal_force=1e-3,
+        friction=0.3,
+        motion=vc.Steady(vx=0.02, spin=0.05),
+    )
+    begun = time.process_time()
+    sol = vc.solve(scene, normal="norm-single", time_budget=1.0)
+    assert len(sol.error_estimate.solves) > 1 and time.process_time() - begun < 5.0
