@@ -322,7 +322,7 @@ TURNING = replace(ROLLING, motion=vc.Steady(vx=0.02, spin=0.3))
 def asked_of(most, **what):
     """An answer by a solver that fails with more than so many elements across, as where equations have no solution."""
 
-    def solver(scene, progress, certified, near):
+    def solver(scene, progress, certified, near, deadline):
         if scene.grid.ny > most:
             raise NotConverged("newton says 'MaxIterations'", 1e-3)
         return vc.solve(scene, certify="auto" if certified else None)
