@@ -359,3 +359,11 @@ def test_by_an_executor_it_is_the_same_table(rolling, tmp_path):
     pd.testing.assert_frame_equal(there[figures], here[figures])
     pd.testing.assert_frame_equal(again, there)
     assert [file.name for file in tmp_path.iterdir()] == ["table.csv"]
+
+
+def test_without_a_grid_methods_are_compared_on_that_of_the_default_accuracy(rolling):
+    scene = rolling(grid="auto")
+    best = vc.solve(scene)
+    table = vc.compare({"free": scene}, ["tang", "newton"])
+    assert table["force_distance"].max() < 1e-6
+    assert set(table["contact"]) == {best.elements["contact"]} if "contact" in table else len(table) == 2

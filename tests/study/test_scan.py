@@ -98,8 +98,15 @@ def test_a_failure_elsewhere_is_that_failure(rolling):
         vc.scan(rolling(grid=GRID), CREEPAGES, tangential="scs", polish=False, tol=1e-15, executor=pool)
 
 
-def test_a_scan_to_an_accuracy_is_solved_here(rolling):
-    with pytest.raises(vc.SceneError, match="workers = 2 must be left out: a scan to an accuracy"):
+@pytest.mark.parametrize("options", [{}, {"accuracy": 0.03}])
+def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, options):
+    scene = rolling(grid="auto")
+    here, elsewhere = vc.scan(scene, CREEPAGES, **options), vc.scan(scene, CREEPAGES, workers=2, **options)
+    for motion, one, other in zip(CREEPAGES, here, elsewhere, strict=True):
+        alone = vc.solve(dataclasses.replace(scene, motion=vc.Steady(*motion)), **options)
+        assert one.force.tolist() == other.force.tolist() == alone.force.tolist()
+        assert one.error_estimate.largest <= options.get("accuracy", 0.01)
+    with pytest.raises(vc.SceneError, match="grid: the grid is chosen for the accuracy"):
         vc.scan(rolling(grid=GRID), CREEPAGES, accuracy=0.1, workers=2)
 
 

@@ -505,3 +505,25 @@ def test_a_store_has_to_be_netcdf(scene, tmp_path):
         vc.sweep(scene, OVER, store=tmp_path / "sweep.csv")
     with pytest.raises(vc.OutputError, match="there is no such file"):
         vc.read_sweep(tmp_path / "sweep.nc")
+
+
+@pytest.mark.parametrize("options", [{}, {"accuracy": 0.03}])
+def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
+    over, store = {"motion.vx": [0.05, 0.2]}, tmp_path / "sweep.nc"
+    swept = vc.sweep(rolling(grid="auto"), over, store=store, **options)
+    for vx in over["motion.vx"]:
+        motion = dataclasses.replace(rolling().motion, vx=vx)
+        estimate = vc.solve(rolling(grid="auto", motion=motion), **options).error_estimate
+        found = swept.sel({"motion.vx": vx})
+        assert [float(found[name]) for name in ("Fx", "Fx_error")] == [estimate.values["Fx"], estimate.bars["Fx"]]
+        assert np.isnan(found["vx_error"])
+    assert swept.attrs["accuracy"] == options.get("accuracy", 0.01)
+    assert vc.read_sweep(store).identical(swept)
+    assert vc.sweep(rolling(grid="auto"), over, store=store, **options).identical(swept)
+    with pytest.raises(vc.OutputError, match=r"holds another sweep \(accuracy"):
+        vc.sweep(rolling(grid="auto"), over, store=store, accuracy=0.05)
+
+
+def test_on_a_grid_there_are_no_error_bars(alone):
+    _, swept = alone
+    assert "Fx_error" not in swept and "accuracy" not in swept.attrs

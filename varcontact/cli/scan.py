@@ -60,7 +60,7 @@ def scan(
         typer.Option(help="Largest error of each against the continuum, as for solve.", show_default=False),
     ] = None,
     time_budget: Annotated[
-        float | None, typer.Option(help="In its place, seconds for each of them.", show_default=False)
+        float | None, typer.Option(help="Instead of --accuracy, seconds for each of them.", show_default=False)
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the table to this file (.csv).")] = None,
     plot: Annotated[
@@ -180,6 +180,9 @@ def _row(solution: Solution) -> dict[str, Any]:
         "residual": solution.certificate.residual,
         **dict(bounds),
     }
+    if solution.error_estimate is not None:
+        bars = solution.error_estimate.bars
+        figures |= {f"{name}_error": bars.get(name, math.nan) for name in ("Fx", "Fy", "Mz")}
     return {**{name: known(value) for name, value in figures.items()}, **solution.elements}
 
 
@@ -193,7 +196,10 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
     from varcontact.study.tables import columns_of_text
 
     names = [*list(rows[0])[:3], *PRINTED]
-    cells = [[_cell(name, row[name], sol) for name in names] for sol, row in zip(found, rows, strict=True)]
+    cells = [
+        [_cell(name, row[name], row.get(f"{name}_error"), sol) for name in names]
+        for sol, row in zip(found, rows, strict=True)
+    ]
     units, line = found[0].scene.units, found[0].scene.line
     shown = {"forces": "force"} if line else {"forces": "force", "moments": "moment", "spin": "spin"}
     said = [] if units is None else [f"{name} in {units.of(quantity, line)}" for name, quantity in shown.items()]
@@ -201,13 +207,15 @@ def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
     return "\n".join([", ".join([count, *said]), *columns_of_text([names, *cells], left=0)])
 
 
-def _cell(name: str, value: float | None, solution: Solution) -> str:
-    """A figure for people: forces and moments of nothing but rounding are shown as zero."""
+def _cell(name: str, value: float | None, bar: float | None, solution: Solution) -> str:
+    """A figure for people, with its error bar: forces and moments of nothing but rounding are shown as zero."""
+    from varcontact.results.report import with_bar
+
     if value is None:
         return ""
     arm = math.sqrt(solution.areas["contact"]) if name == "Mz" else 1.0
     rounded = name in ("Fx", "Fy", "Mz") and abs(value) < ROUNDING * solution.normal_force * arm
-    return f"{0.0 if rounded else value:.6g}"
+    return with_bar(0.0 if rounded else value, bar or 0.0)
 
 
 def _csv(rows: list[dict[str, Any]]) -> bytes:

@@ -62,7 +62,7 @@ def solve(
     ] = None,
     time_budget: Annotated[
         float | None,
-        typer.Option(help="In its place, seconds: the most accurate answer within them.", show_default=False),
+        typer.Option(help="Instead of --accuracy, seconds: the most accurate answer within them.", show_default=False),
     ] = None,
     case: Annotated[
         int | None,
@@ -86,6 +86,7 @@ def solve(
     from varcontact.io.outputs import check_ending
     from varcontact.io.solution_file import ENDINGS, check_solution_file
     from varcontact.scene.transient import Transient
+    from varcontact.solving.options import SolveOptions
     from varcontact.solving.solve import solve as solve_scene
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
@@ -98,7 +99,8 @@ def solve(
     given |= {"refine": refine, "accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     moves = isinstance(described.motion, Transient)
-    if moves and {"accuracy", "time_budget"} & options.keys():  # of several grids: the answer alone is kept
+    several = SolveOptions.checked(described, **options).target is not None
+    if moves and several:  # of several grids: the answer alone is kept
         if out is not None:
             check_history_file("--out", out, force)
     elif moves:  # the file grows with the history, and is whole at any time

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-TAKEN = ("normal", "tangential", "coupling", "formulation", "method", "tol", "polish", "certify")
+TAKEN = (
+    "normal", "tangential", "coupling", "formulation", "method", "tol", "polish", "certify", "accuracy", "time_budget"
+)  # fmt: skip
 """Entries of ``[solve]`` that a sweep has too."""
 SHOWN = 40
 """Scenes that are printed; the store has all of them."""
@@ -47,6 +49,13 @@ def sweep(
         str | None,
         typer.Option(help="The certificate: full (with bounds on forces), gap, none, auto.  [default: gap]"),
     ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Largest error of each against the continuum, as for solve.", show_default=False),
+    ] = None,
+    time_budget: Annotated[
+        float | None, typer.Option(help="Instead of --accuracy, seconds for each of them.", show_default=False)
+    ] = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
     out: Annotated[
         Path | None,
@@ -67,6 +76,7 @@ def sweep(
             raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")
     given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
     given |= {"formulation": formulation, "tol": tol, "certify": certify}
+    given |= {"accuracy": accuracy, "time_budget": time_budget}
     options |= {name: value for name, value in given.items() if value is not None}
     try:
         with cluster(dask, workers) as executor, bar() as progress:
@@ -102,14 +112,16 @@ def _report(swept: xr.Dataset) -> str:
     words = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
     rows = table.head(SHOWN).to_dict("records")
     lines = [[*map(str, names), *PRINTED]]
-    lines += [[_cell(row[name]) for name in (*names, *PRINTED)] for row in rows]
+    lines += [[_cell(row[name], row.get(f"{name}_error")) for name in (*names, *PRINTED)] for row in rows]
     more = [f"... and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
     failed = table[table["reason"] != ""].groupby("reason", sort=False).size()
     reasons = [f"{count} because: {reason}" for reason, count in failed.items()]
     return "\n".join([f"{len(table)} scenes: {words}", *columns_of_text(lines, left=0), *more, *reasons])
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, bar: float | None) -> str:
+    from varcontact.results.report import with_bar
+
     if isinstance(value, float):
-        return "" if value != value else f"{value:.6g}"
+        return "" if value != value else with_bar(value, bar or 0.0)
     return str(value)

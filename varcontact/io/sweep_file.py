@@ -12,7 +12,7 @@ import io
 import json
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,28 +47,47 @@ NUMBERS = {
     "Mz_bound": "moment",
 }
 COUNTS = ("contact", "stick", "slip", "iterations")
-RECORD = np.dtype(
-    [(name, ">f8") for name in NUMBERS]
-    + [(name, ">i4") for name in (*COUNTS, "outcome")]
-    + [("reason", f"S{LONGEST_REASON}"), ("check", ">u4")]
-)
-"""What the file has of each scene, in the order and the bytes of its records."""
+ERRORS = {"Fx_error": "force", "Fy_error": "force", "Mz_error": "moment", "vx_error": "1", "vy_error": "1"}
+"""Error bars, of sweeps to an accuracy or within a time."""
 
 
-def blank(scenes: int) -> np.ndarray:
+def record_type(settings: Mapping[str, Any]) -> np.dtype:
+    """What the file of a sweep has of each scene, in the order and the bytes of its records.
+
+    Parameters
+    ----------
+    settings : mapping
+        Of the sweep.
+    """
+    numbers = NUMBERS | (ERRORS if {"accuracy", "time_budget"} & settings.keys() else {})
+    return np.dtype(
+        [(name, ">f8") for name in numbers]
+        + [(name, ">i4") for name in (*COUNTS, "outcome")]
+        + [("reason", f"S{LONGEST_REASON}"), ("check", ">u4")]
+    )
+
+
+RECORD = record_type({})
+"""That of a sweep on given grids."""
+
+
+def blank(scenes: int, record: np.dtype = RECORD) -> np.ndarray:
     """Records of scenes that are not solved.
 
     Parameters
     ----------
     scenes : int
+    record : dtype
+        As `record_type` gives it.
 
     Returns
     -------
-    ndarray of RECORD, shape (scenes,)
+    ndarray of `record`, shape (scenes,)
     """
-    records = np.zeros(scenes, RECORD)
-    for name in NUMBERS:
-        records[name] = np.nan
+    records = np.zeros(scenes, record)
+    for name in record.names or ():
+        if record[name] == ">f8":
+            records[name] = np.nan
     return records
 
 
@@ -105,7 +124,7 @@ def finished(records: np.ndarray) -> np.ndarray:
 
 
 def _checksum(record: np.void) -> int:
-    return zlib.crc32(record.tobytes()[: -RECORD["check"].itemsize])
+    return zlib.crc32(record.tobytes()[: -record.dtype["check"].itemsize])
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +136,12 @@ class SweepFile:
     path : Path
     begin : int
         Where the first record begins [bytes].
+    record : dtype
     """
 
     path: Path
     begin: int
+    record: np.dtype
     _file: BinaryIO
 
     @classmethod
@@ -144,16 +165,17 @@ class SweepFile:
         """
         check_ending("store", path, ".nc")
         check_writable("store", path)
+        record = record_type(described["settings"])
         with only_writer("store", path):
             header = _header(described, scenes)
             if not path.exists() or path.stat().st_size == 0:
                 with replacing("store", path) as file:
                     file.write(header)
-                    file.write(blank(scenes).tobytes())
+                    file.write(blank(scenes, record).tobytes())
             elif (there := _read_store(path)[1]) != (asked := json.loads(json.dumps(described))):
                 raise OutputError("store", path, f"holds another sweep{_difference(there, asked)}; name a new file")
             with path.open("r+b", buffering=0) as file:
-                yield cls(path, len(header), file)
+                yield cls(path, len(header), record, file)
 
     def records(self, scenes: int) -> np.ndarray:
         """What is in the file; records that are not whole are as if nothing were there.
@@ -163,7 +185,7 @@ class SweepFile:
         scenes : int
             How many.
         """
-        return _records(self._file, self.begin, scenes)
+        return _records(self._file, self.begin, scenes, self.record)
 
     def put(self, first: int, records: np.ndarray) -> None:
         """Put some records behind each other, and force them to the disk.
@@ -182,7 +204,7 @@ class SweepFile:
         try:
             if not (self.path.exists() and os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())):
                 raise OutputError("store", self.path, "has been replaced by something else since this sweep opened it")
-            self._file.seek(self.begin + first * RECORD.itemsize)
+            self._file.seek(self.begin + first * self.record.itemsize)
             self._file.write(records.tobytes())
             os.fsync(self._file.fileno())
         except OutputError:
@@ -210,14 +232,14 @@ def read_sweep_file(path: Path) -> tuple[dict[str, Any], np.ndarray]:
     """
     begin, described, scenes = _read(path)
     with path.open("rb") as file:
-        return described, _records(file, begin, scenes)
+        return described, _records(file, begin, scenes, record_type(described["settings"]))
 
 
-def _records(file: BinaryIO, begin: int, scenes: int) -> np.ndarray:
+def _records(file: BinaryIO, begin: int, scenes: int, record: np.dtype) -> np.ndarray:
     file.seek(begin)
-    content = file.read(scenes * RECORD.itemsize)
-    records, whole = blank(scenes), len(content) // RECORD.itemsize
-    there = np.frombuffer(content[: whole * RECORD.itemsize], RECORD)
+    content = file.read(scenes * record.itemsize)
+    records, whole = blank(scenes, record), len(content) // record.itemsize
+    there = np.frombuffer(content[: whole * record.itemsize], record)
     done = np.flatnonzero(finished(there))
     records[done] = there[done]
     return records
@@ -227,7 +249,7 @@ def _header(described: dict[str, Any], scenes: int) -> bytes:
     """The file up to its first record."""
     content, size = _file_of(described, 0)
     content, size = _file_of(described, len(content) - size)
-    assert size == RECORD.itemsize
+    assert size == record_type(described["settings"]).itemsize
     return MAGIC + scenes.to_bytes(4, "big") + content[COUNT_AT + 4 : -size]
 
 
@@ -240,15 +262,15 @@ def _file_of(described: dict[str, Any], begin: int) -> tuple[bytes, int]:
     file.format, file.first_record, file.sweep = FORMAT, f"{begin:012d}", json.dumps(described)
     file.createDimension("number", None)
     file.createDimension("characters", LONGEST_REASON)
-    units = described.get("units", {})
-    for name in RECORD.names or ():
+    units, record, quantities = described.get("units", {}), record_type(described["settings"]), NUMBERS | ERRORS
+    for name in record.names or ():
         if name == "reason":
             file.createVariable(name, "c", ("number", "characters"))[0] = np.zeros(LONGEST_REASON, "S1")
             continue
-        variable = file.createVariable(name, "d" if name in NUMBERS else "i", ("number",))
+        variable = file.createVariable(name, "d" if name in quantities else "i", ("number",))
         variable[0] = 0
-        if name in NUMBERS and units.get(NUMBERS[name]):
-            variable.units = units[NUMBERS[name]]
+        if units.get(quantities.get(name, "")):
+            variable.units = units[quantities[name]]
     file.variables["outcome"].meaning = "; ".join(f"{k} {word or 'not solved yet'}" for k, word in enumerate(OUTCOMES))
     file.variables["check"].meaning = "CRC-32 of the other bytes of the record, unsigned"
     file.flush()

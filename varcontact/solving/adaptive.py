@@ -18,6 +18,7 @@ import numpy as np
 
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
 from varcontact.machine import memory
+from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.memory import peak
 from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate, Solve
@@ -77,6 +78,7 @@ class GridLevel:
         return [each for each in narrow if each.share > least or (each.peak and "peak_pressure" in self.values)]
 
 
+@one_blas_thread()
 def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None) -> Answer:
     """Solve a scene to an accuracy, or within a time.
 

@@ -63,7 +63,9 @@ def solve_on_grid(
             options.refine, deadline,
         )  # fmt: skip
     setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
-    steps = Steps(plan, tol, options.polish, Clock(progress), setups, options.start, certify, final, continuum, deadline)
+    steps = Steps(
+        plan, tol, options.polish, Clock(progress), setups, options.start, certify, final, continuum, deadline
+    )
     disc, state = on_a_grid_that_holds_it(
         scene, roughly(steps) if options.refine and plan.closed_form else steps, near=near
     )

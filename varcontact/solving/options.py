@@ -11,6 +11,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.choice import make_plan
 from varcontact.planning.plan import Plan
+from varcontact.planning.roads import TOLERANCE
 from varcontact.problem.certificate import LEVELS
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
@@ -130,19 +131,19 @@ class SolveOptions:
     def checked(
         cls,
         scene: Scene,
-        normal: str,
-        tangential: str,
-        coupling: str,
-        formulation: str,
-        method: str,
-        tol: float,
-        polish: bool | None,
-        start: Any,
-        certify: str | None,
-        refine: str | None,
-        store: str | Path | None,
-        accuracy: float | None,
-        time_budget: float | None,
+        normal: str = "auto",
+        tangential: str = "auto",
+        coupling: str = "auto",
+        formulation: str = "auto",
+        method: str = "auto",
+        tol: float = TOLERANCE,
+        polish: bool | None = None,
+        start: Any = None,
+        certify: str | None = "auto",
+        refine: str | None = None,
+        store: str | Path | None = None,
+        accuracy: float | None = None,
+        time_budget: float | None = None,
     ) -> SolveOptions:
         """The arguments of `solve`, refused before any work where they do not suit the scene.
 

@@ -11,15 +11,13 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.planning.choice import make_plan
-from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solving.options import level, polished_by
+from varcontact.solving import adaptive
+from varcontact.solving.options import SolveOptions
 from varcontact.solving.series import solve_many
-from varcontact.solving.solve import solve
 from varcontact.study.engine import CHUNK, opened, results
 
 
@@ -59,7 +57,8 @@ def scan(
     progress : callable, optional
         Told the name of each stage, or, of other processes, how many creepages are done.
     accuracy, time_budget : float, optional
-        As for `solve`, of each solution. Each then has a grid of its own, and nothing is shared between them.
+        As for `solve`, of each solution; of a scene without a grid 1 %. Each then has a grid of its own, and nothing is
+        shared between them.
 
     Returns
     -------
@@ -82,24 +81,25 @@ def scan(
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
-    motions = _motions(scene, creepages)
-    if (accuracy is not None or time_budget is not None) and (executor is not None or workers != 1):
-        name, value = ("workers", workers) if executor is None else ("executor", executor)
-        raise SceneError(name, value, "left out: a scan to an accuracy, or within a time, is solved here")
+    choices: dict[str, Any] = {
+        "normal": normal,
+        "tangential": tangential,
+        "coupling": coupling,
+        "formulation": formulation,
+    }
+    choices |= {"method": method, "tol": tol, "polish": polish, "certify": certify}
+    choices |= {"accuracy": accuracy, "time_budget": time_budget}
+    solutions = scanned(scene, creepages, **choices, progress=progress)
     with opened(executor, workers) as pool:
         if pool is None:
-            options: dict[str, Any] = {"formulation": formulation, "method": method, "tol": tol, "polish": polish}
-            options |= {"certify": certify, "accuracy": accuracy, "time_budget": time_budget, "progress": progress}
-            return list(scanned(scene, creepages, normal, tangential, coupling, **options))
-        plan = _plan(scene, motions, normal, tangential, coupling, formulation, method)
-        tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
-        parts = [motions[k : k + CHUNK] for k in range(0, len(motions), CHUNK)]
-        solved: list[list[Solution]] = [[] for _ in parts]
-        tasks = [_Part(scene, part, plan, tol, polish, level(certify)) for part in parts]
-        for number, solutions in results(_Part.solved, tasks, pool):
-            solved[number] = solutions
+            return list(solutions)
+        triples = checks.numbers("creepages", creepages)
+        tasks = [_Part(scene, triples[k : k + CHUNK], choices) for k in range(0, len(triples), CHUNK)]
+        solved: list[list[Solution]] = [[] for _ in tasks]
+        for number, part in results(_Part.solved, tasks, pool):
+            solved[number] = part
             if progress is not None:
-                progress(f"{sum(map(len, solved))} of {len(motions)} creepages")
+                progress(f"{sum(map(len, solved))} of {len(triples)} creepages")
     return [solution for part in solved for solution in part]
 
 
@@ -128,30 +128,29 @@ def scanned(
     accuracy, time_budget : float, optional
         As for `scan`.
     """
-    motions = _motions(scene, creepages)
-    if accuracy is not None or time_budget is not None:
-        rest: dict[str, Any] = {"tol": tol, "polish": polish, "certify": certify, "progress": progress}
-        rest |= {"formulation": formulation, "method": method, "accuracy": accuracy, "time_budget": time_budget}
-        posed = [replace(scene, motion=each) for each in motions]
-        return (cast(Solution, solve(each, normal, tangential, coupling, **rest)) for each in posed)
-    plan = _plan(scene, motions, normal, tangential, coupling, formulation, method)
-    tol, polish, progress = checks.positive("tol", tol), polished_by(plan, polish), checks.progress(progress)
-    return solve_many(scene, motions, plan, tol, polish, progress, level(certify))
+    posed = [replace(scene, motion=each) for each in _motions(scene, creepages)]
+    choices = normal, tangential, coupling, formulation, method
+    target: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
+    options = SolveOptions.checked(posed[0], *choices, tol, polish, certify=certify, **target)
+    for each in posed[1:]:  # what any of them cannot have is refused
+        options.plan_for(each)
+    progress = checks.progress(progress)
+    if options.target is not None:
+        return (cast(Solution, adaptive.solve(each, options, progress)) for each in posed)
+    motions = [cast(Steady | Shift, each.motion) for each in posed]
+    return solve_many(scene, motions, options.plan, options.tol, options.polish, progress, options.certify)
 
 
 @dataclass(frozen=True)
 class _Part:
-    """Some motions of a scan, and how they are solved."""
+    """Some creepages of a scan, and the arguments of `scanned`."""
 
     scene: Scene
-    motions: list[Steady | Shift]
-    plan: Plan
-    tol: float
-    polish: bool
-    certify: str
+    creepages: np.ndarray
+    choices: dict[str, Any]
 
     def solved(self) -> list[Solution]:
-        return list(solve_many(self.scene, self.motions, self.plan, self.tol, self.polish, certify=self.certify))
+        return list(scanned(self.scene, self.creepages, **self.choices))
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
@@ -168,12 +167,6 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
         )
     triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
     return [_with_rigid(motion, triple) for triple in triples]
-
-
-def _plan(scene: Scene, motions: list[Steady | Shift], *choices: str) -> Plan:
-    """The plan of the first motion, which serves all; what any of them cannot have is refused."""
-    plans = [make_plan(replace(scene, motion=each), *choices) for each in motions]
-    return plans[0]
 
 
 def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from varcontact.errors import Interrupted, NotConverged, SolverUnavailable, Varc
 from varcontact.io.scene_file import scene_to
 from varcontact.io.sweep_file import (
     COUNTS,
+    ERRORS,
     LONGEST_REASON,
     NUMBERS,
     OUTCOMES,
@@ -27,17 +28,19 @@ from varcontact.io.sweep_file import (
     blank,
     finished,
     read_sweep_file,
+    record_type,
     sealed,
 )
 from varcontact.machine.interrupts import imported
-from varcontact.planning.choice import make_plan
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
-from varcontact.solving.options import level, polished_by
+from varcontact.solving import adaptive
+from varcontact.solving.options import SolveOptions
 from varcontact.solving.series import Series
+from varcontact.solving.target import BY_DEFAULT
 from varcontact.study.compare import carried
 from varcontact.study.engine import CHUNK, opened, results
 from varcontact.study.parameters import Swept
@@ -96,6 +99,8 @@ def sweep(
     workers: int = 1,
     store: str | Path | None = None,
     progress: Callable[[Standing], None] | None = None,
+    accuracy: float | None = None,
+    time_budget: float | None = None,
 ) -> xr.Dataset:
     """Solve many scenes, in several processes or on a cluster if wanted, and collect their forces and certificates.
 
@@ -121,6 +126,8 @@ def sweep(
         on any executor, the sweep goes on from there.
     progress : callable, optional
         Told a `Standing` after every chunk, which as a string says how far the sweep is and how long it will take.
+    accuracy, time_budget : float, optional
+        As for `solve`, of each scene. Scenes without a grid are solved to 1 % if neither is given.
 
     Returns
     -------
@@ -128,7 +135,8 @@ def sweep(
         Over the entries that vary, and over "scene" where several are given. `outcome` is "solved", "approximate" (by
         a theory), "not converged", "refused", "unavailable" or "failed", `reason` why; figures are NaN where there is
         no solution. Forces, moment, creepages (of a shift: shifts) and approach; gap and residual, and guaranteed
-        bounds on the forces, NaN where they are left out; elements in contact, stick and slip; iterations.
+        bounds on the forces, NaN where they are left out; elements in contact, stick and slip; iterations. Of scenes
+        solved to an accuracy, ``Fx_error`` and others are the error bars.
 
     Raises
     ------
@@ -161,8 +169,8 @@ def sweep(
     [-0.07  -0.133 -0.362]
     """
     swept = Swept.of(scenes, over)
-    solver = _Solver((normal, tangential, coupling, formulation, method), tol, polish, certify)
-    solver = solver.checked(swept.scenes)
+    choices = normal, tangential, coupling, formulation, method
+    solver = _Solver(choices, tol, polish, certify, accuracy, time_budget).checked(swept.scenes)
     chunk = checks.whole("chunk", chunk)
     checks.progress(progress)
     path = None if store is None else checks.file_name("store", store)
@@ -172,7 +180,7 @@ def sweep(
         described, file = _described(swept, solver, chunk), None
         if path is not None:
             file = held.enter_context(SweepFile.opened(path, described, len(swept.scenes)))
-        records = blank(len(swept.scenes)) if file is None else file.records(len(swept.scenes))
+        records = blank(len(swept.scenes), solver.record) if file is None else file.records(len(swept.scenes))
         try:
             for _ in _swept(swept.scenes, records, solver, chunk, pool, executor is None, file, progress):
                 pass
@@ -233,7 +241,7 @@ def _swept(
     done = finished(records)
     firsts = [k for k in range(0, len(scenes), chunk) if not done[k : k + chunk].all()]
     for first in firsts:  # a chunk is solved as a whole
-        records[first : first + chunk] = blank(len(records[first : first + chunk]))
+        records[first : first + chunk] = blank(len(records[first : first + chunk]), solver.record)
     tasks = [_Task(solver, tuple(scenes[first : first + chunk])) for first in firsts]
     begun, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
     if progress is not None:
@@ -266,25 +274,35 @@ class _Solver:
     tol: float
     polish: bool | None
     certify: str | None
+    accuracy: float | None = None
+    time_budget: float | None = None
+    default: bool = False  # whether scenes without a grid are solved to the default accuracy
 
-    def plan(self, scene: Scene) -> Plan:
-        """The plan for a scene."""
-        plan = make_plan(scene, *self.choices)
-        load_packages(plan.normal, plan.tangential)
-        return plan
+    def options(self, scene: Scene) -> SolveOptions:
+        """The options for a scene, checked."""
+        rest: dict[str, Any] = {"accuracy": self.accuracy, "time_budget": self.time_budget}
+        options = SolveOptions.checked(scene, *self.choices, self.tol, self.polish, certify=self.certify, **rest)
+        load_packages(options.plan.normal, options.plan.tangential)
+        return options
 
     def checked(self, scenes: Sequence[Scene]) -> _Solver:
         """The same, if it suits one of the scenes at least; else the error of the first."""
         first: VarcontactError | None = None
         for scene in scenes:
             try:
-                polish = polished_by(self.plan(scene), self.polish)
+                known = self.options(scene)
             except VarcontactError as error:
                 first = error if first is None else first
             else:
-                return _Solver(self.choices, checks.positive("tol", self.tol), polish, level(self.certify))
+                default = known.plan.theory is None and any(scene.grid == "auto" for scene in scenes)
+                return replace(self, tol=known.tol, polish=known.polish, certify=known.certify, default=default)
         assert first is not None
         raise first
+
+    @property
+    def record(self) -> np.dtype:
+        """What there is of each scene."""
+        return record_type(_rest(self))
 
 
 @dataclass(frozen=True)
@@ -301,12 +319,14 @@ _KEPT = threading.local()
 
 def _solved(task: _Task) -> np.ndarray:
     """The records of a chunk of scenes; whatever happens to one of them stands in its record."""
-    records, solver = blank(len(task.scenes)), task.solver
+    records, solver = blank(len(task.scenes), task.solver.record), task.solver
     series = Series(solver.tol, bool(solver.polish), str(solver.certify), operators=getattr(_KEPT, "operators", None))
     for record, scene in zip(records, task.scenes, strict=True):
         try:
-            plan = solver.plan(scene)
-            _note(record, series.solve(scene, plan), plan)
+            options = solver.options(scene)
+            sol = series.solve(scene, options.plan) if options.target is None else adaptive.solve(scene, options)
+            assert isinstance(sol, Solution)
+            _note(record, sol, options.plan)
         except NotConverged as error:
             _failed(record, "not converged", str(error))
         except SolverUnavailable as error:
@@ -335,8 +355,10 @@ def _note(record: np.void, sol: Solution, plan: Plan) -> None:
         **sol.elements,
         "iterations": sum(sol.iterations.values()),
     }
-    for name, value in figures.items():
-        record[name] = value
+    if sol.error_estimate is not None:
+        figures |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
+    for name in figures.keys() & set(record.dtype.names or ()):
+        record[name] = figures[name]
     formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
     record["outcome"] = OUTCOMES.index("approximate" if formula or plan.one_pass else "solved")
 
@@ -365,7 +387,11 @@ CHOICES = ("normal", "tangential", "coupling", "formulation", "method")
 
 
 def _rest(solver: _Solver) -> dict[str, Any]:
-    return {"tol": solver.tol, "polish": solver.polish, "certify": solver.certify}
+    rest = {"tol": solver.tol, "polish": solver.polish, "certify": solver.certify}
+    target = {"accuracy": solver.accuracy, "time_budget": solver.time_budget}
+    if solver.default and solver.accuracy is solver.time_budget is None:
+        target["accuracy"] = BY_DEFAULT
+    return rest | {name: value for name, value in target.items() if value is not None}
 
 
 def _dataset(described: Mapping[str, Any], records: np.ndarray) -> xr.Dataset:
@@ -376,7 +402,9 @@ def _dataset(described: Mapping[str, Any], records: np.ndarray) -> xr.Dataset:
     dims, shape = tuple(coordinates), tuple(len(values) for values in coordinates.values())
     units = described["units"]
     columns: dict[str, tuple[Any, ...]] = {}
-    for name, quantity in NUMBERS.items():
+    for name, quantity in (NUMBERS | ERRORS).items():
+        if name not in (records.dtype.names or ()):
+            continue
         unit = {"units": units[quantity]} if units.get(quantity) else {}
         columns[name] = dims, records[name].astype(float).reshape(shape), unit
     for name in COUNTS:
