@@ -321,13 +321,8 @@ def failing(monkeypatch):
     """Solves fail with more than 20 elements across, as where equations have no solution."""
     solve = adaptive.solve_on_grid
 
-<<<<<<< HEAD:tests/solving/adaptive/test_accuracy.py
     def solver(scene, *rest):
         if scene.grid.ny > 20:
-=======
-    def solver(scene, progress, certified, near, deadline):
-        if scene.grid.ny > most:
->>>>>>> machine:tests/solving/on_demand/test_accuracy.py
             raise NotConverged("newton says 'MaxIterations'", 1e-3)
         return solve(scene, *rest)
 
