@@ -34,7 +34,7 @@ def test_it_is_the_case_in_python(tmp_path):
     text = """
     side = "left"
     vertical_force = 50e3
-    with_friction = true
+    with_friction = false
     dx = 0.4
     friction = { kind = "exponential", static = 0.4, kinetic = 0.2, half_velocity = 10.0, velocity = 2e4 }
     [bodies]
@@ -62,7 +62,7 @@ def test_it_is_the_case_in_python(tmp_path):
     (case,) = found.cases
     assert found.options == {"tol": 1e-5, "tangential": "newton"}
     assert found.archard is None
-    assert (case.side, case.vertical_force, case.with_friction, case.dx, case.dy) == ("left", 50e3, True, 0.4, 0.5)
+    assert (case.side, case.vertical_force, case.with_friction, case.dx, case.dy) == ("left", 50e3, False, 0.4, 0.5)
     assert case.friction == ExponentialFalling(static=0.4, kinetic=0.2, half_velocity=10.0, velocity=2e4)
     assert case.bodies.combined_G == pytest.approx(210e3 / 2.6)
     assert case.position == Position(y=2.0, roll=1e-3)

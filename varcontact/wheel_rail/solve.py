@@ -28,8 +28,8 @@ ROUNDING = 1e-15
 """Of heights, by the radius of the wheel, from which they are reckoned."""
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
-
-
+STEEP = 2.0
+"""Normal forces by the load above which a wheel on its flange is warned of: those of an angle of 60 degrees."""
 FEWEST = 4
 """Elements of a patch either way, with fewer of which its pressures are rough."""
 OF_GRIDS = ("accuracy", "time_budget", "refine", "store")
@@ -79,6 +79,7 @@ def solve_wheel_on_rail(
 
     z, rounds = (case.z, 0) if case.z is not None else bearing_height(case, tol, vertical)
     found = solved(z, certify)
+    _check_load(case, found)
     for each in found:
         check_smooth(each.patch, stacklevel=4)
         _check_elements(each)
@@ -107,6 +108,8 @@ def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], fl
 
     Raises
     ------
+    SceneError
+        If friction lifts the wheel, so that no height bears the load.
     NotConverged
         If none was found.
     """
@@ -120,6 +123,8 @@ def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], fl
         force = vertical(z)
         if abs(force - load) <= tol * load:
             return z, rounds
+        if force <= 0:
+            raise _lifted(case, z, force)
         value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))
         low, high = (z, high) if value < 0 else (low, z)
         slope = (value - last_value) / (z - last)
@@ -137,8 +142,19 @@ def bearing_height(case: WheelOnRail, tol: float, vertical: Callable[[float], fl
     raise NotConverged(missed, abs(force - load) / load)
 
 
+def _lifted(case: WheelOnRail, z: float, force: float) -> SceneError:
+    """What to raise where friction presses the wheel up by more than the pressures press it down."""
+    reason = (
+        f"vertical_force = {case.vertical_force:g} N: no height of the axle bears it. {z - case.touching:.3g} mm below "
+        "the height where the wheel touches, friction lifts it by more than its normal force presses it down (together "
+        f"{force:.4g} N): it climbs on the rail. Give another position, velocity or coefficient of friction, z instead "
+        "of the force, or with_friction = False for a force of normal forces alone"
+    )
+    return SceneError("vertical_force", case.vertical_force, message=reason)
+
+
 def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
-    """The vertical force on the rail, of normal forces alone unless friction counts."""
+    """The vertical force on the rail; without friction that of the normal forces."""
     if case.with_friction:
         return float(sum(each.force_on_track[2] for each in solved))
     return float(sum(each.normal_force * np.cos(each.patch.angle) for each in solved))
@@ -156,6 +172,18 @@ def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str,
     """A patch; one in parts by what each feels of the others."""
     scene = weakened(patch.scene, patch.seams) if patch.seams else patch.scene
     return solve(scene, certify=certify, **methods)
+
+
+def _check_load(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
+    """Warn where the normal forces are far larger than the load: on a steep flange."""
+    pressed = sum(each.normal_force for each in solved)
+    if case.vertical_force is not None and pressed > STEEP * case.vertical_force:
+        warnings.warn(
+            f"normal forces of {pressed:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
+            f"{np.degrees(max(abs(each.patch.angle) for each in solved)):.3g} degrees: a wheel with this load hardly "
+            "comes to this position",
+            stacklevel=4,
+        )
 
 
 def _check_elements(solved: PatchSolution) -> None:

@@ -92,9 +92,8 @@ class WheelOnRail:
         Exactly one of the two: the load on this wheel [N], or the height of the axle, downwards, 0 where the nominal
         circles are at the height of the rail tops [mm].
     with_friction : bool
-        Whether tangential forces bear a part of the vertical force; without, normal forces bear all of it. On a steep
-        flange they can lift the wheel by more than its normal force presses; then a height that bears the load is far
-        into the rail, if there is one.
+        Whether the vertical force is that of all forces on the wheel, tangential forces included, as in CONTACT. If
+        False, it is that of the normal forces alone.
     bodies : Bodies, optional
         In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
     friction : float or law
@@ -132,7 +131,7 @@ class WheelOnRail:
     velocity: Velocity = ROLLING
     vertical_force: float | None = None
     z: float | None = None
-    with_friction: bool = False
+    with_friction: bool = True
     bodies: Bodies = STEEL
     friction: float | Law = 0.3
     dx: float = 0.5
@@ -318,7 +317,8 @@ class WheelOnRail:
         Raises
         ------
         NoContact, SceneError
-            See `patches`, and where no height bears the force.
+            See `patches`, and where no height bears the force: on a steep flange friction can lift the wheel by more
+            than its normal force presses it down.
         NotConverged
             If a patch is not solved, see `varcontact.solve`.
         """
