@@ -311,12 +311,6 @@ def test_few_elements_are_said_and_their_forces_hold(sides, said):
     assert each.force[:2] == pytest.approx([wanted["fx"], wanted["fs"]], abs=0.02 * 0.3 * wanted["fn"])
 
 
-@pytest.mark.parametrize("name", ["accuracy", "time_budget", "refine", "store"])
-def test_what_chooses_a_grid_is_refused(name):
-    with pytest.raises(SceneError, match=f"{name} must be left out: dx and dy of a wheel on a rail make the grid"):
-        wheel().solve(**{name: 0.1})
-
-
 @pytest.mark.parametrize(
     ("make", "said"),
     [

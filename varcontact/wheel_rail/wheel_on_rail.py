@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 STEEL = Bodies(G=82000.0, nu=0.28)
 MIDDLE, ROLLING = Position(), Velocity()
+ELEMENT = 0.5
+"""Sides of an element [mm] where neither they nor an accuracy are given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +100,8 @@ class WheelOnRail:
         In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
     friction : float or law
         See `Scene`.
-    dx, dy : float
-        Sides of an element [mm].
+    dx, dy : float, optional
+        Sides of an element [mm]: 0.5 mm if not given, unless `solve` chooses a grid for an accuracy.
     join, separate : float
         Overlaps of wheel and rail that are nearer to each other than `separate` make one patch, in one plane; others
         are patches of their own, which do not feel each other. Those nearer than `join` feel each other as parts of one
@@ -134,8 +136,8 @@ class WheelOnRail:
     with_friction: bool = True
     bodies: Bodies = STEEL
     friction: float | Law = 0.3
-    dx: float = 0.5
-    dy: float = 0.5
+    dx: float | None = None
+    dy: float | None = None
     join: float = 4.0
     separate: float = 8.0
     turn: float | None = None
@@ -154,7 +156,8 @@ class WheelOnRail:
         set_(self, "friction", coefficient("friction", self.friction))
         set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
         for name in ("dx", "dy", "join", "separate"):
-            set_(self, name, checks.positive(name, getattr(self, name)))
+            if getattr(self, name) is not None:
+                set_(self, name, checks.positive(name, getattr(self, name)))
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
         if self.turn is not None:
@@ -189,7 +192,7 @@ class WheelOnRail:
         """The height of the axle at which the wheel just touches the rail [mm]."""
         return self.locus.touching
 
-    def patches(self, z: float, *, warn: bool = True) -> tuple[ContactPatch, ...]:
+    def patches(self, z: float, *, warn: bool = True, with_grid: bool = True) -> tuple[ContactPatch, ...]:
         """All contact patches at a height of the axle.
 
         Parameters
@@ -198,6 +201,8 @@ class WheelOnRail:
             Downwards, see `WheelOnRail` [mm].
         warn : bool
             Whether patches with a rough profile are warned of.
+        with_grid : bool
+            Whether scenes have the grid of `dx` and `dy`; without, samples that are interpolated on any grid.
 
         Returns
         -------
@@ -216,25 +221,26 @@ class WheelOnRail:
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
         tangents = tangents_of(groups, self.rail, self.separate, turn)
         body = self.velocity.body(self.wheelset, self.position, z)
-        known = self.wheel, self.rail, body.rotation, body.position, (self.dx, self.dy), (self.join, self.separate)
+        sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
+        known = self.wheel, self.rail, body.rotation, body.position, sides, (self.join, self.separate)
         places = [place(group, tangent, *known) for group, tangent in zip(groups, tangents, strict=True)]
-        found = tuple(self._patch(each, z, body) for each in places)
+        found = tuple(self._patch(each, z, body, with_grid) for each in places)
         if warn:
             for patch in found:
                 check_smooth(patch, stacklevel=3)
         return found
 
-    def _patch(self, found: Place, z: float, body: RigidBody) -> ContactPatch:
+    def _patch(self, found: Place, z: float, body: RigidBody, with_grid: bool) -> ContactPatch:
         rolled = self.creepage(found.frame, found.approach, z)
         origin = found.frame.origin
         on_wheel = self.on_wheel(origin, body)
         scene = Scene(
             bodies=self.bodies,
-            surface=SampledDistance(found.distance),
+            surface=SampledDistance(found.distance, *(() if with_grid else (found.grid.x, found.grid.y))),
             approach=found.approach,
             friction=self.friction,
             motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
-            grid=found.grid,
+            grid=found.grid if with_grid else "auto",
             units=MM_N,
         )
         return ContactPatch(
@@ -308,7 +314,9 @@ class WheelOnRail:
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
         **methods
-            Other arguments of `varcontact.solve`, for all patches; none that choose a grid of their own.
+            Other arguments of `varcontact.solve`, for all patches. With `accuracy` or `time_budget`, for which `dx` and
+            `dy` are left out, grids are chosen, and the solution has errors. A theory as `tangential` is evaluated on
+            Hertz's ellipse with the normal force of a patch and the second moments of its pressure.
 
         Returns
         -------
