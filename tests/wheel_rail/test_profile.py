@@ -155,6 +155,46 @@ def test_pictures_show_points_kinks_and_sides():
     assert "curvature" in below.get_ylabel()
 
 
+def test_profiles_of_the_other_kind_are_refused():
+    """Either way up, mirrored, and with the flange's back cut."""
+    cut = WHEEL.y > -65.0
+    for y, z in ((WHEEL.y, WHEEL.z), (-WHEEL.y, WHEEL.z), (WHEEL.y[cut], WHEEL.z[cut])):
+        for up in (1, -1):
+            with pytest.raises(SceneError, match=r'profile\.kind = "rail", but the points are those of a wheel'):
+                Profile(y=y, z=up * z, kind="rail")
+    for rail in (RAIL, Profile.rail_60e1()):
+        for up in (1, -1):
+            with pytest.raises(SceneError, match=r'profile\.kind = "wheel", but the points are those of a rail'):
+                Profile(y=-rail.y, z=up * rail.z, kind="wheel")
+
+
+def test_legal_profiles_of_all_shapes_are_taken():
+    """One flank of a rail, its crown alone, head with web and foot, a grooved rail; a wheel of two flanges."""
+    half = RAIL.y < 5.0
+    crown = np.abs(RAIL.y + 7.5) < 25.0
+    for part in (half, crown):
+        Profile(y=RAIL.y[part], z=RAIL.z[part], kind="rail")
+        Profile(y=-RAIL.y[part], z=RAIL.z[part], kind="rail")
+    foot = np.array([[36.5, 40], [10, 52], [8, 120], [12, 140], [75, 160], [75, 172]], float)
+    head = np.stack([RAIL.y + 7.5, RAIL.z], axis=1)
+    whole = np.concatenate([foot[::-1] * [-1, 1], head, foot])
+    Profile(y=whole[:, 0], z=whole[:, 1], kind="rail")
+    y = np.linspace(-50.0, 80.0, 261)
+    groove = np.where((y > 30) & (y < 66), 30.0, 0.0) * np.sin(np.pi * np.clip((y - 30) / 36, 0, 1))
+    Profile(y=-y, z=groove + y**2 / 600, kind="rail")
+    flange = 28 * np.exp(-(((y - 15) - 52) ** 2 / 300)) + 28 * np.exp(-(((y - 15) + 52) ** 2 / 300))
+    Profile(y=y - 15, z=flange, kind="wheel")
+
+
+@pytest.mark.parametrize("place", [-20.0, 20.0])
+@pytest.mark.parametrize("up", [1, -1])
+def test_hollow_and_barrelled_treads_without_a_flange_are_wheels(place, up):
+    """Their deepest point is no flange, and a hollow is not upside down."""
+    y = np.linspace(-60.0, 60.0, 241)
+    tread = Profile(y=y, z=-up * 3 * np.exp(-((y - place) ** 2) / 400), kind="wheel")
+    assert tread.curvature_at(place) == pytest.approx(-up * 6 / 400, rel=0.01)
+
+
 LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1, 3], [5, 4], [6, 5], [7, 6]], float)
 
 

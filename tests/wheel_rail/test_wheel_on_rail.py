@@ -419,6 +419,20 @@ def test_the_picture_has_both_profiles_and_each_patch():
     assert "yaw = 12 mrad" in profiles.get_title()
 
 
+def test_a_rail_with_its_sides_exchanged_is_told():
+    """The benchmark's leans inwards by 1:40; upright ones say nothing, nor worn gauge corners."""
+    mirrored = wheel(track=Track(rail=Profile(y=-RAIL.y, z=RAIL.z, kind="rail")), dx=2.0, dy=1.0)
+    for do in (mirrored.solve, mirrored.estimate):
+        with pytest.warns(UserWarning, match=r"leans to the field side by 1:4\d, so its gauge side is probably on the"):
+            do()
+    upright = Profile.rail_60e1()
+    worn = Profile(y=upright.y, z=upright.z + 0.1 * np.maximum(-10.0 - upright.y, 0.0), kind="rail")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for rail in (RAIL, upright, worn):
+            wheel(track=Track(rail=rail)).estimate()
+
+
 def test_profiles_with_their_kind_only():
     assert WHEEL.kind == "wheel"
     assert WHEELSET.middle == pytest.approx(750.0)

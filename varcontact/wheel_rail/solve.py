@@ -24,6 +24,7 @@ from varcontact.theories.methods import THEORIES
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import weakened
+from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 ROUNDS = 30
@@ -87,6 +88,7 @@ def solve_wheel_on_rail(
         z, rounds, found = _to_accuracy(case, None, tol, certify, methods | target)
     else:
         z, rounds, found = _on_elements(case, tol, certify, methods)
+    check_sides(case.track, stacklevel=4)
     _check_load(case, found)
     for each in found:
         check_smooth(each.patch, stacklevel=4)
