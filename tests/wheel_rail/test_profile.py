@@ -130,6 +130,25 @@ def test_kinks_are_found_and_kept():
     assert RAIL.kink_points.size == WHEEL.kink_points.size == 0
 
 
+@pytest.mark.parametrize("places", [[3.0], [-4.5], [-6.0, 2.0]])
+def test_kinks_given_by_number_are_where_they_are(places):
+    """Lines between kinks, turned by too little to be found; smoothing keeps them where they are given, and only there.
+
+    Points nearest to the numbers count, whatever the order of the points.
+    """
+    y = np.linspace(-10.0, 10.0, 81)
+    z = 0.2 * sum(np.abs(y - place) for place in places)
+    assert Profile(y=y, z=z, kind="rail").kink_points.size == 0
+    given = [place + 0.1 for place in places]
+    for way in (slice(None), slice(None, None, -1)):
+        kept = Profile(y=y[way], z=z[way], kind="rail", kinks=given, smoothing=4.0)
+        assert kept.y[kept.kink_points] == pytest.approx(places)
+        inner = y[np.abs(y) < 9.0]
+        assert kept.z_at(inner) == pytest.approx(z[np.abs(y) < 9.0], abs=1e-6)
+    elsewhere = Profile(y=y, z=z, kind="rail", kinks=[-place for place in places], smoothing=4.0)
+    assert np.abs(elsewhere.z_at(places) - np.interp(places, y, z)).min() > 0.03
+
+
 def test_points_on_top_of_each_other_are_left_out():
     profile = arc()
     twice = Profile(y=np.repeat(profile.y, 2), z=np.repeat(profile.z, 2) + 1e-6, kind="rail")
