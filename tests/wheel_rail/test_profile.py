@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -109,6 +110,21 @@ def test_smoothing_halves_the_wave_of_its_length():
         inner = np.linspace(-40.0, 40.0, 401)
         ripple = wave.z_at(inner) - 1e-5 * inner**2
         assert (ripple.max() - ripple.min()) / 2e-4 == pytest.approx(kept, abs=0.01)
+
+
+@pytest.mark.parametrize("smoothing", [5.0, 10.0])
+def test_smoothing_does_not_straighten_the_ends(smoothing):
+    """An arc has its curvature up to its ends, and beside a kink; noise counts no more there than inside."""
+    smooth = arc(n=241, smoothing=smoothing)
+    end = smooth.y[-1]
+    assert smooth.curvature_at([-end + 0.5, end - 0.5, end - 1.0, 0.0]) == pytest.approx(0.01, rel=0.005)
+    ridge = Profile(y=smooth.y, z=smooth.z + np.abs(smooth.y), kind="rail", kinks=[0.0], smoothing=smoothing)
+    assert ridge.z_at(0.0) == pytest.approx(0.0, abs=1e-6)
+    sharp = replace(ridge, smoothing=0.0)
+    assert ridge.curvature_at([-1.0, 1.0]) == pytest.approx(sharp.curvature_at([-1.0, 1.0]), rel=0.05)
+    noise = 0.002 * np.random.default_rng(0).normal(size=(20, smooth.z.size))
+    found = [replace(smooth, z=smooth.z + each).curvature_at([end - 1.0, 0.0]) for each in noise]
+    assert np.std(found, axis=0)[0] < 2 * np.std(found, axis=0)[1]
 
 
 def test_noise_of_two_micrometres_ruins_curvatures_and_smoothing_mends_them():
