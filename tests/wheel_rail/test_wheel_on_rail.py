@@ -398,6 +398,13 @@ def test_a_wheel_that_rolls_backwards_is_refused():
         wheel(velocity=Velocity(speed=1000.0, yaw_rate=10.0)).solve()
 
 
+@pytest.mark.parametrize("G", [82e9, (82e9, 80e9)])
+def test_moduli_in_pascal_are_refused(G):
+    with pytest.raises(SceneError, match=r"bodies\.G: 8\.\de\+10 N/mm\^2 is stiffer than any material"):
+        wheel(bodies=Bodies(G=G, nu=0.28))
+    assert wheel(bodies=Bodies(G=535e3, nu=0.07)).bodies.G == 535e3  # diamond
+
+
 def test_a_radius_in_metres_is_refused():
     with pytest.raises(
         SceneError, match=r"wheelset.radius = 0.46 mm leaves a radius of -2\.\d+ mm where .* millimetres"

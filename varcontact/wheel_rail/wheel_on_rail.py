@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.result import WheelRailSolution
 
 STEEL = Bodies(G=82000.0, nu=0.28)
+STIFFEST = 1e6
+"""Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 MIDDLE, ROLLING = Position(), Velocity()
 ELEMENT = 0.5
 """Sides of an element [mm] where neither they nor an accuracy are given."""
@@ -147,6 +149,10 @@ class WheelOnRail:
         parts = (("track", Track), ("wheelset", WheelSet), ("position", Position), ("velocity", Velocity))
         for name, kind in (*parts, ("bodies", Bodies)):
             check_kind(name, getattr(self, name), kind)
+        if self.bodies.combined_G > STIFFEST:
+            G = self.bodies.combined_G
+            reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
+            raise SceneError("bodies.G", G, message=reason)
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         if self.vertical_force is not None:
