@@ -62,6 +62,24 @@ def test_a_sequence_into_a_table_and_on_from_there(folder):
     assert (folder / "table.csv").read_bytes() == content
 
 
+def test_an_accuracy_gives_errors_and_a_theory_none(folder):
+    """As in the case file; elements that are given leave no choice."""
+    (folder / "free.toml").write_text(CASE.replace("dx = 1.0\ndy = 1.0\n", ""))
+    (folder / "file.toml").write_text((folder / "free.toml").read_text() + "[solve]\naccuracy = 0.05\n")
+    done = run("wheelrail", "free.toml", "--accuracy", "0.05", "--json", folder=folder)
+    (row,) = json.loads(done.stdout)
+    assert row["track_Fz"] == pytest.approx(20e3, rel=1e-6)
+    assert 0 < row["error_Fx"] < 0.05 * 0.3 * row["FN"]
+    shown = run("wheelrail", "file.toml", folder=folder).stdout
+    assert f"{row['Fx']:.0f} +- {row['error_Fx']:.0f}" in shown
+    (fast,) = json.loads(run("wheelrail", "free.toml", "--tangential", "fastsim", "--json", folder=folder).stdout)
+    assert fast["error_Fx"] is None
+    assert fast["track_Fz"] == pytest.approx(20e3, rel=1e-6)
+    refused = run("wheelrail", "one.toml", "--accuracy", "0.05", folder=folder)
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert "dx: the grids are chosen for the accuracy; leave dx and dy out" in refused.stderr
+
+
 def test_a_wheel_that_is_not_solved(folder):
     done = run("wheelrail", "beside.toml", folder=folder)
     assert done.returncode == 3

@@ -33,8 +33,9 @@ def circles(radius=300.0, **more):
 
 def test_two_circles_are_hertz_contact():
     case = circles(position=Position(y=-12.0, yaw=1e-3))
-    (each,) = case.estimate("hertz").patches
-    assert each.force[2] * np.cos(each.angle) == pytest.approx(80e3, rel=1e-6)
+    found = case.estimate("hertz")
+    (each,) = found.patches
+    assert found.force[2] == pytest.approx(80e3, rel=1e-6)
     rolling = 460.0 / np.cos(each.angle)
     exact = reference.hertz(rolling, 1 / (1 / 300 + 1 / 500), case.bodies, force=float(each.force[2]))
     ellipse = each.ellipse
@@ -189,7 +190,7 @@ def test_each_overlap_has_its_ellipse(normal):
         fast = at.estimate(normal)
         assert len(fast.patches) == 2
         assert fast.force[2] == pytest.approx(at.solve().force[2], rel=0.03)
-    found = case.estimate(normal)
+    found = replace(case, with_friction=False).estimate(normal)
     borne = sum(each.force[2] * np.cos(each.angle) for each in found.patches)
     assert borne == pytest.approx(4e3, rel=1e-6)
 

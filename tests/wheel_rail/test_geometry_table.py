@@ -32,6 +32,7 @@ def wheels(y, yaw, velocity=MOVING):
             position=Position(y=y, yaw=yaw),
             velocity=velocity,
             vertical_force=LOAD,
+            with_friction=False,
         )
         for side in ("left", "right")
     ]

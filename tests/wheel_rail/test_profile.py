@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,21 @@ def test_smoothing_halves_the_wave_of_its_length():
         assert (ripple.max() - ripple.min()) / 2e-4 == pytest.approx(kept, abs=0.01)
 
 
+@pytest.mark.parametrize("smoothing", [5.0, 10.0])
+def test_smoothing_does_not_straighten_the_ends(smoothing):
+    """An arc has its curvature up to its ends, and beside a kink; noise counts no more there than inside."""
+    smooth = arc(n=241, smoothing=smoothing)
+    end = smooth.y[-1]
+    assert smooth.curvature_at([-end + 0.5, end - 0.5, end - 1.0, 0.0]) == pytest.approx(0.01, rel=0.005)
+    ridge = Profile(y=smooth.y, z=smooth.z + np.abs(smooth.y), kind="rail", kinks=[0.0], smoothing=smoothing)
+    assert ridge.z_at(0.0) == pytest.approx(0.0, abs=1e-6)
+    sharp = replace(ridge, smoothing=0.0)
+    assert ridge.curvature_at([-1.0, 1.0]) == pytest.approx(sharp.curvature_at([-1.0, 1.0]), rel=0.05)
+    noise = 0.002 * np.random.default_rng(0).normal(size=(20, smooth.z.size))
+    found = [replace(smooth, z=smooth.z + each).curvature_at([end - 1.0, 0.0]) for each in noise]
+    assert np.std(found, axis=0)[0] < 2 * np.std(found, axis=0)[1]
+
+
 def test_noise_of_two_micrometres_ruins_curvatures_and_smoothing_mends_them():
     noise = 0.002 * np.random.default_rng(0).normal(size=RAIL.z.size)
     noisy = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
@@ -128,6 +144,25 @@ def test_kinks_are_found_and_kept():
     rounded = roof(kinks=[], smoothing=5.0)
     assert rounded.z_at(0.0) > 0.3
     assert RAIL.kink_points.size == WHEEL.kink_points.size == 0
+
+
+@pytest.mark.parametrize("places", [[3.0], [-4.5], [-6.0, 2.0]])
+def test_kinks_given_by_number_are_where_they_are(places):
+    """Lines between kinks, turned by too little to be found; smoothing keeps them where they are given, and only there.
+
+    Points nearest to the numbers count, whatever the order of the points.
+    """
+    y = np.linspace(-10.0, 10.0, 81)
+    z = 0.2 * sum(np.abs(y - place) for place in places)
+    assert Profile(y=y, z=z, kind="rail").kink_points.size == 0
+    given = [place + 0.1 for place in places]
+    for way in (slice(None), slice(None, None, -1)):
+        kept = Profile(y=y[way], z=z[way], kind="rail", kinks=given, smoothing=4.0)
+        assert kept.y[kept.kink_points] == pytest.approx(places)
+        inner = y[np.abs(y) < 9.0]
+        assert kept.z_at(inner) == pytest.approx(z[np.abs(y) < 9.0], abs=1e-6)
+    elsewhere = Profile(y=y, z=z, kind="rail", kinks=[-place for place in places], smoothing=4.0)
+    assert np.abs(elsewhere.z_at(places) - np.interp(places, y, z)).min() > 0.03
 
 
 def test_points_on_top_of_each_other_are_left_out():
@@ -153,6 +188,46 @@ def test_pictures_show_points_kinks_and_sides():
     assert [text.get_text() for text in above.get_legend().get_texts()] == ["points", "spline", "kinks"]
     assert above.yaxis_inverted()
     assert "curvature" in below.get_ylabel()
+
+
+def test_profiles_of_the_other_kind_are_refused():
+    """Either way up, mirrored, and with the flange's back cut."""
+    cut = WHEEL.y > -65.0
+    for y, z in ((WHEEL.y, WHEEL.z), (-WHEEL.y, WHEEL.z), (WHEEL.y[cut], WHEEL.z[cut])):
+        for up in (1, -1):
+            with pytest.raises(SceneError, match=r'profile\.kind = "rail", but the points are those of a wheel'):
+                Profile(y=y, z=up * z, kind="rail")
+    for rail in (RAIL, Profile.rail_60e1()):
+        for up in (1, -1):
+            with pytest.raises(SceneError, match=r'profile\.kind = "wheel", but the points are those of a rail'):
+                Profile(y=-rail.y, z=up * rail.z, kind="wheel")
+
+
+def test_legal_profiles_of_all_shapes_are_taken():
+    """One flank of a rail, its crown alone, head with web and foot, a grooved rail; a wheel of two flanges."""
+    half = RAIL.y < 5.0
+    crown = np.abs(RAIL.y + 7.5) < 25.0
+    for part in (half, crown):
+        Profile(y=RAIL.y[part], z=RAIL.z[part], kind="rail")
+        Profile(y=-RAIL.y[part], z=RAIL.z[part], kind="rail")
+    foot = np.array([[36.5, 40], [10, 52], [8, 120], [12, 140], [75, 160], [75, 172]], float)
+    head = np.stack([RAIL.y + 7.5, RAIL.z], axis=1)
+    whole = np.concatenate([foot[::-1] * [-1, 1], head, foot])
+    Profile(y=whole[:, 0], z=whole[:, 1], kind="rail")
+    y = np.linspace(-50.0, 80.0, 261)
+    groove = np.where((y > 30) & (y < 66), 30.0, 0.0) * np.sin(np.pi * np.clip((y - 30) / 36, 0, 1))
+    Profile(y=-y, z=groove + y**2 / 600, kind="rail")
+    flange = 28 * np.exp(-(((y - 15) - 52) ** 2 / 300)) + 28 * np.exp(-(((y - 15) + 52) ** 2 / 300))
+    Profile(y=y - 15, z=flange, kind="wheel")
+
+
+@pytest.mark.parametrize("place", [-20.0, 20.0])
+@pytest.mark.parametrize("up", [1, -1])
+def test_hollow_and_barrelled_treads_without_a_flange_are_wheels(place, up):
+    """Their deepest point is no flange, and a hollow is not upside down."""
+    y = np.linspace(-60.0, 60.0, 241)
+    tread = Profile(y=y, z=-up * 3 * np.exp(-((y - place) ** 2) / 400), kind="wheel")
+    assert tread.curvature_at(place) == pytest.approx(-up * 6 / 400, rel=0.01)
 
 
 LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1, 3], [5, 4], [6, 5], [7, 6]], float)

@@ -58,6 +58,23 @@ def wheelrail(
     plot_wear: Annotated[
         Path | None, typer.Option(help="Picture of friction power and depth of wear, of one wheel.")
     ] = None,
+    tangential: Annotated[
+        str | None, typer.Option(help="Tangential method, or a theory on an ellipse for each patch.  [default: auto]")
+    ] = None,
+    refine: Annotated[
+        str | None, typer.Option(help="Correct towards the continuum, of like bodies: continuum.  [default: none]")
+    ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest error against the continuum, by the friction limit; the grids are then chosen.",
+            show_default=False,
+        ),
+    ] = None,
+    time_budget: Annotated[
+        float | None,
+        typer.Option(help="Instead of --accuracy: seconds for each wheel.", show_default=False),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
@@ -74,6 +91,8 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
+    given = {"tangential": tangential, "refine": refine, "accuracy": accuracy, "time_budget": time_budget}
+    read.options.update({name: value for name, value in given.items() if value is not None})
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     written = table_as_json if as_json else _report
@@ -115,7 +134,7 @@ def _report(table: pd.DataFrame) -> str:
     from varcontact.study.tables import columns_of_text
 
     solved = table[table["outcome"] == "solved"]
-    cells = [[_cell(row[name]) for name in PRINTED] for row in solved.to_dict("records")]
+    cells = [[_cell(row[name], row.get(f"error_{name}")) for name in PRINTED] for row in solved.to_dict("records")]
     lines = columns_of_text([list(PRINTED), *cells], left=0) if cells else []
     for row in table.to_dict("records"):
         words = row["reason"] or (row["warnings"] if row["patch"] == 1 else "")
@@ -124,5 +143,7 @@ def _report(table: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def _cell(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+def _cell(value: object, error: float | None) -> str:
+    from varcontact.wheel_rail.result import with_error
+
+    return with_error(value, error or 0.0) if isinstance(value, float) else str(value)

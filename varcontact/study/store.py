@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -52,7 +53,7 @@ COLUMNS = (
 )
 """What the table says of each scene and method."""
 
-LATER = ("calls",)
+LATER = ("calls", "error_Fx", "error_Fs", "error_FN")
 """Columns that tables of an earlier version do not have: they are read all the same."""
 
 WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
@@ -98,7 +99,8 @@ def read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: s
         table = pd.read_csv(
             store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **_all_digits(pd.__version__)
         )
-        table[[name for name in LATER if name in columns and name not in table]] = ""
+        for name in (name for name in LATER if name in columns and name not in table):
+            table[name] = "" if name in words else math.nan
         if set(table.columns) != set(columns):
             raise ValueError("other columns")
         for name in set(columns) - set(words):

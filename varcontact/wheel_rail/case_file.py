@@ -24,7 +24,10 @@ TABLES = ("track", "wheelset", "position", "velocity", "bodies", "solve", "wear"
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
 SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
-SOLVED = ("method", "normal", "tangential", "coupling", "formulation", "tol", "certify")
+SOLVED = (
+    *("method", "normal", "tangential", "coupling", "formulation", "tol", "certify", "refine"),
+    *("accuracy", "time_budget"),
+)
 
 
 @dataclass(frozen=True, eq=False)

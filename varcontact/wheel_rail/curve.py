@@ -225,31 +225,49 @@ def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
     Curve
     """
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    ends = [0, *kinks.tolist(), len(points) - 1]
-    sections = [slice(a, b + 1) for a, b in pairwise(ends)]
-    fits = [_fit(s[section], points[section], smoothing) for section in sections]
+    last = len(points) - 1
+    fits = [
+        _fit(s[a : b + 1], points[a : b + 1], smoothing, (a > 0, b < last))
+        for a, b in pairwise([0, *kinks.tolist(), last])
+    ]
     return Curve(
         np.concatenate([fits[0][0][:1], *(knots[1:] for knots, _ in fits)]),
         np.concatenate([coefficients for _, coefficients in fits], axis=1),
     )
 
 
-def _fit(s: np.ndarray, points: np.ndarray, smoothing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Breakpoints and coefficients of one smooth section.
+def _fit(
+    s: np.ndarray, points: np.ndarray, smoothing: float, kinks: tuple[bool, bool]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Breakpoints and coefficients of one smooth section; kinks at its ends stay in their places.
 
     A cubic smoothing spline, which minimises the integral of the squared distance plus ``lambda`` times that of the
-    squared second derivative, passes a wave of length L with the factor ``1/(1 + lambda (2 pi/L)^4)``.
+    squared second derivative, passes a wave of length L with the factor ``1/(1 + lambda (2 pi/L)^4)``. Its ends would
+    be straight: it is fitted to a longer section, which goes on from each end with the curvature there.
     """
     from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
 
     if smoothing == 0 or s.size < FEWEST:
         fit = CubicSpline(s, points)
         return np.asarray(fit.x), np.asarray(fit.c)
-    weights = np.gradient(s)
-    weights[[0, -1]] *= 0.5 * HELD
+    before, after = (_beyond(s, points, smoothing, end) for end in (0, -1))
+    longer = np.concatenate([before[0][::-1], s, after[0]])
+    weights = np.gradient(longer)
+    first, last = len(before[0]), len(before[0]) + s.size - 1
+    weights[[first, last]] *= np.where(kinks, HELD, 1.0)
     strength = (smoothing / (2 * np.pi)) ** 4
-    parts = [PPoly.from_spline(make_smoothing_spline(s, p, weights, strength)) for p in points.T]
-    width = np.diff(parts[0].x)
-    keep = width > 0  # from_spline repeats the end knots
-    coefficients = np.stack([part.c[:, keep] for part in parts], axis=-1)
-    return np.append(parts[0].x[:-1][keep], parts[0].x[-1]), coefficients
+    along = np.concatenate([before[1][::-1], points, after[1]])
+    parts = [PPoly.from_spline(make_smoothing_spline(longer, p, weights, strength)) for p in along.T]
+    knots = parts[0].x
+    keep = (np.diff(knots) > 0) & (knots[:-1] >= s[0]) & (knots[:-1] < s[-1])  # from_spline repeats the end knots
+    return s, np.stack([part.c[:, keep] for part in parts], axis=-1)
+
+
+def _beyond(s: np.ndarray, points: np.ndarray, smoothing: float, end: int) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters and points that go on from an end as the parabola of those within the smoothed wavelength."""
+    away = np.abs(s - s[end])
+    near = np.argsort(away)[: max(FEWEST, int(np.count_nonzero(away <= smoothing)))]
+    step = float(away[near].max()) / (len(near) - 1)
+    out = -step * np.arange(1, int(np.ceil(2 * smoothing / step)) + 1)
+    fit = np.polynomial.polynomial.polyfit(away[near], points[near], 2)
+    return s[end] + (out if end == 0 else -out), np.polynomial.polynomial.polyval(out, fit).T

@@ -27,6 +27,7 @@ from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
 from varcontact.wheel_rail.search import Overlap
 from varcontact.wheel_rail.solve import bearing_height
+from varcontact.wheel_rail.track import check_sides
 
 if TYPE_CHECKING:
     from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -140,6 +141,7 @@ def estimate_wheel_on_rail(
     -------
     FastWheel
     """
+    check_sides(case.track, stacklevel=4)
     normal, tol = checks.choice("normal", normal, WAYS), checks.positive("tol", tol)
     if not isinstance(case.friction, float):
         raise SceneError("friction", case.friction, "a number: fast theories have one coefficient")

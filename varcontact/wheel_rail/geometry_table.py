@@ -56,8 +56,9 @@ class GeometryTable:
     """Contacts of the right wheel over lateral displacement and yaw; those of the left are mirror images.
 
     Between the nodes all is linear in both, and then the forces grow or shrink, and their ellipses as Hertz's, until
-    each wheel bears the load; where the nodes around a position have different numbers of patches, the nearest node
-    counts. The roll about x that this takes counts in the height of each wheel, not in the shape of its contact.
+    the normal forces of each wheel bear the load; where the nodes around a position have different numbers of patches,
+    the nearest node counts. The roll about x that this takes counts in the height of each wheel, not in the shape of
+    its contact.
 
     Attributes
     ----------
@@ -194,7 +195,7 @@ def geometry_table(
     y, yaw : array_like
         Nodes, two or more, ascending and symmetric about 0 [mm] and [rad].
     vertical_force : float
-        On each wheel [N].
+        Of the normal forces on each wheel [N]: creep forces, which depend on the velocity, come on top of it.
     friction : float
     bodies : Bodies
     normal : {"virtual-penetration", "hertz"}
@@ -233,6 +234,7 @@ def geometry_table(
             wheelset=wheelset,
             position=Position(y=float(nodes[0][i]), yaw=float(nodes[1][j])),
             vertical_force=vertical_force,
+            with_friction=False,
             friction=friction,
             bodies=bodies,
         )

@@ -17,6 +17,8 @@ from varcontact.wheel_rail.search import Locus, Overlap
 
 GUARD = 1
 """Elements beyond the overlap on every side."""
+SAMPLES, AROUND = 100, 20
+"""Samples across the overlap for grids of any size, and beyond it on every side, where the search for one may reach."""
 STEPS, CLOSE = 12, 1e-9
 """Newton steps to the wheel's surface, and how near they come [mm]."""
 MOST = 400_000
@@ -116,7 +118,7 @@ def place(
     rail: Curve,
     axle: np.ndarray,
     centre: np.ndarray,
-    sides: tuple[float, float],
+    sides: tuple[float, float] | None = None,
     distances: tuple[float, float] = (math.inf, math.inf),
 ) -> Place:
     """The patch of a group of overlaps.
@@ -134,8 +136,8 @@ def place(
         Axes of the axle in track coordinates.
     centre : ndarray, shape (3,)
         Middle of the axle in track coordinates.
-    sides : tuple of float
-        (dx, dy) of an element [mm].
+    sides : tuple of float, optional
+        (dx, dy) of an element [mm]; fine enough to interpolate the distance on any grid if not given.
     distances : tuple of float
         Up to which overlaps are one part, and from which they do not feel each other [mm].
 
@@ -149,7 +151,7 @@ def place(
         If the elements are too many, or none is where the bodies overlap; if a profile is too rough.
     """
     frame = tangent.frame
-    grid = _grid(overlaps, frame, *sides)
+    grid = _grid(overlaps, frame, sides)
     gap = _rail_heights(rail, frame, grid)[:, None] - _wheel_heights(
         overlaps[0].locus, wheel, frame, grid, axle, centre
     )
@@ -159,9 +161,9 @@ def place(
     if gap[known].min() >= 0:
         raise SceneError(
             "dx, dy",
-            sides,
-            message=f"dx = {sides[0]:g}, dy = {sides[1]:g} mm: no element's centre is where wheel and rail overlap "
-            f"near y = {frame.origin[1]:.4g} mm; give smaller ones, or smooth a rough profile, "
+            grid.sides,
+            message=f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is where wheel and rail "
+            f"overlap near y = {frame.origin[1]:.4g} mm; give smaller ones, or smooth a rough profile, "
             "Profile(..., smoothing=...)",
         )
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
@@ -250,13 +252,15 @@ def _seams(overlaps: list[Overlap], frame: Frame, join: float, separate: float) 
     return tuple(found)
 
 
-def _grid(overlaps: list[Overlap], frame: Frame, dx: float, dy: float) -> Grid:
+def _grid(overlaps: list[Overlap], frame: Frame, sides: tuple[float, float] | None) -> Grid:
     """Elements over the overlap, and around it; the frame's origin is in the middle of one."""
     along = np.concatenate([each.points[:, 0] + sign * each.half_lengths for each in overlaps for sign in (-1, 1)])
     surface = np.concatenate([each.surface for each in overlaps])
     across = (surface - frame.origin[1:]) @ frame.axes[1:, 1]
+    dx, dy = sides or (float(np.ptp(along)) / SAMPLES, float(np.ptp(across)) / SAMPLES)
+    guard = GUARD if sides else AROUND
     left, right, bottom, top = (
-        (math.floor if low else math.ceil)(value) + (-GUARD if low else GUARD)
+        (math.floor if low else math.ceil)(value) + (-guard if low else guard)
         for value, low in (
             ((along.min() - frame.origin[0]) / dx, True),
             ((along.max() - frame.origin[0]) / dx, False),

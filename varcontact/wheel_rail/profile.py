@@ -53,8 +53,8 @@ class Profile:
     Raises
     ------
     SceneError
-        For points that are too few, not finite, or cross or repeat themselves, a width of less than a millimetre, z
-        that points up, a flange on the wrong side, and smoothing shorter than the points' spacing.
+        For points that are too few, not finite, or cross or repeat themselves, a width of less than a millimetre, those
+        of the other kind, z that points up, a flange on the wrong side, and smoothing shorter than the points' spacing.
 
     Examples
     --------
@@ -135,8 +135,8 @@ class Profile:
         kind : {"rail", "wheel"}, optional
             Needed for columns; the other formats tell by their suffix.
         mirror_y : bool or "auto"
-            Whether y changes its sign. "auto": of wheels, where the flange is at positive y; never of rails, whose
-            points do not tell: look at the picture, where the track side is named.
+            Whether y changes its sign. "auto": of wheels, where the flange is at positive y; never of rails: solving
+            warns of those that lean to the field side, and the picture names the track side.
         mirror_z : bool
             Whether z changes its sign, for files with z up.
         scale : float

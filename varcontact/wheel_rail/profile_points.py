@@ -16,8 +16,10 @@ NARROWEST = 1.0
 SIDE = 1e-6
 """What is nearer to a line than this lies on it [mm]."""
 FLANGE, TIP = 0.1, 10.0
-"""A wheel's lowest point is a flange if it lies further from the middle than this part of the width; and, where the
-profile ends there, so much below the middle of its points [mm]."""
+"""A wheel's lowest point is a flange if it lies further from the middle than this part of the width, and so much below
+the middle of its points [mm]: a hollow or barrelled tread has none."""
+BACK = 3.0
+"""By so much a wheel's flange rises again behind its tip at least, where that is part of the profile [mm]."""
 BESIDE = 50
 """A rail's top with one in so many of its points to either side, three at least, tells which way they run."""
 
@@ -114,7 +116,7 @@ def _interior(at: int, size: int) -> bool:
 
 
 def check_upright(points: np.ndarray, kind: Kind) -> None:
-    """Refuse z that points up, and a wheel's flange on the field side.
+    """Refuse the profile of the other kind, z that points up, and a wheel's flange on the field side.
 
     Parameters
     ----------
@@ -123,6 +125,15 @@ def check_upright(points: np.ndarray, kind: Kind) -> None:
     kind : {"rail", "wheel"}
     """
     y, z = points.T
+    looks: Kind = "wheel" if kind == "rail" else "rail"
+    if any((_wheel if kind == "rail" else _rail_head)(y, each) for each in (z, -z)):
+        what = "from its flange a tread goes on to one side" if kind == "rail" else "both sides fall from its top"
+        raise SceneError(
+            "profile.kind",
+            kind,
+            message=f'profile.kind = "{kind}", but the points are those of a {looks} ({what}): read them with '
+            f'kind = "{looks}"',
+        )
     low, high = int(z.argmax()), int(z.argmin())
     if kind == "wheel":
         inverted = flange(y, -z) != 0 and flange(y, z) == 0
@@ -145,6 +156,56 @@ def check_upright(points: np.ndarray, kind: Kind) -> None:
         )
 
 
+def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Widths along the run of growing y around the highest point, depths below that, and where it is."""
+    top = int(z.argmin())
+    back = np.flatnonzero(np.diff(y) < 0)
+    first, last = (int(part[k]) if part.size else end for part, k, end in (
+        (back[back < top] + 1, -1, 0), (back[back >= top], 0, len(y) - 1)
+    ))  # fmt: skip
+    run = slice(first, last + 1)
+    return np.gradient(y[run]) if last > first else np.zeros(1), z[run] - z[top], top - first
+
+
+def _rail_head(y: np.ndarray, z: np.ndarray) -> bool:
+    """Whether most of the width is near the top, from which both sides fall to their ends, without a flange's tip."""
+    width, depth, top = _falls(y, z)
+    near = width[depth < TIP].sum() > width.sum() / 2
+    return bool(near) and all(side[-1] > TIP and side[-1] > side.max() - SIDE for side in (depth[top::-1], depth[top:]))
+
+
+def _wheel(y: np.ndarray, z: np.ndarray) -> bool:
+    """Whether most of the width is a tread, far above a flange's tip at one side; a grooved rail has a lip beyond."""
+    width, height, tip = _falls(y, -z)
+    sides = slice(tip + 1), slice(tip, None)
+    back = min(height[side].max() for side in sides)
+    far = width * (height > TIP)
+    lip = min(far[side].sum() for side in sides)
+    return flange(y, z) != 0 and bool(back > BACK and lip < TIP and far.sum() > width.sum() / 2)
+
+
+def inclination(y: np.ndarray, z: np.ndarray) -> float:
+    """How much a rail's head leans towards negative y in itself: the slope of its top around the middle of the head.
+
+    Parameters
+    ----------
+    y, z : ndarray, shape (n,)
+        [mm]
+
+    Returns
+    -------
+    float
+        [rad]; 0 where the points do not go down on both sides.
+    """
+    _, depth, top = _falls(y, z)
+    at = y[int(z.argmin()) - top :][: depth.size]
+    if min(depth[0], depth[-1]) < TIP:
+        return 0.0
+    left, right = np.interp(-TIP, -depth[: top + 1], at[: top + 1]), np.interp(TIP, depth[top:], at[top:])
+    middle = np.abs(at - (left + right) / 2) < (right - left) / 4
+    return -float(np.arctan(np.polyfit(at[middle], depth[middle], 1)[0])) if middle.sum() > 2 else 0.0
+
+
 def flange(y: np.ndarray, z: np.ndarray) -> float:
     """Where a wheel's flange is: -1 at the lesser y, 1 at the greater, 0 if it has none.
 
@@ -153,8 +214,8 @@ def flange(y: np.ndarray, z: np.ndarray) -> float:
     y, z : ndarray, shape (n,)
         [mm]
     """
-    at, size = int(z.argmax()), len(z)
+    at = int(z.argmax())
     middle, width = (y.min() + y.max()) / 2, y.max() - y.min()
-    if abs(y[at] - middle) < FLANGE * width or not (_interior(at, size) or z[at] > np.median(z) + TIP):
+    if abs(y[at] - middle) < FLANGE * width or z[at] < np.median(z) + TIP:
         return 0.0
     return float(np.sign(y[at] - middle))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.results.solution import Solution
+from varcontact.solving.error_norm import units
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,10 +26,13 @@ class PatchSolution:
     patch : ContactPatch
     solution : Solution
         Of the patch's scene, in mm and N.
+    normal_error : float or None
+        Estimated relative error of the normal force; None where it was not estimated.
     """
 
     patch: ContactPatch
     solution: Solution
+    normal_error: float | None = None
 
     def __repr__(self) -> str:
         x, y, z = self.patch.location
@@ -51,6 +56,19 @@ class PatchSolution:
     def force_on_track(self) -> np.ndarray:
         """(Fx, Fy, Fz) on the rail in track coordinates [N]; the wheel feels the opposite."""
         return np.asarray(self.patch.frame.axes @ self.force)
+
+    @property
+    def error(self) -> np.ndarray:
+        """Estimated errors of `force` against the continuum [N]; NaN where grids were not chosen for an accuracy.
+
+        Those of the tangential forces on the grid, and what the error of the normal force changes in them.
+        """
+        estimate, share = self.solution.error_estimate, self.normal_error
+        if estimate is None or share is None:
+            return np.full(3, np.nan)
+        limit = units(self.solution)
+        own = [estimate.errors.get(name, 0.0) * limit.get(name, 0.0) for name in ("Fx", "Fy")]
+        return np.array([*own, 0.0]) + share * np.abs(self.force)
 
     @property
     def moment(self) -> float:
@@ -117,6 +135,51 @@ class WheelRailSolution:
         return np.sum([each.force_on_track for each in self.patches], axis=0)
 
     @property
+    def error(self) -> np.ndarray:
+        """Estimated errors of `force` against the continuum [N], those of the patches added up; NaN if not estimated.
+
+        That of the vertical force is 0 where it is prescribed.
+        """
+        found = np.sum([np.abs(each.patch.frame.axes) @ each.error for each in self.patches], axis=0)
+        prescribed = self.case.vertical_force is not None and self.case.with_friction
+        return np.asarray(np.where([False, False, prescribed], found * 0.0, found))
+
+    def report(self) -> str:
+        """Forces of the wheel and of its patches, with their estimated errors or guaranteed bounds, in words.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
+        >>> case = WheelOnRail(
+        ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
+        ...     position=Position(y=3.0), vertical_force=80e3)
+        >>> print(case.solve(accuracy=0.02).report().splitlines()[1])
+        forces on the rail: Fx = -13.9 +- 0.2 kN, Fy = 1.8 +- 0.2 kN, Fz = 80 kN
+        """
+        at = self.case.position
+        lines = [
+            f"{self.case.side} wheel, y = {at.y:.6g} mm, roll = {at.roll:.6g}, yaw = {at.yaw:.6g}, "
+            f"height of the axle {self.z:.6g} mm",
+            f"forces on the rail: {_forces(('Fx', 'Fy', 'Fz'), self.force, self.error)}",
+        ]
+        for k, each in enumerate(self.patches, 1):
+            lines += [
+                f"patch {k} at y = {each.patch.location[1]:.6g} mm, angle {each.patch.angle:.4g}, "
+                f"largest pressure {each.peak_pressure:.4g} N/mm^2",
+                f"  {_forces(('Fx', 'Fs', 'FN'), each.force, each.error)}",
+            ]
+            bound = each.solution.certificate.force_bound
+            if np.isfinite(bound[:2]).all():
+                lines.append(f"  guaranteed on this grid: Fx within {bound[0]:.1e} N, Fs within {bound[1]:.1e} N")
+            if each.solution.error_estimate is None:
+                lines.append("  no estimate of the error against the continuum: give an accuracy in place of a grid")
+        return "\n".join(lines)
+
+    @property
     def force_on_wheelset(self) -> np.ndarray:
         """Force on the wheel along the axes of the wheel set [N]."""
         return np.asarray(-self.case.position.rotation.T @ self.force)
@@ -142,3 +205,30 @@ class WheelRailSolution:
         from varcontact.wheel_rail.pictures import plot_wheel_on_rail
 
         return plot_wheel_on_rail(self)
+
+
+def with_error(value: float, error: float) -> str:
+    """A value with its error, as far as its digits mean something: one of the error.
+
+    Parameters
+    ----------
+    value, error : float
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> with_error(-13.0987, 0.0461)
+    '-13.10 +- 0.05'
+    """
+    if not error > 0:
+        return f"{value:.5g}"
+    digits = max(0, -math.floor(math.log10(error)))
+    return f"{value:.{digits}f} +- {error:.{digits}f}"
+
+
+def _forces(names: tuple[str, ...], forces: np.ndarray, errors: np.ndarray) -> str:
+    """Forces in kN, each with its error."""
+    return ", ".join(f"{n} = {with_error(f, e)} kN" for n, f, e in zip(names, forces / 1e3, errors / 1e3, strict=True))

@@ -37,8 +37,12 @@ def check_smooth(patch: ContactPatch, stacklevel: int) -> None:
         Of the warning.
     """
     assert isinstance(patch.scene.surface, SampledDistance)
-    assert isinstance(patch.scene.grid, Grid)
-    distance, side = patch.scene.surface.h, patch.scene.grid.sides[1]
+    distance, grid = patch.scene.surface.h, patch.scene.grid
+    if isinstance(grid, Grid):
+        side = grid.sides[1]
+    else:
+        below, above = patch.scene.surface.coordinates[1][:2]
+        side = float(above - below)
     across = distance[:, np.unravel_index(distance.argmin(), distance.shape)[1]]
     near = across[across < 2 * patch.approach]
     bend = np.diff(near, 2)

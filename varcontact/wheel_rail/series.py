@@ -33,6 +33,7 @@ COLUMNS = (
     *("vx", "vy", "spin"),
     *("FN", "Fx", "Fs", "Mz", "track_Fx", "track_Fy", "track_Fz"),
     *("peak_pressure", "area", "T_gamma", "power", "wear_depth", "wear_volume"),
+    *("error_Fx", "error_Fs", "error_FN"),
     "identity",
 )
 """What the table says of each patch, in mm, N, rad, N/mm^2 and W."""
@@ -182,6 +183,7 @@ def _figures(worn: PatchWear) -> dict[str, float]:
         ("location_x", "location_y", "location_z"): patch.location,
         ("FN", "Fx", "Fs"): np.roll(solved.force, 1),
         ("track_Fx", "track_Fy", "track_Fz"): solved.force_on_track,
+        ("error_FN", "error_Fx", "error_Fs"): np.roll(solved.error, 1),
     }
     law = worn.archard is not None
     return {

@@ -6,6 +6,7 @@ tops. Lengths are in millimetres.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -23,6 +24,9 @@ Side = Literal["left", "right"]
 SIGN = {"left": -1.0, "right": 1.0}
 STEEPEST = 0.5
 """Greatest angle of cant, roll and yaw [rad]."""
+OUTWARDS = 1 / 80
+"""Inclination of a profile to the field side above which its sides are probably exchanged [rad]; 1:20 and 1:40 are
+usual, to the track side."""
 WIDEST_FLANGE = 40.0
 """From the back of a flange to its tip at most [mm]."""
 FINE = 0.02
@@ -356,6 +360,24 @@ def backwards(speed: float) -> SceneError:
     """
     reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {speed:.6g} mm/s"
     return SceneError("velocity", speed, message=reason)
+
+
+def check_sides(track: Track, stacklevel: int) -> None:
+    """Warn of a rail's profile that leans to the field side, as one whose sides are exchanged.
+
+    Parameters
+    ----------
+    track : Track
+    stacklevel : int
+        Of the warning.
+    """
+    lean = profile_points.inclination(track.rail.y, track.rail.z)
+    if lean < -OUTWARDS:
+        warnings.warn(
+            f"track.rail: the profile leans to the field side by 1:{-1 / lean:.0f}, so its gauge side is probably on "
+            "the wrong side: change the sign of y, or read the file with mirror_y=True",
+            stacklevel=stacklevel,
+        )
 
 
 def _check_profile(field: str, profile: Any, kind: str) -> None:

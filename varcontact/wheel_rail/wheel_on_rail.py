@@ -31,7 +31,11 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.result import WheelRailSolution
 
 STEEL = Bodies(G=82000.0, nu=0.28)
+STIFFEST = 1e6
+"""Shear modulus [N/mm^2] that no material has, diamond half of it: larger ones are in Pa."""
 MIDDLE, ROLLING = Position(), Velocity()
+ELEMENT = 0.5
+"""Sides of an element [mm] where neither they nor an accuracy are given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,15 +97,14 @@ class WheelOnRail:
         Exactly one of the two: the load on this wheel [N], or the height of the axle, downwards, 0 where the nominal
         circles are at the height of the rail tops [mm].
     with_friction : bool
-        Whether tangential forces bear a part of the vertical force; without, normal forces bear all of it. On a steep
-        flange they can lift the wheel by more than its normal force presses; then a height that bears the load is far
-        into the rail, if there is one.
+        Whether the vertical force is that of all forces on the wheel, tangential forces included, as in CONTACT. If
+        False, it is that of the normal forces alone.
     bodies : Bodies, optional
         In N/mm^2; a pair is (rail, wheel). Steel, G = 82 000 N/mm^2 and nu = 0.28, if not given.
     friction : float or law
         See `Scene`.
-    dx, dy : float
-        Sides of an element [mm].
+    dx, dy : float, optional
+        Sides of an element [mm]: 0.5 mm if not given, unless `solve` chooses a grid for an accuracy.
     join, separate : float
         Overlaps of wheel and rail that are nearer to each other than `separate` make one patch, in one plane; others
         are patches of their own, which do not feel each other. Those nearer than `join` feel each other as parts of one
@@ -133,11 +136,11 @@ class WheelOnRail:
     velocity: Velocity = ROLLING
     vertical_force: float | None = None
     z: float | None = None
-    with_friction: bool = False
+    with_friction: bool = True
     bodies: Bodies = STEEL
     friction: float | Law = 0.3
-    dx: float = 0.5
-    dy: float = 0.5
+    dx: float | None = None
+    dy: float | None = None
     join: float = 4.0
     separate: float = 8.0
     turn: float | None = None
@@ -147,6 +150,10 @@ class WheelOnRail:
         parts = (("track", Track), ("wheelset", WheelSet), ("position", Position), ("velocity", Velocity))
         for name, kind in (*parts, ("bodies", Bodies)):
             check_kind(name, getattr(self, name), kind)
+        if self.bodies.combined_G > STIFFEST:
+            G = self.bodies.combined_G
+            reason = f"bodies.G: {G:.3g} N/mm^2 is stiffer than any material: give N/mm^2; 1 Pa is 1e-6 N/mm^2"
+            raise SceneError("bodies.G", G, message=reason)
         set_(self, "side", checks.choice("side", self.side, tuple(SIGN)))
         checks.exactly_one(vertical_force=self.vertical_force, z=self.z)
         if self.vertical_force is not None:
@@ -156,7 +163,8 @@ class WheelOnRail:
         set_(self, "friction", coefficient("friction", self.friction))
         set_(self, "with_friction", checks.flag("with_friction", self.with_friction))
         for name in ("dx", "dy", "join", "separate"):
-            set_(self, name, checks.positive(name, getattr(self, name)))
+            if getattr(self, name) is not None:
+                set_(self, name, checks.positive(name, getattr(self, name)))
         if self.separate < self.join:
             raise SceneError("separate", self.separate, f"at least join, {self.join:g} mm")
         if self.turn is not None:
@@ -192,7 +200,7 @@ class WheelOnRail:
         return self.locus.touching
 
     @one_blas_thread()
-    def patches(self, z: float, *, warn: bool = True) -> tuple[ContactPatch, ...]:
+    def patches(self, z: float, *, warn: bool = True, with_grid: bool = True) -> tuple[ContactPatch, ...]:
         """All contact patches at a height of the axle.
 
         Parameters
@@ -201,6 +209,8 @@ class WheelOnRail:
             Downwards, see `WheelOnRail` [mm].
         warn : bool
             Whether patches with a rough profile are warned of.
+        with_grid : bool
+            Whether scenes have the grid of `dx` and `dy`; without, samples that are interpolated on any grid.
 
         Returns
         -------
@@ -219,25 +229,26 @@ class WheelOnRail:
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
         tangents = tangents_of(groups, self.rail, self.separate, turn)
         body = self.velocity.body(self.wheelset, self.position, z)
-        known = self.wheel, self.rail, body.rotation, body.position, (self.dx, self.dy), (self.join, self.separate)
+        sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
+        known = self.wheel, self.rail, body.rotation, body.position, sides, (self.join, self.separate)
         places = [place(group, tangent, *known) for group, tangent in zip(groups, tangents, strict=True)]
-        found = tuple(self._patch(each, z, body) for each in places)
+        found = tuple(self._patch(each, z, body, with_grid) for each in places)
         if warn:
             for patch in found:
                 check_smooth(patch, stacklevel=3)
         return found
 
-    def _patch(self, found: Place, z: float, body: RigidBody) -> ContactPatch:
+    def _patch(self, found: Place, z: float, body: RigidBody, with_grid: bool) -> ContactPatch:
         rolled = self.creepage(found.frame, found.approach, z)
         origin = found.frame.origin
         on_wheel = self.on_wheel(origin, body)
         scene = Scene(
             bodies=self.bodies,
-            surface=SampledDistance(found.distance),
+            surface=SampledDistance(found.distance, *(() if with_grid else (found.grid.x, found.grid.y))),
             approach=found.approach,
             friction=self.friction,
             motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
-            grid=found.grid,
+            grid=found.grid if with_grid else "auto",
             units=MM_N,
         )
         return ContactPatch(
@@ -312,7 +323,9 @@ class WheelOnRail:
         certify : str, optional
             See `varcontact.solve`: residuals alone if not given.
         **methods
-            Other arguments of `varcontact.solve`, for all patches; none that choose a grid of their own.
+            Other arguments of `varcontact.solve`, for all patches. With `accuracy` or `time_budget`, for which `dx` and
+            `dy` are left out, grids are chosen, and the solution has errors. A theory as `tangential` is evaluated on
+            Hertz's ellipse with the normal force of a patch and the second moments of its pressure.
 
         Returns
         -------
@@ -321,7 +334,8 @@ class WheelOnRail:
         Raises
         ------
         NoContact, SceneError
-            See `patches`, and where no height bears the force.
+            See `patches`, and where no height bears the force: on a steep flange friction can lift the wheel by more
+            than its normal force presses it down.
         NotConverged
             If a patch is not solved, see `varcontact.solve`.
         """

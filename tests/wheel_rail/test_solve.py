@@ -1,0 +1,184 @@
+"""Wheels solved to an accuracy, within a time, by theories and corrected: errors, loads, and what is refused."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, round_rail, round_wheel
+from varcontact import creep_forces, reference
+from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.wheel_rail import Position, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail.result import with_error
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements"),
+    pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.ConformalContact"),
+    pytest.mark.filterwarnings("ignore:normal forces of"),
+]
+
+
+def wheel(y, yaw=0.005, **more):
+    more = {"vertical_force": 60e3, "track": TRACK, "wheelset": WHEELSET, **more}
+    return WheelOnRail(position=Position(y=y, yaw=yaw), **more)
+
+
+def circles(**more):
+    return WheelOnRail(
+        track=flat_track(round_rail()), wheelset=WheelSet(wheel=round_wheel()), vertical_force=80e3, **more
+    )
+
+
+@pytest.mark.parametrize(("y", "patches"), [(2.0, 1), (-8.0, 1), (5.0, 2)])
+def test_errors_hold_against_fine_elements(y, patches):
+    """Tread, the other side, and two patches: elements of 0.2 by 0.1 mm."""
+    case = wheel(y, vertical_force=10e3, separate=4.0, turn=4.0)
+    found = case.solve(accuracy=0.02)
+    assert len(found.patches) == patches
+    assert found.force[2] == pytest.approx(10e3, rel=1e-6)
+    assert found.error[2] == 0
+    fine = replace(case, dx=0.2, dy=0.1).solve()
+    for each, exact in zip(found.patches, fine.patches, strict=True):
+        limit = 0.3 * exact.normal_force
+        assert np.all(np.abs(each.force - exact.force) < each.error + 1e-3 * limit)
+        assert np.all(each.error[:2] < 0.02 * limit)
+    assert found.z == pytest.approx(fine.z, abs=0.01 * found.patches[0].patch.approach)
+
+
+def test_errors_add_up_over_the_patches():
+    z = wheel(5.0).touching + 0.02
+    found = wheel(5.0, vertical_force=None, z=z, separate=4.0, turn=4.0).solve(accuracy=0.02)
+    first, second = found.patches
+    turned = [np.abs(each.patch.frame.axes) @ each.error for each in (first, second)]
+    assert found.error == pytest.approx(turned[0] + turned[1])
+    assert found.rounds == 0
+    assert found.error[2] > 0
+
+
+def test_hertz_contact_to_an_accuracy():
+    """Of a prescribed height, normal forces are within their errors; those of one patch under a load follow from it."""
+    held = circles(with_friction=False).solve(accuracy=0.02)
+    (each,) = held.patches
+    assert each.error[2] == 0
+    high = replace(held.case, vertical_force=None, z=held.z).solve(accuracy=0.02)
+    (other,) = high.patches
+    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), held.case.bodies, approach=high.z - held.case.touching)
+    assert 0 < abs(other.normal_force - hertz.force) < other.error[2] < 0.02 * hertz.force
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_unlike_bodies_and_no_friction_to_an_accuracy(friction):
+    soft = wheel(2.0, vertical_force=20e3, bodies=Bodies(G=(40e3, 82e3), nu=(0.35, 0.28)), friction=friction)
+    found = soft.solve(accuracy=0.05)
+    assert found.force[2] == pytest.approx(20e3, rel=1e-6)
+    assert np.isfinite(found.error).all()
+    fine = replace(soft, dx=0.4, dy=0.2).solve()
+    assert np.all(np.abs(found.force - fine.force) < found.error + 0.01 * 0.3 * 20e3)
+
+
+def test_parts_of_a_patch_that_feel_each_other_in_part():
+    case = wheel(5.0, yaw=0.012, vertical_force=10e3, join=1.0, separate=20.0)
+    found, fine = case.solve(accuracy=0.02), replace(case, dx=0.3, dy=0.15).solve()
+    assert len(found.patches[0].patch.seams) == 1
+    assert np.all(np.abs(found.force - fine.force) < found.error + 1e-3 * 0.3 * 10e3)
+
+
+def test_a_time_budget_is_kept_and_longer_is_nearer():
+    case = wheel(3.0)
+    case.solve(accuracy=0.1)  # what is imported and compiled once
+    begun = time.perf_counter()
+    short = case.solve(time_budget=1.0)
+    assert time.perf_counter() - begun < 5.0
+    long = case.solve(time_budget=4.0)
+    assert short.force[2] == pytest.approx(60e3, rel=1e-6)
+    assert long.error[0] < short.error[0] < 0.05 * 0.3 * 60e3
+
+
+def test_samples_are_the_distance_on_any_grid():
+    """Interpolated, they are the distance that elements have, to a nanometre or so; the origin is the deepest."""
+    case = wheel(3.0)
+    z = case.touching + 0.08
+    (sampled,), (own,) = case.patches(z, with_grid=False), replace(case, dx=0.7, dy=0.3).patches(z)
+    assert sampled.scene.grid == "auto"
+    surface, grid = sampled.scene.surface, own.scene.grid
+    assert isinstance(surface, SampledDistance) and isinstance(grid, Grid)
+    inside = own.scene.surface.h < own.approach
+    apart = surface.distance(grid) - sampled.approach - (own.scene.surface.h - own.approach)
+    assert np.abs(apart[inside]).max() < 2e-6
+    assert sampled.approach == pytest.approx(own.approach, abs=1e-4)
+
+
+def test_a_theory_on_the_ellipse_of_each_patch():
+    """Of two circles it is Hertz's: the forces are those that the theory has there."""
+    case = replace(circles(dx=0.4, dy=0.4), position=Position(y=-12.0, yaw=1e-3), velocity=Velocity(pitch_rate=-2.1739))
+    found = case.solve(tangential="fastsim")
+    assert found.force[2] == pytest.approx(80e3, rel=1e-6)
+    (each,) = found.patches
+    hertz = reference.hertz(460.0, 1 / (1 / 300 + 1 / 500), case.bodies, force=each.normal_force)
+    rolled = each.patch.creepage
+    exact = creep_forces(
+        "fastsim", a=hertz.a, b=hertz.b, bodies=case.bodies, normal_force=each.normal_force, friction=0.3,
+        vx=rolled.vx, vy=rolled.vy, spin=rolled.spin,
+    )  # fmt: skip
+    assert each.force[:2] == pytest.approx([exact.Fx, exact.Fy], abs=0.01 * 0.3 * each.normal_force)
+    assert case.solve(tangential="table").force != pytest.approx(found.force, rel=1e-3)
+
+
+@pytest.mark.parametrize("y", [1.0, -2.0])
+def test_refined_it_is_nearer_to_the_continuum(y):
+    case = wheel(y, 1e-3, dx=1.0, dy=0.25)
+    fine = replace(case, dx=None, dy=None).solve(accuracy=0.004).force
+    plain, refined = case.solve(), case.solve(refine="continuum")
+    assert refined.force[2] == pytest.approx(60e3, rel=1e-6)
+    assert np.abs(refined.force - fine)[:2].max() < 0.2 * np.abs(plain.force - fine)[:2].max()
+    assert np.all(np.abs(refined.force - fine) < refined.error + 2e-3 * 0.3 * 60e3)
+
+
+@pytest.mark.parametrize(
+    ("case", "methods", "said"),
+    [
+        (wheel(2.0, dx=1.0), {"accuracy": 0.01}, "dx: the grids are chosen for the accuracy; leave dx and dy out"),
+        (wheel(2.0, dy=1.0), {"time_budget": 1.0}, "dy: the grids are chosen for the time_budget"),
+        (wheel(2.0), {"accuracy": 0.01, "time_budget": 1.0}, "accuracy and time_budget are both given"),
+        (wheel(2.0), {"accuracy": 0.01, "refine": "continuum"}, "accuracy and refine are both given"),
+        (wheel(2.0), {"accuracy": 0.01, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
+        (wheel(2.0), {"accuracy": -1.0}, "accuracy = -1.0 is not allowed"),
+        (wheel(2.0, dx=4.0, dy=4.0), {"refine": "continuum"}, "at least 8 elements across the contact each way"),
+        (wheel(2.0), {"store": "file.nc"}, "store must be left out"),
+        (wheel(7.5), {"tangential": "table"}, "its book has a/b from 0.2 to 5"),
+    ],
+)
+def test_what_is_refused(case, methods, said):
+    with pytest.raises(SceneError, match=said):
+        case.solve(**methods)
+
+
+def test_the_report_has_errors_or_bounds():
+    case = wheel(3.0)
+    found = case.solve(accuracy=0.02)
+    text = found.report()
+    (Fx, *_), (error, *_) = found.force / 1e3, found.error / 1e3
+    assert f"Fx = {Fx:.1f} +- {error:.1f} kN" in text
+    assert "Fz = 60 kN" in text
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain = replace(case, dx=1.0, dy=0.5).solve(certify="full")
+    assert np.isnan(plain.error).all()
+    bound = plain.patches[0].solution.certificate.force_bound[0]
+    assert f"guaranteed on this grid: Fx within {bound:.1e} N" in plain.report()
+    assert "no estimate of the error against the continuum" in plain.report()
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [(-13.0987, 0.0461, "-13.10 +- 0.05"), (79176.3, 14.6, "79176 +- 15"), (-3.0, 0.0, "-3"), (2.5, np.nan, "2.5")],
+)
+def test_a_value_with_its_error(value, error, text):
+    assert with_error(value, error) == text
