@@ -102,8 +102,8 @@ def test_a_failure_elsewhere_is_that_failure(rolling):
 def test_without_a_grid_each_has_an_error_bar_here_and_in_processes(rolling, options):
     scene = rolling(grid="auto")
     here, elsewhere = vc.scan(scene, CREEPAGES, **options), vc.scan(scene, CREEPAGES, workers=2, **options)
-    for motion, one, other in zip(CREEPAGES, here, elsewhere, strict=True):
-        alone = vc.solve(dataclasses.replace(scene, motion=vc.Steady(**dict(zip(("vx", "vy", "spin"), motion, strict=True)))), **options)
+    for (vx, vy, spin), one, other in zip(CREEPAGES, here, elsewhere, strict=True):
+        alone = vc.solve(dataclasses.replace(scene, motion=vc.Steady(vx=vx, vy=vy, spin=spin)), **options)
         assert one.force.tolist() == other.force.tolist() == alone.force.tolist()
         assert one.error_estimate.largest <= options.get("accuracy", 0.01)
     with pytest.raises(vc.SceneError, match="grid: the grid is chosen for the accuracy"):
