@@ -12,11 +12,11 @@ import pytest
 from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, round_rail, round_wheel
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
+from varcontact.results.report import with_bar
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.wheel_rail import Position, Velocity, WheelOnRail, WheelSet
-from varcontact.wheel_rail.result import with_error
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements"),
@@ -165,7 +165,7 @@ def test_the_report_has_errors_or_bounds():
     found = case.solve(accuracy=0.02)
     text = found.report()
     (Fx, *_), (error, *_) = found.force / 1e3, found.error / 1e3
-    assert f"Fx = {Fx:.1f} +- {error:.1f} kN" in text
+    assert f"Fx = {with_bar(Fx, error)} kN" in text
     assert "Fz = 60 kN" in text
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -174,11 +174,3 @@ def test_the_report_has_errors_or_bounds():
     bound = plain.patches[0].solution.certificate.force_bound[0]
     assert f"guaranteed on this grid: Fx within {bound:.1e} N" in plain.report()
     assert "no estimate of the error against the continuum" in plain.report()
-
-
-@pytest.mark.parametrize(
-    ("value", "error", "text"),
-    [(-13.0987, 0.0461, "-13.10 +- 0.05"), (79176.3, 14.6, "79176 +- 15"), (-3.0, 0.0, "-3"), (2.5, np.nan, "2.5")],
-)
-def test_a_value_with_its_error(value, error, text):
-    assert with_error(value, error) == text

@@ -70,6 +70,8 @@ def test_the_power_grows_with_the_speed_and_the_wear_by_distance_does_not(rollin
         position=Position(y=2.0, yaw=0.002),
         velocity=Velocity(speed=3000.0),
         vertical_force=80e3,
+        dx=0.5,
+        dy=0.5,
     ).solve()
     one, other = wear(rolling, LAW), wear(faster, LAW)
     assert other.power == pytest.approx(3 * one.power, rel=1e-6)

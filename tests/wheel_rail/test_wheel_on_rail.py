@@ -104,7 +104,7 @@ def test_the_vertical_force_is_that_of_all_forces(y):
 
 
 def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
-    case = wheel(2.0, position=Position(y=2.0, yaw=0.005))
+    case = wheel(2.0, position=Position(y=2.0, yaw=0.005), dx=0.5, dy=0.5)
     plain, all_of_it = replace(case, with_friction=False).solve(), case.solve()
     assert plain.patches[0].normal_force * np.cos(plain.patches[0].patch.angle) == pytest.approx(80e3, rel=1e-6)
     assert all_of_it.force[2] == pytest.approx(80e3, rel=1e-6)
@@ -162,7 +162,13 @@ def test_a_softer_rail_bears_its_load_with_a_larger_patch():
 
 def test_forces_in_the_frames_belong_together():
     found = wheel(
-        5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, join=3.0, separate=3.0
+        5.0,
+        position=Position(y=5.0, roll=-3e-4, yaw=0.012),
+        vertical_force=10e3,
+        join=3.0,
+        separate=3.0,
+        dx=0.5,
+        dy=0.5,
     ).solve()
     assert len(found.patches) == 2
     assert found.patches[0].patch.location[1] < found.patches[1].patch.location[1]
@@ -333,6 +339,10 @@ def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
         5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, with_friction=with_friction,
         join=1.0, separate=20.0,
     )  # fmt: skip
+    one = case.solve()
+    other = replace(case, vertical_force=None, z=one.z).solve()
+    assert np.all(abs(other.force - one.force) <= one.error + other.error)
+    case = replace(case, dx=0.5, dy=0.5)
     found = case.solve(certify="gap")
     again = replace(case, vertical_force=None, z=found.z).solve()
     assert len(found.patches[0].patch.seams) == 1
@@ -414,7 +424,13 @@ def test_a_radius_in_metres_is_refused():
 
 def test_the_picture_has_both_profiles_and_each_patch():
     found = wheel(
-        5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, join=3.0, separate=3.0
+        5.0,
+        position=Position(y=5.0, roll=-3e-4, yaw=0.012),
+        vertical_force=10e3,
+        join=3.0,
+        separate=3.0,
+        dx=0.5,
+        dy=0.5,
     ).solve()
     figure = found.plot()
     profiles, *panels = figure.axes

@@ -144,6 +144,6 @@ def _report(table: pd.DataFrame) -> str:
 
 
 def _cell(value: object, error: float | None) -> str:
-    from varcontact.wheel_rail.result import with_error
+    from varcontact.results.report import with_bar
 
-    return with_error(value, error or 0.0) if isinstance(value, float) else str(value)
+    return with_bar(value, error or 0.0) if isinstance(value, float) else str(value)

@@ -314,8 +314,10 @@ def with_bar(value: float, bar: float) -> str:
     if not 0 < bar < math.inf:
         return f"{value:.6g}"
     digits = 1 - math.floor(math.log10(bar))
-    size = max(6, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
-    return f"{round(value, digits):.{size}g} +- {round(bar, digits):.6g}"
+    if -4 <= digits <= 6:
+        return f"{round(value, digits):.{max(digits, 0)}f} +- {round(bar, digits):.{max(digits, 0)}f}"
+    size = max(1, 1 + digits + (math.floor(math.log10(abs(value))) if value else 0))
+    return f"{value:.{size}g} +- {bar:.2g}"
 
 
 def _without_noise(value: float, scale: float) -> float:

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from varcontact.errors import SceneError
+from varcontact.errors import NotConverged, SceneError
 from varcontact.kinematics import Frame, rotation
 from varcontact.scene.grid import Grid
 from varcontact.wheel_rail.curve import Curve
@@ -258,6 +258,8 @@ def _grid(overlaps: list[Overlap], frame: Frame, sides: tuple[float, float] | No
     surface = np.concatenate([each.surface for each in overlaps])
     across = (surface - frame.origin[1:]) @ frame.axes[1:, 1]
     dx, dy = sides or (float(np.ptp(along)) / SAMPLES, float(np.ptp(across)) / SAMPLES)
+    if not min(dx, dy) > 0:
+        raise NotConverged("wheel and rail overlap by no more than their heights are rounded", math.nan)
     guard = GUARD if sides else AROUND
     left, right, bottom, top = (
         (math.floor if low else math.ceil)(value) + (-guard if low else guard)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
 from varcontact.solving.error_norm import units
 
@@ -158,7 +158,7 @@ class WheelRailSolution:
         ...     track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()),
         ...     position=Position(y=3.0), vertical_force=80e3)
         >>> print(case.solve(accuracy=0.02).report().splitlines()[1])
-        forces on the rail: Fx = -13.9 +- 0.2 kN, Fy = 1.8 +- 0.2 kN, Fz = 80 kN
+        forces on the rail: Fx = -13.91 +- 0.13 kN, Fy = 1.84 +- 0.20 kN, Fz = 80.0001 kN
         """
         at = self.case.position
         lines = [
@@ -207,28 +207,6 @@ class WheelRailSolution:
         return plot_wheel_on_rail(self)
 
 
-def with_error(value: float, error: float) -> str:
-    """A value with its error, as far as its digits mean something: one of the error.
-
-    Parameters
-    ----------
-    value, error : float
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> with_error(-13.0987, 0.0461)
-    '-13.10 +- 0.05'
-    """
-    if not error > 0:
-        return f"{value:.5g}"
-    digits = max(0, -math.floor(math.log10(error)))
-    return f"{value:.{digits}f} +- {error:.{digits}f}"
-
-
 def _forces(names: tuple[str, ...], forces: np.ndarray, errors: np.ndarray) -> str:
     """Forces in kN, each with its error."""
-    return ", ".join(f"{n} = {with_error(f, e)} kN" for n, f, e in zip(names, forces / 1e3, errors / 1e3, strict=True))
+    return ", ".join(f"{n} = {with_bar(f, e)} kN" for n, f, e in zip(names, forces / 1e3, errors / 1e3, strict=True))

@@ -14,12 +14,14 @@ from varcontact import checks
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution
+from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
 from varcontact.solving.error_norm import units
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
+from varcontact.solving.target import BY_DEFAULT
 from varcontact.theories.methods import THEORIES
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.rough import check_smooth
@@ -86,6 +88,11 @@ def solve_wheel_on_rail(
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     if target:
         z, rounds, found = _to_accuracy(case, None, tol, certify, methods | target)
+    elif _by_default(case, methods):
+        try:
+            z, rounds, found = _to_accuracy(case, None, tol, certify, methods | {"accuracy": BY_DEFAULT})
+        except NotConverged:  # with the usual elements there is an answer without an error bar
+            z, rounds, found = _on_elements(case, tol, certify, methods)
     else:
         z, rounds, found = _on_elements(case, tol, certify, methods)
     check_sides(case.track, stacklevel=4)
@@ -98,10 +105,7 @@ def solve_wheel_on_rail(
 
 
 def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
-    """The accuracy or time budget that grids are chosen for; empty: elements of dx and dy, or of the usual sides.
-
-    The default is decided here alone.
-    """
+    """The accuracy or time budget that grids are chosen for, if one is given."""
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     for name, value in target.items():
         checks.positive(name, value)
@@ -116,6 +120,14 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
             reason = f"tangential: a theory has an error that no grid removes; leave it out, or {name}"
             raise SceneError("tangential", methods["tangential"], message=reason)
     return target
+
+
+def _by_default(case: WheelOnRail, methods: dict[str, Any]) -> bool:
+    """Whether nothing that is given decides on the grid, and the answer of a grid has an error: that of `solve`."""
+    given = (case.dx, case.dy, methods.get("refine"), methods.get("start"))
+    exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
+    rubs = isinstance(case.friction, Law) or 0 < case.friction < np.inf
+    return exact and all(each is None for each in given) and rubs
 
 
 Solved = tuple[float, int, tuple[PatchSolution, ...]]
