@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.slip import shift_and_areas, unit_slip
+from varcontact.problem.slip import friction_work, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -57,6 +57,7 @@ def solution_of(
         pressure=state.pressure * disc.pressure,
         traction=state.traction * disc.pressure,
         slip=shift / rolled,
+        power_density=friction_work(disc, state, shift) * disc.pressure / rolled,
         distance=distance - state.approach * disc.displacement,
         state=areas,
         approach=math.nan if unknown else state.approach * disc.displacement + disc.base,
