@@ -241,9 +241,8 @@ def test_sections_elsewhere(wheel):
 
 
 def test_power_density(wheel):
-    """Zero where it sticks, and its integral is the work of friction."""
+    """Its integral is the work of friction."""
     assert wheel.power_density.sum() * wheel.grid.area == pytest.approx(wheel.friction_work)
-    assert np.all(np.abs(wheel.power_density[wheel.state == 1]) < 1e-9 * wheel.power_density.max())
     image = wheel.plot("power_density").axes[0].images[0].get_array()
     assert image.max() == pytest.approx(wheel.power_density.max() / 1e3)  # kPa
 

@@ -71,8 +71,10 @@ def test_series_are_those_of_the_steps(history):
     assert history.force[[0, 2, 3], 0] == pytest.approx([-1e-3, -2e-3, 1e-3], rel=1e-8)
     assert history.normal_force[:4] == pytest.approx([0.02, 0.02, 0.03, 0.02])
     assert history.approach[4] == pytest.approx(0.02)
-    work = [-np.sum(sol.traction * sol.slip) * sol.grid.area for sol in history]
+    work = [sol.power_density.sum() * sol.grid.area for sol in history]
     assert history.dissipation == pytest.approx(np.array(work) * [1, 0.05, 0.05, 1, 0.1])
+    for sol in (history[0], history[3]):
+        assert sol.power_density == pytest.approx(-np.sum(sol.traction * sol.slip, axis=0))
     assert history[2].scene.motion == vc.TimeStep(dq=0.05, direction=-1, spin=2e-3, Fx=-2e-3)
     assert history[2].scene.friction == 0.2
     with pytest.raises(IndexError):

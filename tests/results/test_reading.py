@@ -62,13 +62,18 @@ def test_single_numbers(sol):
 
 
 def test_power_is_that_of_the_forces(sol):
-    """F.v + Mz spin, with the sign turned; and in the report beside the integral over the slip."""
+    """F.v + Mz spin, with the sign turned; and in the report beside the integral over the contact."""
     assert sol.power == pytest.approx(-(sol.Fx * sol.vx + sol.Fy * sol.vy + sol.Mz * sol.spin))
-    assert sol.friction_work == pytest.approx(-np.sum(sol.traction * sol.slip) * sol.grid.area)
+    assert sol.friction_work == pytest.approx(sol.power, rel=1e-12)
     (row,) = (line for line in sol.report().splitlines() if line.startswith("  work "))
     assert row.split("work")[1].strip() == (
         f"{sol.power:.5g} N put in, {sol.friction_work:.5g} N lost by friction by distance rolled"
     )
+    negative = -sol.power_density[sol.power_density < 0].sum() / sol.power_density.sum()
+    assert sol.negative_work == pytest.approx(-negative) and sol.summary()["negative_work"] == sol.negative_work
+    assert negative > 1e-5 and f"\n{20 * ' '}{100 * negative:.2g} % of it is negative" in sol.report()
+    positive = vc.solve(rail(motion=vc.Steady(vx=8e-3)))
+    assert positive.negative_work == 0.0 and "negative" not in positive.report()
     assert "put in" not in vc.solve(rail(friction=0.0)).report()
 
 

@@ -98,14 +98,15 @@ def test_symmetries(name, vx, vy, spin):
     np.testing.assert_allclose(mirrored, here * [1, -1, -1], atol=1e-12)
 
 
-@pytest.mark.parametrize("name", [name for name in VECTORISED if name != "polach"])
+@pytest.mark.parametrize("name", VECTORISED)
 @settings(max_examples=60, deadline=None)
 @given(vx=size, vy=size, spin=size)
 def test_friction_gives_no_power(name, vx, vy, spin):
-    spin = spin_of(name, spin)
+    """Without a moment that is known without spin only."""
+    spin = 0.0 if name == "polach" else spin_of(name, spin)
     creepage = np.array([vx, vy, spin]) * UNIT
     forces = parts(vc.creep_forces(name, **CONTACT, vx=creepage[0], vy=creepage[1], spin=creepage[2]))
-    assert forces @ creepage <= 1e-12
+    assert forces[creepage != 0] @ creepage[creepage != 0] <= 1e-12
 
 
 @pytest.mark.parametrize("name", BOUNDED)

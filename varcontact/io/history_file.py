@@ -33,7 +33,7 @@ from varcontact.io.outputs import (
 )
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import AS_STORED, assembled, solution_from_bytes
+from varcontact.io.solution_file import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
 from varcontact.machine.reading import first_line, reading
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
@@ -101,6 +101,9 @@ class Stored(Sequence[Solution]):
         if not is_history(path):
             raise OutputError("store", path, "exists already and holds no history")
         other = _stored(path)
+        with _file(path) as file:
+            if len(other) and "power_density" not in file.variables:
+                raise OutputError("store", path, "was written by an earlier version, and can be read only")
         if _identity(self) != _identity(other) or not _same_start(self.scene, other.scene):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")
 
@@ -143,8 +146,8 @@ class Stored(Sequence[Solution]):
         """Step k as it is in the file."""
         with _file(self.path) as file, self._damaged_in(k):
             grid = Grid(**json.loads(file.grid))
-            names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
-            fields = {name: _native(file.variables[name][k]) for name in names}
+            names = (*ON_ELEMENTS, "approach", "creepage")
+            fields = {name: _native(file.variables[name][k]) for name in names if name in file.variables}
             parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
             record = json.loads(file.variables["record"][k].tobytes())
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
@@ -164,7 +167,9 @@ class Stored(Sequence[Solution]):
         if len(self) == 0:
             return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if SERIES[name][0] else ())))
         with _file(self.path) as file, reading(self.path):
-            return _native(file.variables[name][:])
+            if name != "friction_work" or "power_density" in file.variables:
+                return _native(file.variables[name][:])
+        return np.array([sol.friction_work for sol in self])  # an earlier version's was of another slip
 
     def put(self, k: int, sol: Solution) -> None:
         """Add the next step.

@@ -43,6 +43,7 @@ FIELDS = {
     "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
     "traction": (("component", "y", "x"), "pressure", "tangential traction on body 1"),
     "slip": (("component", "y", "x"), "1", "relative slip of body 1 over body 2"),
+    "power_density": (("y", "x"), "pressure", "work lost by friction by area, by distance rolled"),
     "distance": (("y", "x"), "length", "deformed distance"),
     "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip"),
     "traction_bound": (("y", "x"), "pressure", "friction coefficient times pressure"),
@@ -52,6 +53,12 @@ FIELDS = {
     "approach": ((), "length", "approach of the bodies"),
     "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
 }
+
+IN_PLACE = {"slip": "length", "power_density": "line force"}
+"""Quantities of a shift, where they are others."""
+
+ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state")
+"""Fields that are read back; files of earlier versions have no power density."""
 
 
 def dataset(sol: Solution) -> xr.Dataset:
@@ -70,7 +77,7 @@ def dataset(sol: Solution) -> xr.Dataset:
     shift, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in FIELDS.items():
-        quantity = "length" if name == "slip" and shift else quantity
+        quantity = IN_PLACE.get(name, quantity) if shift else quantity
         variables[name] = (
             dims,
             np.asarray(getattr(sol, name)),
@@ -286,7 +293,7 @@ def solution_from(data: xr.Dataset) -> Solution:
         As a file has it.
     """
     record = json.loads(str(data["record"].values))
-    fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
+    fields = {name: data[name].values for name in ON_ELEMENTS if name in data}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
     creepage, share = data["creepage"].values, data["bound_share"].values if "bound_share" in data else 1.0
     sol = assembled(scene, grid, plan, fields, float(data["approach"].values), creepage, record, share)
@@ -339,6 +346,7 @@ def assembled(
         raise ValueError("fields that are not of the grid's shape")
     if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
         raise ValueError("fields that are not finite numbers")
+    fields = {"power_density": np.full(grid.shape, np.nan)} | fields
     if any(bound.shape != (3,) for bound in bounds):
         raise ValueError("a bound on the forces that is not three numbers")
     kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}

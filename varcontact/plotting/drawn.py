@@ -28,6 +28,7 @@ class Drawn:
     grid : Grid
         Explicit: the elements, or their parts.
     traction, slip : ndarray, shape (2, ny, nx)
+    power_density : ndarray, shape (ny, nx)
     state : ndarray, shape (ny, nx)
     bounds : tuple of Grid and ndarray
         The traction bound, and the elements or parts that it is known on.
@@ -38,14 +39,10 @@ class Drawn:
     grid: Grid
     traction: np.ndarray
     slip: np.ndarray
+    power_density: np.ndarray
     state: np.ndarray
     bounds: tuple[Grid, np.ndarray]
     words: str = ""
-
-    @property
-    def power_density(self) -> np.ndarray:
-        """Work lost by friction, by area."""
-        return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
 
 
 def drawn(sol: Solution) -> Drawn:
@@ -57,20 +54,20 @@ def drawn(sol: Solution) -> Drawn:
     """
     found, bounds = sol.refinement, (sol.grid, sol.traction_bound)
     if found is None or not sol.pressure.any():
-        return Drawn(sol.grid, sol.traction, sol.slip, sol.state, bounds)
+        return Drawn(sol.grid, sol.traction, sol.slip, sol.power_density, sol.state, bounds)
     rows, columns = found.cells
     parts = f"{columns}" if sol.scene.line else f"{columns} x {rows}"
     words = f"\n(corrected, on {parts} parts)"
     bound = _bound_on_parts(sol, found)
     if bound is None:
         state = np.where(found.traction.any(axis=0), _on_parts(found, sol.state, sol.state), EXTERIOR)
-        return Drawn(found.grid, found.traction, found.slip, state, bounds, words)
+        return Drawn(found.grid, found.traction, found.slip, found.power_density, state, bounds, words)
     slips = np.hypot(*found.traction) >= REACHED * bound
     hertz = sol.scene.hertz
     assert hertz is not None
     inside = hertz.pressure(found.grid.x[None, :], found.grid.y[:, None]) > 0  # the centre tells, as of elements
     state = np.where(inside, np.where(slips, SLIP, STICK), EXTERIOR)
-    return Drawn(found.grid, found.traction, found.slip, state, (found.grid, bound), words)
+    return Drawn(found.grid, found.traction, found.slip, found.power_density, state, (found.grid, bound), words)
 
 
 def _bound_on_parts(sol: Solution, found: Refinement) -> np.ndarray | None:

@@ -53,10 +53,13 @@ class Carried:
         The displacement differences u' that the particles bring along.
     force : ndarray, shape (2,)
         The tangential force of the step before.
+    traction : ndarray, shape (2, ny, nx), or (3, ny, nx) where the bodies differ, optional
+        The tractions of the step before, the pressure last; None in a corrected step, which carries a finer field.
     """
 
     displacement: np.ndarray
     force: np.ndarray
+    traction: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
 from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.slip import shift_and_areas, unit_slip
+from varcontact.problem.slip import friction_work, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -50,6 +50,9 @@ def solution_of(
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
     unknown = disc.afloat and scene.approach is None
+    density = friction_work(disc, state, shift) * disc.pressure / rolled
+    if not plan.has_moment and disc.motion is not None and disc.motion.rigid[2]:
+        density = np.full_like(density, math.nan)
     return Solution(
         scene=scene,
         grid=disc.grid,
@@ -57,6 +60,7 @@ def solution_of(
         pressure=state.pressure * disc.pressure,
         traction=state.traction * disc.pressure,
         slip=shift / rolled,
+        power_density=density,
         distance=distance - state.approach * disc.displacement,
         state=areas,
         approach=math.nan if unknown else state.approach * disc.displacement + disc.base,

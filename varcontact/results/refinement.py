@@ -88,9 +88,14 @@ class Refinement:
         return np.abs(self.forces[-1] - self.forces[-2])
 
     @property
+    def power_density(self) -> np.ndarray:
+        """Work lost by friction by area, ``-p.s``: by distance rolled [force/area]; in a shift [force/length]."""
+        return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
+
+    @property
     def friction_work(self) -> float:
         """Work lost by friction in the field, by distance rolled [force]; in a shift [force length]."""
-        return 0.0 - float(np.sum(self.traction * self.slip) * self.grid.area)
+        return float(np.sum(self.power_density) * self.grid.area)
 
     def summary(self) -> dict[str, Any]:
         """Forces by pass, change and estimate as plain numbers."""

@@ -10,20 +10,23 @@ import numpy as np
 from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.problem.certificate import Certificate
-from varcontact.problem.discretise import discretise, undeformed_distance
-from varcontact.problem.slip import EXTERIOR, SLIP, STICK
+from varcontact.problem.discretise import discretise
+from varcontact.problem.slip import EXTERIOR, SLIP, STICK, unit_slip
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion
+from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:
     from varcontact.results.normalised import Normalised
+
+ROUNDING = 1e-9
+"""Part of the power from which on negative densities are more than rounding and tolerance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +47,10 @@ class Solution(Delivered):
     slip : ndarray, shape (2, ny, nx)
         Relative slip of body 1 over body 2 in the contact: slip velocity by rolling velocity [-] in rolling, the
         local shift [length] in a shift (also in a step of a history that does not roll); zero outside.
+    power_density : ndarray, shape (ny, nx)
+        Work lost by friction by area; by distance rolled [force/area], in a shift [force/length]. In rolling it is that
+        of the tractions and the slip at an element in the mean over a step (docs/theory.md), and is negative on
+        elements where the grid is too coarse, see `negative_work`. NaN in a file of an earlier version that has none.
     distance : ndarray, shape (ny, nx)
         Deformed distance at the elements' centres [length]. Where elements bear mean pressures, see `Grid`, it is not
         quite zero in the contact.
@@ -98,6 +105,7 @@ class Solution(Delivered):
     pressure: np.ndarray
     traction: np.ndarray
     slip: np.ndarray
+    power_density: np.ndarray
     distance: np.ndarray
     state: np.ndarray
     approach: float
@@ -244,33 +252,31 @@ class Solution(Delivered):
 
     @property
     def friction_work(self) -> float:
-        """Work lost by friction, ``-sum(p.s) dx dy``: by distance rolled [force], in a shift [force length].
+        """Work lost by friction, integral of `power_density`: by distance rolled [force], in a shift [force length].
 
-        The slip of a step is weighed with the traction at the end of the step. In steady rolling this loses less than
-        `power` puts in, by a part that falls with the first order of the step.
+        In steady rolling that is `power`, to rounding; by `error_estimate`, where there is one; of a `refinement` that
+        of its field. In a step of rolling it is the work put in less the change of the elastic energy. In place it is
+        exact as long as all that slips goes on in its direction.
         """
-        if self.refinement is not None:
-            return self.refinement.friction_work
-        return float(np.sum(self.power_density) * self.grid.area)
+        if self.error_estimate is not None and self.refinement is None and isinstance(self.motion, Steady):
+            return self.power
+        return float(self.power_density.sum() * self.grid.area)
 
     @property
-    def power_density(self) -> np.ndarray:
-        """Work lost by friction by area, ``-p.s``, shape (ny, nx); its integral over the contact is `friction_work`.
-
-        By distance rolled [force/area]; in a shift [force/length].
-        """
-        if not self.plan.has_moment and self.spin:
-            return np.full(self.grid.shape, np.nan)
-        return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
+    def negative_work(self) -> float:
+        """Sum of the negative values of `power_density` by that of all [-], zero or negative: an error of the grid."""
+        negative = float(self.power_density[self.power_density < 0].sum())
+        if negative == 0 or abs(negative) * self.grid.area < ROUNDING * abs(self.power):  # where nothing slips
+            return 0.0
+        return negative / abs(float(self.power_density.sum()))
 
     @property
     def power(self) -> float:
         """Work that the rolling motion puts into the contact, by distance rolled [force]; in a shift [force length].
 
-        ``-(Fx vx + Fy vy + Mz spin)``, and for unlike bodies ``sum(pz dh/dx) dx dy`` in addition: tractions move
-        their pressure forward, which resists rolling. In steady rolling friction loses all of it, and this is the more
-        exact measure of the two on a coarse grid (docs/theory.md). A shift, and a step of a history, also change the
-        elastic energy.
+        ``-(Fx vx + Fy vy + Mz spin)``, and for unlike bodies the work of their pressure in addition: tractions move it
+        forward, and it resists rolling. In steady rolling friction loses all of it. A shift, and a step of a history,
+        also change the elastic energy.
 
         Examples
         --------
@@ -281,28 +287,23 @@ class Solution(Delivered):
         ...         motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=cells, ny=cells))
         ...     sol = vc.solve(scene)
         ...     print(f"{sol.power:.5f} {sol.friction_work:.5f}")
-        0.00880 0.00649
-        0.00858 0.00738
+        0.00880 0.00880
+        0.00858 0.00858
         """
         loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
         moved = (loads != 0) & (motion != 0)  # what is NaN of one has no power where the other is zero
         return self._rolling_resistance() - float(loads[moved] @ motion[moved])
 
     def _rolling_resistance(self) -> float:
-        """``sum(pz dh/dx) dx dy`` along the direction of rolling [force]: zero for like bodies (Betti).
-
-        Where a body ends under load, dh/dx has no bound. By Betti the sum is that with what the tractions take from the
-        distance in place of h, which has no jump.
-        """
+        """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
         rolls = 0 if self.motion is None else self.motion.rolls
-        if rolls == 0 or self.scene.bodies.K == 0 or not self.traction.any() or self.grid.nx == 1:
+        if rolls == 0 or self.scene.bodies.K == 0 or self.plan.left_out or not self.traction.any():
             return 0.0
-        distance = undeformed_distance(self.scene.surface, self.scene.hertz, self.grid)
-        if _ends_under_load(distance, self.pressure > 0):
-            disc = discretise(self.scene, self.grid)
-            distance = -disc.displacement * disc.traction_to_distance.apply(self.traction / disc.pressure)[0]
-        slope = np.gradient(distance, self.grid.sides[0], axis=1, edge_order=2 if self.grid.nx > 2 else 1)
-        return rolls * float(np.sum(self.pressure * slope) * self.grid.area)
+        disc = discretise(self.scene, self.grid)
+        operator, pressure = disc.operators.pressure_to_shift(disc.step, disc.difference), self.pressure[None]
+        twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+        slip = 0.5 * twice / (disc.pressure * unit_slip(disc))
+        return 0.0 - float(rolls * np.sum(self.traction * slip) * self.grid.area)
 
     def report(self) -> str:
         """The solution in words, for people."""
@@ -339,6 +340,7 @@ class Solution(Delivered):
             "doubts": list(self.scene.doubts),
             "power": known(self.power),
             "friction_work": known(self.friction_work),
+            "negative_work": known(self.negative_work),
             "elements": self.elements,
             "certificate": {name: _plain(value) for name, value in self.certificate.plain().items()},
             "converged": self.converged,
@@ -398,9 +400,3 @@ def _plain(value: float | str | list[float]) -> Any:
     if isinstance(value, str):
         return value
     return [known(each) for each in value] if isinstance(value, list) else known(value)
-
-
-def _ends_under_load(distance: np.ndarray, loaded: np.ndarray) -> bool:
-    """Whether the distance jumps along x beside an element under pressure, by more than it varies under all of them."""
-    beside = loaded[:, 1:] | loaded[:, :-1]
-    return bool(np.abs(np.diff(distance, axis=1))[beside].max(initial=0.0) > np.ptp(distance[loaded]))

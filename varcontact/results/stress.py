@@ -116,11 +116,11 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
 
     Notes
     -----
-    Boussinesq's and Cerruti's integrals over every loaded element in closed form. At ``z = 0`` the field is the limit
-    from inside: below an element the tractions themselves come out. On an edge between elements constant tractions
-    jump: what jumps with them has the mean of both sides, and where a stress is infinite (as ``ln|x|``; sigma_xx by
-    a jump of px), its mean over a width of one element is given. Stresses do not depend on G; in a rigid body they
-    are the limit of a stiff one with its nu.
+    Boussinesq's and Cerruti's integrals over every loaded element in closed form. At ``z = 0`` within an element the
+    field is the limit from inside: the tractions themselves come out. On an edge between elements constant tractions
+    jump: what jumps with them has the mean of both sides. Where a stress has no limit there (it grows as ``ln z``;
+    sigma_xx by a jump of px), its mean over a width of one element is given. Stresses do not depend on G; in a rigid
+    body they are the limit of a stiff one with its nu.
 
     Examples
     --------

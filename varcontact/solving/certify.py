@@ -12,6 +12,7 @@ from varcontact.planning.sizes import sizes_found
 from varcontact.problem.certificate import Certificate, certify_problems
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import normal_residual
+from varcontact.problem.parts import means
 from varcontact.problem.state import ContactState
 from varcontact.results.physical import solution_of
 from varcontact.results.refinement import Refinement
@@ -75,7 +76,9 @@ def judged(
     clock = steps.clock
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
     if refinement is not None:
-        solution = replace(solution, refinement=refinement, error_estimate=estimated(solution, refinement))
+        density = means(refinement.power_density, refinement.cells)
+        solution = replace(solution, refinement=refinement, power_density=density)
+        solution = replace(solution, error_estimate=estimated(solution, refinement))
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

@@ -156,7 +156,8 @@ class March:
             return None
         distance = motion.direction * motion.dq / disc.length
         force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
-        return Carried(disc.operators.carrying(distance).apply(fields / disc.pressure), force)
+        fields = fields / disc.pressure
+        return Carried(disc.operators.carrying(distance).apply(fields), force, fields)
 
 
 def _motion(scene: Scene) -> Transient:

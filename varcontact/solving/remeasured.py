@@ -23,7 +23,8 @@ from varcontact.problem.discretisation import Carried, Discretisation
 from varcontact.problem.discretise import discretise
 from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
 from varcontact.problem.on_parts import normal_as_solved, with_parts
-from varcontact.problem.slip import SLIP, STICK, shift_and_areas, unit_slip
+from varcontact.problem.parts import means
+from varcontact.problem.slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
 from varcontact.results.refinement import Refinement
@@ -143,7 +144,8 @@ def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
             raise ValueError("no pressure, under a load")
         return stored
     state = _state(disc, sol)
-    _check_fields(disc, sol, state)
+    density = _check_fields(disc, sol, state)
+    stored = replace(stored, power_density=density) if np.isnan(sol.power_density).any() else stored
     if disc.law is not None and sol.plan.rubs:
         disc = disc.rubbing(coefficient(disc, state))
     if _deserved(disc, sol, state):
@@ -190,8 +192,8 @@ def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
     return np.asarray(distance - state.approach)
 
 
-def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> None:
-    """Refuse fields that are not those of the tractions."""
+def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> np.ndarray:
+    """Refuse fields that are not those of the tractions; the power density of these."""
     if sol.plan.closed_form:
         closed_form = hertz_pressure(disc, state).pressure
         if np.abs(state.pressure - closed_form).max() > SAME * closed_form.max():
@@ -201,20 +203,29 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
     if np.abs(distance - sol.distance / disc.displacement).max() > SAME * largest:
         raise ValueError("distances that are not those under its tractions")
     if disc.motion is None or disc.frictionless:
-        return
+        return np.zeros(sol.grid.shape)
     shift, _ = shift_and_areas(disc, state)
     moved = disc.shift_by_tractions(state.traction)
     largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift, state.rigid, shift))
     if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
         raise ValueError("slips that are not those under its tractions")
+    density, found = friction_work(disc, state, shift) * disc.pressure / unit_slip(disc), sol.refinement
+    if found is not None:
+        density = means(found.power_density, found.cells)
+    if not sol.plan.has_moment and sol.spin:
+        density = np.full_like(density, np.nan)
+    allowed = SAME * largest / unit_slip(disc) * float(np.abs(sol.traction).max())
+    if np.any(np.abs(density - sol.power_density) > allowed):
+        raise ValueError("a power density that is not that of its tractions")
     if not (sol.plan.solves and sol.converged) or disc.no_slip:
-        return
+        return density
     allowed = SAME + 10 * sol.certificate.tangential_residual
     if np.abs(shift[:, sol.state == STICK]).max(initial=0.0) > allowed * largest:
         raise ValueError("a state of stick where there is slip")
     size, slips = np.hypot(*state.traction), sol.state == SLIP
     if np.any(size[slips] < (sol.traction_bound[slips] / disc.pressure) - allowed * size.max()):
         raise ValueError("a state of slip where friction is not exhausted")
+    return density
 
 
 def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:

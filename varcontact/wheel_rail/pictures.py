@@ -206,7 +206,8 @@ def plot_wear(worn: Wear) -> Figure:
 def _draw_power(ax: Axes, worn: PatchWear, number: int) -> None:
     grid, pressed = worn.solved.solution.grid, worn.solved.solution.pressure > 0
     shown = np.where(pressed, worn.power_by_area, np.nan)
-    image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", vmin=0.0, aspect="equal")
+    image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal")
+    image.set_clim(vmin=min(0.0, float(np.nanmin(shown))))
     colour_bar(ax, image, "W/mm²")
     left, right, bottom, top = box_of(pressed, grid)
     ax.set(
@@ -227,4 +228,4 @@ def _draw_depth(ax: Axes, worn: PatchWear) -> None:
     ax.set_ylim(*box_of(solution.pressure > 0, solution.grid)[2:])
     law = f"k = {archard.k:.3g}, H = {archard.hardness:.4g} N/mm²"
     ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
-    ax.set_xlim(left=0.0)
+    ax.set_xlim(left=min(0.0, 1e6 * float(worn.depth.min())))

@@ -69,7 +69,7 @@ class PatchWear:
     def t_gamma(self) -> float:
         """Energy by distance rolled, ``-(Fx vx + Fs vy + Mz spin)`` [N].
 
-        It is also what friction loses in slip, which `friction_work` of the solution sums up over the elements.
+        It is also what friction loses, which `power_by_area` sums up to exactly.
         """
         return self.solved.solution.power
 
@@ -97,21 +97,26 @@ class PatchWear:
 
     @property
     def power_by_area(self) -> np.ndarray:
-        """Friction power by area, ``-p.s V``, shape (ny, nx) [W/mm^2]."""
+        """Friction power by area, shape (ny, nx) [W/mm^2]."""
         return self.solved.solution.power_density * self.solved.patch.creepage.speed / 1e3
 
     @property
     def sliding(self) -> np.ndarray:
-        """Pressure times slip by distance rolled, shape (ny, nx) [N/mm^2]."""
+        """Pressure times slip by distance rolled, shape (ny, nx) [N/mm^2]: `power_density` by the coefficient f.
+
+        For constant f its integral is T-gamma / f. Where f is zero, it is that of the slip of the elements.
+        """
         solution = self.solved.solution
-        return np.asarray(solution.pressure * np.hypot(*solution.slip))
+        f = np.asarray(solution.scene.friction if solution.friction is None else solution.friction, dtype=float)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(f > 0, solution.power_density / f, solution.pressure * np.hypot(*solution.slip))
 
     @property
     def depth(self) -> np.ndarray:
         """Archard's depth of wear by one passage of the patch, at the rows of its grid, shape (ny,) [mm].
 
-        A particle stays over an element for the time dx/V, and slides ``|s| dx`` meanwhile. One body has all of it:
-        the rail at each passing wheel, or the wheel at each revolution.
+        A particle stays over an element for the time dx/V, and slides ``|s| dx`` meanwhile, see `sliding`. One body
+        has all of it: the rail at each passing wheel, or the wheel at each revolution.
         """
         return self._by_work * self.sliding.sum(axis=1) * self.solved.solution.grid.sides[0]
 
@@ -192,7 +197,7 @@ def wear(found: WheelRailSolution, archard: Archard | None = None) -> Wear:
     ...     position=Position(y=3.0, yaw=0.003), vertical_force=80e3, dx=1.0, dy=1.0)
     >>> worn = wear(case.solve(), Archard(k=3e-4, hardness=3000.0))
     >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * worn.patches[0].depth.max():.2f} nm by a passage")
-    T-gamma = 79.0 N, 5.01 nm by a passage
+    T-gamma = 80.8 N, 5.61 nm by a passage
     """
     if not isinstance(found, WheelRailSolution):
         raise SceneError("found", found, "a WheelRailSolution, from WheelOnRail.solve")
