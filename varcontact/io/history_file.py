@@ -33,7 +33,7 @@ from varcontact.io.outputs import (
 )
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import AS_STORED, assembled, solution_from_bytes
+from varcontact.io.solution_file import AS_STORED, WEAKENING, assembled, solution_from_bytes
 from varcontact.machine.reading import first_line, reading
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
@@ -143,8 +143,8 @@ class Stored(Sequence[Solution]):
         """Step k as it is in the file."""
         with _file(self.path) as file, self._damaged_in(k):
             grid = Grid(**json.loads(file.grid))
-            names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage")
-            fields = {name: _native(file.variables[name][k]) for name in names}
+            names = ("pressure", "traction", "slip", "distance", "state", "approach", "creepage", WEAKENING)
+            fields = {name: _native(file.variables[name][k]) for name in names if name in file.variables}
             parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
             record = json.loads(file.variables["record"][k].tobytes())
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
@@ -188,9 +188,11 @@ class Stored(Sequence[Solution]):
             with replacing("store", self.path) as file:
                 file.write(first_step(self.scene, self.plan, self.settings, sol))
             return
-        step = next_step(self.scene, self.plan, self.settings, sol)
         with _file(self.path) as header:
             begin = int(header.first_step)
+            if WEAKENING not in header.variables:  # files of earlier versions
+                sol = replace(sol, weakening=None)
+        step = next_step(self.scene, self.plan, self.settings, sol)
         try:
             with self.path.open("r+b") as file:
                 file.seek(begin + k * len(step))

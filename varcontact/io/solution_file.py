@@ -52,6 +52,8 @@ FIELDS = {
     "approach": ((), "length", "approach of the bodies"),
     "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
 }
+WEAKENING = "weakening"
+FIELD_OF_LAWS = {WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip")}
 
 
 def dataset(sol: Solution) -> xr.Dataset:
@@ -69,7 +71,7 @@ def dataset(sol: Solution) -> xr.Dataset:
     units = units_of(sol.scene)
     shift, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
     variables: dict[str, Any] = {}
-    for name, (dims, quantity, words) in FIELDS.items():
+    for name, (dims, quantity, words) in (FIELDS | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
         quantity = "length" if name == "slip" and shift else quantity
         variables[name] = (
             dims,
@@ -286,7 +288,8 @@ def solution_from(data: xr.Dataset) -> Solution:
         As a file has it.
     """
     record = json.loads(str(data["record"].values))
-    fields = {name: data[name].values for name in ("pressure", "traction", "slip", "distance", "state")}
+    names = ("pressure", "traction", "slip", "distance", "state", WEAKENING)
+    fields = {name: data[name].values for name in names if name in data}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
     creepage, share = data["creepage"].values, data["bound_share"].values if "bound_share" in data else 1.0
     sol = assembled(scene, grid, plan, fields, float(data["approach"].values), creepage, record, share)

@@ -20,7 +20,7 @@ import numpy as np
 from varcontact.errors import Saturated, SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import magnitude, project
-from varcontact.problem.slip import SLIP, own_influence, shift_and_areas, unit_slip
+from varcontact.problem.slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
@@ -206,11 +206,14 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
         [-]
     """
     known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
-    return np.clip(np.where(solution.state == SLIP, known, law.static), law.kinetic, law.static)
+    known = np.clip(known, law.kinetic, law.static) if law.continuous else law.kinetic
+    return np.where(solution.state == SLIP, known, law.static)
 
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip.
+
+    Particles from between two centres have the coefficients there, weighted as displacements are.
 
     Parameters
     ----------
@@ -224,14 +227,76 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     ndarray, shape (ny, nx), or None
         [-]; None without a law.
     """
-    law, step = disc.law, disc.step
+    law = disc.law
     if law is None:
         return None
-    way = 0 if step is None or disc.motion is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
-    known = known_from(law, before)
-    came = np.full(known.shape, law.static)
-    nx = known.shape[1]
-    if abs(way) < nx:
-        here = slice(max(-way, 0), nx - max(way, 0))
-        came[:, here] = known[:, here.start + way : here.stop + way]
-    return came
+    slipping, own = _weakening(law, before)
+    whole, part = _way(disc)
+    along = -1 if disc.motion is not None and disc.motion.rolls < 0 else 1
+    near, next_ = own if whole == 0 else slipping, slipping
+    lost = (1 - part) * _from(near, along * whole) + part * _from(next_, along * (whole + 1))
+    return np.asarray((1 - lost) * law.static + lost * law.kinetic)
+
+
+def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
+    """The part of ``static - kinetic`` that the particles have lost after a step of a history.
+
+    Those that slip have lost that of their slip. An element that sticks forgets as it is filled with other particles,
+    and in a step that does not roll at once.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        Of the step.
+    before, solution : Solution
+        The step before, None: bodies without tractions; and the step.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [-], in [0, 1].
+    """
+    law = disc.law
+    if law is None:
+        return np.zeros(disc.grid.shape)
+    slipping, _ = _weakening(law, solution)
+    whole, part = _way(disc)
+    if before is None or whole > 0 or part == 0:
+        return slipping
+    return np.where(solution.state == STICK, (1 - part) * _weakening(law, before)[1], slipping)
+
+
+def _weakening(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """What slipping particles have lost, zero elsewhere; and the same with what sticking elements remember."""
+    slips, spread = solution.state == SLIP, law.static - law.kinetic
+    slipping = np.where(slips, (law.static - known_from(law, solution)) / spread if spread else 0.0, 0.0)
+    if solution.weakening is None:
+        return slipping, slipping
+    return slipping, np.where(slips, slipping, solution.weakening)
+
+
+def _way(disc: Discretisation) -> tuple[int, float]:
+    """Elements that particles pass in a step, and the weight of the one beyond at the point from where they come.
+
+    The weights are those with which two neighbours have, at a point between their centres, the displacement by a load
+    on either: tractions of particles that stick are carried along with them.
+    """
+    if disc.step is None:
+        return 0, 0.0
+    dx, dy = disc.lattice.sides
+    whole, rest = divmod(round(disc.step / dx, 9), 1.0)
+    if rest == 0:
+        return int(whole), 0.0
+    pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.line else 1))
+    (_, own, other), (beyond, near, _) = (
+        np.mean([op.table[i, i, 0] for i in (0, 1)], axis=0) for op in (pair.tangential(), pair.carrying(rest * dx))
+    )
+    return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))
+
+
+def _from(field: np.ndarray, way: int) -> np.ndarray:
+    """The values of a field so many elements further along x; zero from outside the grid."""
+    nx = field.shape[1]
+    padded = np.pad(field, ((0, 0), (nx, nx)))
+    first = nx + max(-nx, min(nx, way))
+    return padded[:, first : first + nx]
