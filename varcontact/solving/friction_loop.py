@@ -230,19 +230,19 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     law = disc.law
     if law is None:
         return None
-    slipping, own = _weakening(law, before)
+    known, own = _coefficients(law, before)
     whole, part = _way(disc)
-    along = -1 if disc.motion is not None and disc.motion.rolls < 0 else 1
-    near, next_ = own if whole == 0 else slipping, slipping
-    lost = (1 - part) * _from(near, along * whole) + part * _from(next_, along * (whole + 1))
-    return np.asarray((1 - lost) * law.static + lost * law.kinetic)
+    assert disc.motion is not None
+    along = disc.motion.rolls
+    near = _from(own if whole == 0 else known, along * whole, law.static)
+    return near if part == 0 else (1 - part) * near + part * _from(known, along * (whole + 1), law.static)
 
 
 def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
     """The part of ``static - kinetic`` that the particles have lost after a step of a history.
 
-    Those that slip have lost that of their slip. An element that sticks forgets as it is filled with other particles,
-    and in a step that does not roll at once.
+    Those that slip have lost that of their slip. An element that sticks forgets as other particles fill it, and at
+    once where nothing rolls.
 
     Parameters
     ----------
@@ -257,46 +257,47 @@ def weakening(disc: Discretisation, before: Solution | None, solution: Solution)
         [-], in [0, 1].
     """
     law = disc.law
-    if law is None:
+    if law is None or law.static == law.kinetic:
         return np.zeros(disc.grid.shape)
-    slipping, _ = _weakening(law, solution)
+    left, _ = _coefficients(law, solution)
     whole, part = _way(disc)
-    if before is None or whole > 0 or part == 0:
-        return slipping
-    return np.where(solution.state == STICK, (1 - part) * _weakening(law, before)[1], slipping)
+    if before is not None and whole == 0 and part > 0:
+        _, own = _coefficients(law, before)
+        left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
+    return np.clip((law.static - left) / (law.static - law.kinetic), 0.0, 1.0)
 
 
-def _weakening(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-    """What slipping particles have lost, zero elsewhere; and the same with what sticking elements remember."""
-    slips, spread = solution.state == SLIP, law.static - law.kinetic
-    slipping = np.where(slips, (law.static - known_from(law, solution)) / spread if spread else 0.0, 0.0)
+def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the particles that slip, static elsewhere; and with what elements that stick remember."""
+    known = known_from(law, solution)
     if solution.weakening is None:
-        return slipping, slipping
-    return slipping, np.where(slips, slipping, solution.weakening)
+        return known, known
+    own = law.static - solution.weakening * (law.static - law.kinetic)
+    return known, np.where(solution.state == STICK, own, known)
 
 
 def _way(disc: Discretisation) -> tuple[int, float]:
-    """Elements that particles pass in a step, and the weight of the one beyond at the point from where they come.
+    """Elements that particles pass in a step, and the weight of the next one at the point from where they come.
 
-    The weights are those with which two neighbours have, at a point between their centres, the displacement by a load
-    on either: tractions of particles that stick are carried along with them.
+    A displacement at a point between two centres is the sum of those at the centres, with weights that are exact for
+    tractions on these two elements.
     """
     if disc.step is None:
         return 0, 0.0
-    dx, dy = disc.lattice.sides
+    dx = disc.lattice.sides[0]
     whole, rest = divmod(round(disc.step / dx, 9), 1.0)
     if rest == 0:
         return int(whole), 0.0
     pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.line else 1))
-    (_, own, other), (beyond, near, _) = (
-        np.mean([op.table[i, i, 0] for i in (0, 1)], axis=0) for op in (pair.tangential(), pair.carrying(rest * dx))
+    at_centres, between = (
+        np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0) for table in (pair.tangential(), pair.carrying(rest * dx))
     )
+    (_, own, other), (beyond, near, _) = at_centres, between
     return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))
 
 
-def _from(field: np.ndarray, way: int) -> np.ndarray:
-    """The values of a field so many elements further along x; zero from outside the grid."""
+def _from(field: np.ndarray, way: int, outside: float) -> np.ndarray:
+    """The values of a field so many elements further along x."""
     nx = field.shape[1]
-    padded = np.pad(field, ((0, 0), (nx, nx)))
     first = nx + max(-nx, min(nx, way))
-    return padded[:, first : first + nx]
+    return np.pad(field, ((0, 0), (nx, nx)), constant_values=outside)[:, first : first + nx]
