@@ -193,9 +193,9 @@ class Stored(Sequence[Solution]):
             with replacing("store", self.path) as file:
                 file.write(first_step(self.scene, self.plan, self.settings, sol))
             return
-        step = next_step(self.scene, self.plan, self.settings, sol)
         with _file(self.path) as header:
             begin = int(header.first_step)
+        step = next_step(self.scene, self.plan, self.settings, sol)
         try:
             with self.path.open("r+b") as file:
                 file.seek(begin + k * len(step))

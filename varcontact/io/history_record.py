@@ -17,7 +17,7 @@ import numpy as np
 
 from varcontact.io.parts_record import pressure_to, refinement_to
 from varcontact.io.scene_file import scene_to
-from varcontact.io.solution_file import FIELDS, record_of, solution_to_bytes, units_of
+from varcontact.io.solution_file import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
@@ -112,7 +112,7 @@ def _file_of(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, 
         content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
         file.createDimension("bytes", content.size)
         file.createVariable("start", "b", ("bytes",))[:] = content
-    for name, (dims, quantity, words) in SERIES.items():
+    for name, (dims, quantity, words) in (SERIES | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
         values = np.asarray(getattr(sol, name))
         variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
         variable[0], variable.units, variable.long_name = values, units.of(quantity, scene.line), words

@@ -81,6 +81,8 @@ def _check_areas(sol: Solution) -> None:
         raise ValueError("a state that is not 0 (exterior), 1 (stick) or 2 (slip)")
     if np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
         raise ValueError("a state that is exterior where there is pressure, or contact where there is none")
+    if sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1)):
+        raise ValueError("a weakening of friction that is not between 0 and 1")
 
 
 def _check_bounds(sol: Solution, share: np.ndarray | float) -> None:

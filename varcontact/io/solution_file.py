@@ -53,12 +53,14 @@ FIELDS = {
     "approach": ((), "length", "approach of the bodies"),
     "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
 }
+WEAKENING = "weakening"
+FIELD_OF_LAWS = {WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip")}
 
 IN_PLACE = {"slip": "length", "power_density": "line force"}
 """Quantities of a shift, where they are others."""
 
-ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state")
-"""Fields that are read back; files of earlier versions have no power density."""
+ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", WEAKENING)
+"""Fields that are read back; files of earlier versions have no power density, only histories under laws the last."""
 
 
 def dataset(sol: Solution) -> xr.Dataset:
@@ -76,7 +78,7 @@ def dataset(sol: Solution) -> xr.Dataset:
     units = units_of(sol.scene)
     shift, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
     variables: dict[str, Any] = {}
-    for name, (dims, quantity, words) in FIELDS.items():
+    for name, (dims, quantity, words) in (FIELDS | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
         quantity = IN_PLACE.get(name, quantity) if shift else quantity
         variables[name] = (
             dims,

@@ -97,6 +97,9 @@ class Solution(Delivered):
     refinement : Refinement or None
         Where `solve` was told to `refine`: the field on parts of the elements that has these forces. The fields here
         and the certificate are then those of the corrected problem on the elements.
+    weakening : ndarray, shape (ny, nx), or None
+        In a history under a law of friction: the part of ``static - kinetic`` that the particles in an element have
+        lost by slip [-], from 0 to 1; the next step goes on from it.
     """
 
     scene: Scene
@@ -124,6 +127,7 @@ class Solution(Delivered):
     error_estimate: ErrorEstimate | None = None
     refinement: Refinement | None = None
     pressure_on_parts: np.ndarray | None = None
+    weakening: np.ndarray | None = None
 
     @property
     def normal_force(self) -> float:

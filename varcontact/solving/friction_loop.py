@@ -20,7 +20,7 @@ import numpy as np
 from varcontact.errors import Saturated, SceneError
 from varcontact.problem.discretisation import Discretisation
 from varcontact.problem.gap import magnitude, project
-from varcontact.problem.slip import SLIP, own_influence, shift_and_areas, unit_slip
+from varcontact.problem.slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
 from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
@@ -206,11 +206,14 @@ def known_from(law: Law, solution: Solution) -> np.ndarray:
         [-]
     """
     known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
-    return np.clip(np.where(solution.state == SLIP, known, law.static), law.kinetic, law.static)
+    known = np.clip(known, law.kinetic, law.static) if law.continuous else law.kinetic
+    return np.where(solution.state == SLIP, known, law.static)
 
 
 def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip.
+
+    Particles from between two centres have the coefficients there, weighted as displacements are.
 
     Parameters
     ----------
@@ -224,14 +227,77 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     ndarray, shape (ny, nx), or None
         [-]; None without a law.
     """
-    law, step = disc.law, disc.step
+    law = disc.law
     if law is None:
         return None
-    way = 0 if step is None or disc.motion is None else round(disc.motion.rolls * step / disc.lattice.sides[0])
-    known = known_from(law, before)
-    came = np.full(known.shape, law.static)
-    nx = known.shape[1]
-    if abs(way) < nx:
-        here = slice(max(-way, 0), nx - max(way, 0))
-        came[:, here] = known[:, here.start + way : here.stop + way]
-    return came
+    known, own = _coefficients(law, before)
+    whole, part = _way(disc)
+    assert disc.motion is not None
+    along = disc.motion.rolls
+    near = _from(own if whole == 0 else known, along * whole, law.static)
+    return near if part == 0 else (1 - part) * near + part * _from(known, along * (whole + 1), law.static)
+
+
+def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
+    """The part of ``static - kinetic`` that the particles have lost after a step of a history.
+
+    Those that slip have lost that of their slip. An element that sticks forgets as other particles fill it, and at
+    once where nothing rolls.
+
+    Parameters
+    ----------
+    disc : Discretisation
+        Of the step.
+    before, solution : Solution
+        The step before, None: bodies without tractions; and the step.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        [-], in [0, 1].
+    """
+    law = disc.law
+    if law is None or law.static == law.kinetic:
+        return np.zeros(disc.grid.shape)
+    left, _ = _coefficients(law, solution)
+    whole, part = _way(disc)
+    if before is not None and whole == 0 and part > 0:
+        _, own = _coefficients(law, before)
+        left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
+    return np.clip((law.static - left) / (law.static - law.kinetic), 0.0, 1.0)
+
+
+def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the particles that slip, static elsewhere; and with what elements that stick remember."""
+    known = known_from(law, solution)
+    if solution.weakening is None:
+        return known, known
+    own = law.static - solution.weakening * (law.static - law.kinetic)
+    return known, np.where(solution.state == STICK, own, known)
+
+
+def _way(disc: Discretisation) -> tuple[int, float]:
+    """Elements that particles pass in a step, and the weight of the next one at the point from where they come.
+
+    A displacement at a point between two centres is the sum of those at the centres, with weights that are exact for
+    tractions on these two elements.
+    """
+    if disc.step is None:
+        return 0, 0.0
+    dx = disc.lattice.sides[0]
+    whole, rest = divmod(round(disc.step / dx, 9), 1.0)
+    if rest == 0:
+        return int(whole), 0.0
+    pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.line else 1))
+    at_centres, between = (
+        np.mean([each.table[i, i, 0] for i in (0, 1)], axis=0) for each in (pair.tangential(), pair.carrying(rest * dx))
+    )
+    (_, own, other), (beyond, near, _) = at_centres, between
+    return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))
+
+
+def _from(field: np.ndarray, way: int, outside: float) -> np.ndarray:
+    """The values of a field so many elements further along x."""
+    nx = field.shape[1]
+    first = nx + max(-nx, min(nx, way))
+    return np.pad(field, ((0, 0), (nx, nx)), constant_values=outside)[:, first : first + nx]

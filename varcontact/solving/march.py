@@ -29,7 +29,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solving import start_grid
 from varcontact.solving.certify import judged
-from varcontact.solving.friction_loop import remembered
+from varcontact.solving.friction_loop import remembered, weakening
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 
@@ -94,7 +94,8 @@ class March:
         fields = np.concatenate([start.traction, start.pressure[None]])
         fields = start_grid.interpolated(start.grid, fields, grid)
         state = start_grid.sampled(start.grid, start.state, grid)
-        return replace(start, grid=grid, traction=fields[:2], pressure=fields[2], state=state, pressure_on_parts=None)
+        known = {"traction": fields[:2], "pressure": fields[2], "state": state}
+        return replace(start, grid=grid, **known, pressure_on_parts=None, weakening=None)
 
     def forget(self) -> None:
         """Let go of what the operators keep for the next step."""
@@ -115,6 +116,13 @@ class March:
         steps = replace(self.steps, clock=Clock(told))
         with steps.clock("carried"):
             scene, disc = self.problem(k, before)
+        solution = self._solved(scene, disc, before, steps)
+        if not self.scene.under_law:
+            return solution
+        return replace(solution, weakening=weakening(disc, before, solution))
+
+    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: Steps) -> Solution:
+        """The solution of a step's problem."""
         state = begun(state_of(disc, before), steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):

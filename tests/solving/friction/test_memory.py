@@ -1,0 +1,133 @@
+"""What particles remember in a history under a law of friction, where steps are no whole elements long."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.io.history_record import SERIES
+
+JUMP = vc.StaticKinetic(0.4, 0.2)
+LAWS = [
+    JUMP,
+    vc.LinearFalling(0.4, 0.2, half_velocity=1e-5),
+    vc.RationalFalling(0.4, 0.2, half_velocity=1e-6),
+    vc.ExponentialFalling(0.4, 0.2, half_velocity=1e-5),
+]
+"""Falls so steep that stick and slip are two branches, as with a jump."""
+N, LOAD = 12, 1e-3
+
+
+def rolling(law, motion, scale=1.0, force=1.0):
+    """A sphere on a plane; lengths times `scale`, forces times `force`."""
+    return vc.Scene(
+        bodies=vc.Bodies(G=force / scale**2, nu=0.25),
+        surface=vc.Paraboloids(scale, scale),
+        normal_force=LOAD * force,
+        friction=law,
+        motion=motion,
+        grid=vc.Grid(nx=N, ny=N),
+    )
+
+
+@pytest.fixture(scope="module")
+def dx():
+    return vc.solve(rolling(0.2, vc.Steady())).grid.sides[0]
+
+
+def used(sol):
+    """-Fx by the load."""
+    return -sol.force[0] / sol.normal_force
+
+
+@pytest.mark.parametrize(("part", "vx"), [(0.25, 5e-3), (0.5, 5e-3), (0.6, 3e-3), (1.0, 5e-3), (1.7, 5e-3)])
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_the_end_is_the_steady_solution_from_any_start(law, part, vx, dx, holds):
+    """From more slip, the other steady solution, and from more stick: the end is that from stick, as with dq = dx.
+
+    To a tenth of what the two solutions are apart: 2 to 4 %, by the size of the elements.
+    """
+    steady = vc.Steady(vx=vx, dq=part * dx)
+    stick, slip = (vc.solve(rolling(law, steady), start=start) for start in ("stick", "slip"))
+    slower = vc.solve(rolling(law, replace(steady, vx=0.96 * vx)))
+    apart = used(stick) - used(slip)
+    assert apart > 0.015 * used(stick)
+    for start in (slip, slower):
+        motion = vc.Transient(steps=int(2.5 * N / part), dq=part * dx, vx=vx, start=start)
+        last = vc.solve(rolling(law, motion))[-1]
+        holds(last, tol=1e-6)
+        assert used(last) == pytest.approx(used(stick), abs=0.1 * apart)
+
+
+def test_steps_that_differ(dx):
+    """Steps of different lengths in turn come to one end from both starts."""
+    lengths = [0.25, 0.4, 0.1, 0.45] * 2 * N
+    slip = vc.solve(rolling(JUMP, vc.Steady(vx=5e-3)), start="slip")
+    stick = vc.solve(rolling(JUMP, vc.Steady(vx=5e-3)))
+    motion = vc.Transient(steps=len(lengths), dq=np.array(lengths) * dx, vx=5e-3)
+    ends = [vc.solve(rolling(JUMP, replace(motion, start=start)))[-1] for start in (slip, stick)]
+    assert used(ends[0]) == pytest.approx(used(ends[1]), abs=0.1 * (used(stick) - used(slip)))
+    np.testing.assert_array_equal(ends[0].state, ends[1].state)
+
+
+def test_mirror_and_units(dx):
+    """Rolled the other way round, and in other units of length and force, particles remember the same."""
+    lengths = np.tile([0.3, 0.6, 1.7, 0.25], 12) * dx
+    way = np.repeat([1, 1, -1, 1], 12)
+    motion = vc.Transient(steps=48, dq=lengths, direction=way, vx=8e-3)
+    first = vc.solve(rolling(JUMP, motion))
+    mirrored = vc.solve(rolling(JUMP, replace(motion, direction=-way, vx=-8e-3)))
+    scaled = vc.solve(rolling(JUMP, replace(motion, dq=1024 * lengths), scale=1024.0, force=4096.0))
+    assert any((sol.weakening % 1 > 0).any() for sol in first)
+    for k in (23, 35, 47):
+        np.testing.assert_allclose(mirrored[k].weakening[:, ::-1], first[k].weakening, atol=1e-8)
+        np.testing.assert_allclose(mirrored[k].force[0], -first[k].force[0], rtol=1e-7)
+        np.testing.assert_allclose(scaled[k].weakening, first[k].weakening, atol=1e-8)
+        np.testing.assert_allclose(scaled[k].force, 4096 * first[k].force, rtol=1e-7, atol=1e-9 * LOAD)
+
+
+def test_a_step_in_place_without_slip_restores_static_friction(dx):
+    motion = vc.Transient(steps=13, dq=[0.25 * dx] * 12 + [0.0], vx=[2e-2] * 11 + [-1e-3, 0.0])
+    history = vc.solve(rolling(JUMP, motion))
+    assert ((history[-2].weakening > 0) & (history[-2].weakening < 1) & (history[-2].state == 1)).any()
+    assert (history[-1].state != 2).all()
+    assert (history[-1].weakening == 0).all()
+
+
+def test_who_slips_goes_on_slipping_under_another_law():
+    """Particles that slide at .2 have, when the surface turns wet, the kinetic friction of a wet one at once."""
+    motion = vc.Transient(steps=2, dq=0.0, ux=[1e-2, -1e-6], friction=[JUMP, vc.StaticKinetic(0.4, 0.1)])
+    assert used(vc.solve(rolling(JUMP, motion))[1]) == pytest.approx(0.1, rel=1e-3)
+
+
+def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
+    """From its file, and from its last step in a file; files without what particles remember go on as well."""
+    motion = vc.Transient(steps=20, dq=0.3 * dx, vx=[2e-2] * 8 + [4e-3] * 12)
+    scene = rolling(JUMP, motion)
+    history = vc.solve(scene)
+    begun = replace(history, solutions=history[:12])
+    begun.save(tmp_path / "begun.nc")
+    again = vc.solve(scene, store=tmp_path / "begun.nc")
+    history[11].save(tmp_path / "step.nc")
+    start = vc.load(tmp_path / "step.nc")
+    rest = vc.solve(rolling(JUMP, vc.Transient(steps=8, dq=0.3 * dx, vx=4e-3, start=start)))
+    for name in ("traction", "slip", "weakening"):
+        np.testing.assert_array_equal(getattr(again[19], name), getattr(history[19], name))
+    np.testing.assert_allclose(rest[7].traction, history[19].traction, rtol=0, atol=1e-12 * history[19].pressure.max())
+    assert again.to_xarray()["weakening"].shape == (20, *history.grid.shape)
+
+    earlier = replace(history, solutions=[replace(sol, weakening=None) for sol in history[:12]])
+    earlier.save(tmp_path / "earlier.nc")
+    assert "weakening" not in vc.load(tmp_path / "earlier.nc").to_xarray()
+    older = vc.solve(scene, store=tmp_path / "earlier.nc")
+    assert len(older) == 20
+    assert used(older[19]) == pytest.approx(used(history[19]), rel=0.05)
+    assert "weakening" not in SERIES
+
+
+def test_what_particles_remember_is_checked_in_a_file(tmp_path, dx):
+    history = vc.solve(rolling(JUMP, vc.Transient(steps=2, dq=0.3 * dx, vx=8e-3)))
+    replace(history[1], weakening=history[1].weakening + 2).save(tmp_path / "step.nc")
+    with pytest.raises(vc.OutputError, match="weakening"):
+        vc.load(tmp_path / "step.nc")
