@@ -264,5 +264,10 @@ def plan(
     from varcontact.planning.expectations import expected_sizes
 
     chosen = make_plan(scene, normal, tangential, coupling, formulation, method)
+    if scene.grid == "auto" and chosen.theory is None and not scene.no_slip:
+        why = "solve chooses one for an error of 1 %; the sizes below are those of 24 elements across"
+        if scene.line:
+            why = why.replace("24", "100")
+        chosen = replace(chosen, special=(*chosen.special, "no grid"), reasons=chosen.reasons | {"no grid": why})
     chosen = replace(chosen, sizes=expected_sizes(scene, chosen))
     return replace(chosen, costs=costs(scene, chosen), doubts=scene.doubts)

@@ -160,11 +160,22 @@ def _factored(matrix: np.ndarray) -> _Factored | None:
 
 
 @dataclass(frozen=True, eq=False)
+class _Preconditioner:
+    """The inverse symbol on the periodic box, weighted: less where elements are softened."""
+
+    inverse: RestrictedOperator
+    weight: np.ndarray
+
+    def apply(self, field: np.ndarray) -> np.ndarray:
+        return np.asarray(self.weight * self.inverse.apply(self.weight * field))
+
+
+@dataclass(frozen=True, eq=False)
 class _Iterated:
-    """S by FFT, with the inverse symbol Q on the periodic box: ``S >= relative Q^-1`` and ``S >= least``."""
+    """S by FFT, with a preconditioner Q: ``S >= relative Q^-1`` and ``S >= least``."""
 
     symmetric: RestrictedOperator
-    inverse: RestrictedOperator
+    inverse: _Preconditioner
     relative: float
     least: float
 
@@ -193,11 +204,16 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     residual r, P(0) = 1, and u a direction with ``Q S u = lambda u``, ``u'Q^-1 u = 1``: the weight ``r'Q r`` is
     ``(P(lambda) u'b)^2`` or more, and P(lambda) is 1 or more where lambda is not positive. So where the weight falls
     below t^2, ``|u'b| < t``; for a normally distributed b the chance of that is ``t (2 / (pi |u|^2))^(1/2)`` at most,
-    and ``|u|^-2`` is at most the largest value of the symbol. The same holds with ``t / P(relative)`` for all lambda
-    up to `relative`, below the least root of P.
+    and ``|u|^-2`` is at most the largest value of the symbol, by the square of the least weight. The same holds with
+    ``t / P(relative)`` for all lambda up to `relative`, below the least root of P.
     """
     inverse, least, largest, whole = _inverse_symbol(symmetric.grid_operator)
-    preconditioner = replace(symmetric, grid_operator=inverse, softening=None)
+    ny, nx = inverse.shape
+    own = float(np.mean(np.diagonal(inverse.table[:, :, ny - 1, nx - 1])))
+    softening = 0.0 if symmetric.softening is None else symmetric.softening
+    weight = np.asarray(1 / np.sqrt(1 + own * softening))
+    preconditioner = _Preconditioner(replace(symmetric, grid_operator=inverse, softening=None), weight)
+    largest /= float(weight.min() ** 2)
     if whole:
         return _Iterated(symmetric, preconditioner, 1.0, least)
     right = np.random.default_rng(SEED).normal(size=(symmetric.components, symmetric.elements.size))
@@ -237,7 +253,7 @@ class _Run:
 
 def _conjugate_gradients(
     symmetric: RestrictedOperator,
-    inverse: RestrictedOperator,
+    inverse: _Preconditioner,
     right: np.ndarray,
     enough: Callable[[float, float], bool],
 ) -> _Run | None:
