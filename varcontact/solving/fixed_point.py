@@ -15,6 +15,9 @@ Judge = Callable[[ContactState], float]
 
 SLOW = 0.2
 """A pass that leaves more than this part of the residual is slow: from then on passes are accelerated."""
+HELD = 15
+"""Accelerated passes in a row without gain after which passes stay plain: where two solutions have just vanished,
+acceleration would hold them there."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,7 @@ def fixed_point(state: ContactState, one_pass: Step, unknown: Unknown, residual:
         That of the least residual; its `passes` tells how all went.
     """
     best = state = replace(state, passes=((1.0, residual(state)),))
-    lost, failures, accelerated, anderson = 0, 0, False, _Anderson()
+    lost, failures, held, accelerated, anderson = 0, 0, 0, False, _Anderson()
     while (
         best.passes[-1][1] > limits.tol
         and len(state.passes) < limits.passes
@@ -152,7 +155,8 @@ def fixed_point(state: ContactState, one_pass: Step, unknown: Unknown, residual:
         best, lost = (after, 0) if gained else (best, lost + 1)
         failures = 0 if gained or all(after.solved.values()) else failures + 1
         ready = len(state.passes) > limits.plain or step[1] < limits.near
-        accelerated = accelerated or (ready and not step[1] < SLOW * state.passes[-1][1])
+        held = 0 if gained and held < HELD else held + accelerated
+        accelerated = held < HELD and (accelerated or (ready and not step[1] < SLOW * state.passes[-1][1]))
         state = unknown.put(after, anderson.mixed()) if accelerated else after
     return replace(best, passes=state.passes)
 

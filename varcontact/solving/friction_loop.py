@@ -32,7 +32,7 @@ from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
 Contact = Callable[[Discretisation, ContactState, float], ContactState]
 Judge = Callable[[Discretisation, ContactState], float]
 
-PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 300
+PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 500
 """Passes without acceleration before the residual is so small, and all passes, under a law that is continuous.
 
 Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
@@ -290,7 +290,8 @@ def _way(disc: Discretisation) -> tuple[int, float]:
         return int(whole), 0.0
     pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.line else 1))
     at_centres, between = (
-        np.mean([each.table[i, i, 0] for i in (0, 1)], axis=0) for each in (pair.tangential(), pair.carrying(rest * dx))
+        np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0)
+        for table in (pair.tangential(), pair.carrying(rest * dx))
     )
     (_, own, other), (beyond, near, _) = at_centres, between
     return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))

@@ -127,7 +127,7 @@ def solve(
         Under a law of friction, which of the solutions is sought: that with much friction, from the static
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
         over; or that near a solution with as many elements either way, from the coefficients found there. With
-        `accuracy`, `time_budget` or `refine`, "slip" if nothing is given: under a static and a kinetic coefficient both
+        an accuracy, `time_budget` or `refine`, "slip" if nothing is given: under a static and a kinetic coefficient both
         tend to the same continuum, but from "slip" faster. In a history each particle goes on as it did in the step
         before.
     certify : {"auto", "full", "gap", "none"} or None
@@ -147,7 +147,10 @@ def solve(
         Largest error against the continuum, below 1: of Fx and Fy by f Fz, of Mz by f Fz sqrt(ab); of a creepage that
         follows from a prescribed force by the saturation creepage; without friction of the approach and the largest
         pressure by themselves. The grid is then chosen, the error estimated from the answer itself, and the grid
-        refined until the estimate is below. The scene has no grid of its own.
+        refined until the estimate is below. The scene has no grid of its own. Without a grid, 0.01 if neither this nor
+        a time is given; but for infinite friction, theories, `refine`, "marching", a `store`, a `Solution` to start
+        from, a history without `dq`, and a motion with `dq` or a slip difference of its own: these take the usual grid,
+        and have no error bar.
     time_budget : float, optional
         In place of an accuracy: seconds. The most accurate answer that is expected within them.
 
@@ -169,8 +172,8 @@ def solve(
         A history by Ctrl-C; its `partial` is what is finished. The errors above, where a step of a history raises
         them, have the steps before as their `history`, and the step's number as `step`.
     NotConverged
-        If the tolerance is not reached; its `solution` is the best iterate. Johnson's process is held to the two
-        problems as it poses them; what the whole lacks stands in the certificate.
+        If the tolerance, or an accuracy that was given, is not reached; its `solution` is the best iterate. Johnson's
+        process is held to the two problems as it poses them; what the whole lacks stands in the certificate.
     TooLarge
         If the matrices would not fit into memory.
     OutputError
