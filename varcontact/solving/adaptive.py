@@ -134,7 +134,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
             return _not_reached(levels, target, f"{needed:.0f} elements across do not fit into memory")
 
 
-def posed(scene: Scene, plan: Plan, n: int) -> Scene:
+def gridded(scene: Scene, plan: Plan, n: int) -> Scene:
     """The scene on the grid with `n` elements across the contact, with the discretisation of its kind.
 
     Rolling takes differences of the second order and more elements along x; under Hertz's pressure elements at the
@@ -232,7 +232,7 @@ def _level(
         stages = None if progress is None else partial(_with_grid, progress, f"{n} elements across the contact")
         try:
             answer = solve_on_grid(
-                posed(scene, options.plan, n), options, stages, len(levels) + 1 >= GRIDS, near, deadline
+                gridded(scene, options.plan, n), options, stages, len(levels) + 1 >= GRIDS, near, deadline
             )
             break
         except NotConverged:  # where one lattice does not, another usually does
@@ -281,14 +281,14 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
 
 
 def _elements(scene: Scene, options: SolveOptions, n: float) -> int:
-    grid = posed(scene, options.plan, math.ceil(n)).grid
+    grid = gridded(scene, options.plan, math.ceil(n)).grid
     assert isinstance(grid, Grid)
     return grid.size
 
 
 def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
     """Bytes of a solve with so many elements across the contact, and of the steps of two histories."""
-    elements, plan = _elements(scene, options, n), options.plan_for(posed(scene, options.plan, math.ceil(n)))
+    elements, plan = _elements(scene, options, n), options.plan_for(gridded(scene, options.plan, math.ceil(n)))
     pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
     tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.rubs else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0

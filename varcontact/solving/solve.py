@@ -126,8 +126,8 @@ def solve(
     start : {"stick", "slip"} or Solution, optional
         Under a law of friction, which of the solutions is sought: that with much friction, from the static
         coefficient all over, which is what is done if nothing is given; that with little, from the kinetic one all
-        over; or that near a solution with as many elements either way, from the coefficients found there. With
-        an accuracy, `time_budget` or `refine`, "slip" if nothing is given: under a static and a kinetic coefficient both
+        over; or that near a solution with as many elements either way, from the coefficients found there. With an
+        accuracy, `time_budget` or `refine`, "slip" if nothing is given: under a static and a kinetic coefficient both
         tend to the same continuum, but from "slip" faster. In a history each particle goes on as it did in the step
         before.
     certify : {"auto", "full", "gap", "none"} or None

@@ -128,16 +128,16 @@ def scanned(
     accuracy, time_budget : float, optional
         As for `scan`.
     """
-    posed = [replace(scene, motion=each) for each in _motions(scene, creepages)]
+    scenes = [replace(scene, motion=each) for each in _motions(scene, creepages)]
     choices = normal, tangential, coupling, formulation, method
     target: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
-    options = SolveOptions.checked(posed[0], *choices, tol, polish, certify=certify, **target)
-    for each in posed[1:]:  # what any of them cannot have is refused
+    options = SolveOptions.checked(scenes[0], *choices, tol, polish, certify=certify, **target)
+    for each in scenes[1:]:  # what any of them cannot have is refused
         options.plan_for(each)
     progress = checks.progress(progress)
     if options.target is not None:
-        return (cast(Solution, adaptive.solve(each, options, progress)) for each in posed)
-    motions = [cast(Steady | Shift, each.motion) for each in posed]
+        return (cast(Solution, adaptive.solve(each, options, progress)) for each in scenes)
+    motions = [cast(Steady | Shift, each.motion) for each in scenes]
     return solve_many(scene, motions, options.plan, options.tol, options.polish, progress, options.certify)
 
 
