@@ -62,6 +62,7 @@ def profiles(cells: int) -> vc.Scene:
         wheelset=WheelSet(wheel=Profile.s1002()),
         position=Position(y=3.0, yaw=0.003),
         vertical_force=80e3,
+        with_friction=False,
         dx=side,
         dy=side,
     )

@@ -28,7 +28,9 @@ def test_random_cases(campaign, first):
     assert sum(each.verdict == PASSED for each in outcomes.values()) >= 10
 
 
-LINE = {"surface": vc.Cylinders(R=3.0, reference_depth=30.0), "motion": vc.Steady(vx=2e-3, vy=1e-3)}
+LINE = {
+    "surface": vc.Cylinders(R=3.0, reference_depth=30.0), "motion": vc.Steady(vx=2e-3, vy=1e-3), "grid": vc.Grid(nx=100)
+}  # fmt: skip
 CHANGES = {
     "line": LINE,
     "law": LINE | {"friction": vc.LinearFalling(0.3, 0.2, 4e-3)},
@@ -36,7 +38,7 @@ CHANGES = {
     "touched": {"motion": vc.Steady(Fx=-5e-4, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
     "parts": {"motion": vc.Steady(vx=2e-3, spin=1e-2), "grid": vc.Grid(nx=7, ny=7, edge="touched")},
     "strips in parts": LINE | {"grid": vc.Grid(nx=9, edge="touched")},
-    "johnson": {"bodies": vc.Bodies(G=(1.0, 0.4), nu=0.25), "motion": vc.Steady(vx=3e-3)},
+    "johnson": {"bodies": vc.Bodies(G=(1.0, 0.4), nu=0.25), "motion": vc.Steady(vx=3e-3), "grid": vc.Grid(12, 12)},
 }
 OPTIONS = {"johnson": {"coupling": "johnson"}, "parts": {"normal": "norm"}, "strips in parts": {"normal": "norm"}}
 

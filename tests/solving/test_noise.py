@@ -126,4 +126,4 @@ def test_the_advice_of_a_file_is_a_key_of_it(tmp_path):
 
 def test_where_noise_leaves_no_grid_the_message_says_so():
     with pytest.raises(vc.SceneError, match=r"no potential contact was found .* if this is noise, smooth the samples"):
-        vc.solve(replace(noisy(2e-5), grid="auto"))
+        vc.solve(replace(noisy(2e-5), grid=vc.Grid(24, 24)))

@@ -425,7 +425,7 @@ def test_any_exact_method(sol, rolling):
 )
 def test_refused_before_any_work(rolling, monkeypatch, changes, options, message):
     """With the reason and what to do instead."""
-    monkeypatch.setattr("varcontact.solving.solve.on_a_grid_that_holds_it", None)
+    monkeypatch.setattr("varcontact.solving.on_grid.on_a_grid_that_holds_it", None)
     with pytest.raises(vc.SceneError) as refused:
         vc.solve(rolling(**changes), **{"refine": "continuum", **options})
     assert message in str(refused.value)

@@ -346,7 +346,10 @@ def assembled(
     shapes = {name: (2, *grid.shape) if name in ("traction", "slip") else grid.shape for name in fields}
     if any(field.shape != shapes[name] for name, field in fields.items()):
         raise ValueError("fields that are not of the grid's shape")
-    if any(field.dtype.kind not in "iuf" or not np.isfinite(field).all() for field in fields.values()):
+    known = [field for name, field in fields.items() if plan.has_moment or name != "power_density"]
+    if any(field.dtype.kind not in "iuf" for field in fields.values()) or not all(
+        np.isfinite(each).all() for each in known
+    ):
         raise ValueError("fields that are not finite numbers")
     fields = {"power_density": np.full(grid.shape, np.nan)} | fields
     if any(bound.shape != (3,) for bound in bounds):

@@ -243,14 +243,14 @@ def _level(
             n = math.ceil(RATIO * n)
             if not _fits(scene, options, n):
                 raise
-    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(largest_contact(answer)))
+    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(_largest_contact(answer)))
 
 
 def _with_grid(progress: Progress, grid: str, stage: str) -> None:
     progress(f"{grid}: {stage}")
 
 
-def largest_contact(answer: Answer) -> Solution:
+def _largest_contact(answer: Answer) -> Solution:
     """The solution, or that step of a history which has the largest contact."""
     return max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
 

@@ -147,6 +147,13 @@ class SolveOptions:
     ) -> SolveOptions:
         """The arguments of `solve`, refused before any work where they do not suit the scene.
 
+        Parameters
+        ----------
+        scene, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store
+            As of `solve`.
+        accuracy, time_budget : float or None
+            As of `solve`.
+
         Raises
         ------
         SceneError, SolverUnavailable, Saturated, TooLarge
@@ -167,7 +174,7 @@ class SolveOptions:
         return cls(choices, plan, tol, polish, start, certify, corrects, store, target)
 
     def plan_for(self, scene: Scene) -> Plan:
-        """The plan of the scene on another grid."""
+        """The plan of the `scene` on another grid."""
         return make_plan(scene, *self.choices)
 
 

@@ -116,7 +116,7 @@ def test_report(sol):
     assert "N/m^2" in text
     assert "undefined (no reference depth)" in text
     assert "m wide: 23 stick, 17 slip" in text
-    assert "Fx = -200000, Fy = 0 N/m, 0.6667 of what friction can carry" in text
+    assert "Fx = -200000, Fy = 0 N/m, 66.67 % of the friction limit" in text
     assert "spin" not in text
     assert "nan" not in text
     deep = vc.solve(scene(surface=vc.Cylinders(1.0, 50.0), motion=vc.Shift(Fx=0.1)))
