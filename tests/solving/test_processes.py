@@ -42,8 +42,10 @@ def test_the_same_digits_wherever_a_scene_is_solved(tmp_path):
 def test_no_thread_is_left_behind(tmp_path):
     """A fork takes along the thread that calls it, and no other: Clarabel's would be missed."""
     code = (
-        f"{PROGRAM.split('if __name__')[0]}\nimport psutil\nsolved('active-set')\n"
-        "before = psutil.Process().num_threads()\nsolved('convex')\n"
+        f"{PROGRAM.split('if __name__')[0]}\nimport psutil, time\nsolved('active-set')\n"
+        "before, until = psutil.Process().num_threads(), time.monotonic() + 10\nsolved('convex')\n"
+        "while psutil.Process().num_threads() > before and time.monotonic() < until:  # one that ends takes a moment\n"
+        "    time.sleep(0.01)\n"
         "print(psutil.Process().num_threads() - before)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

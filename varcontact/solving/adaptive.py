@@ -1,6 +1,6 @@
 """Solutions to an accuracy, or within a time: finer and finer grids until the estimated error is small enough.
 
-One rule for every scene. Grids have 6, 9, 14, 21, ... elements across the contact (line contact begins with 12). The
+One rule for every scene. Grids have 6, 9, 14, 21, ... elements across the contact (line contact begins with 48). The
 last three tell the error: Richardson's steps ``s = (v_fine - v_coarse)/((n_fine/n_coarse)^1.5 - 1)`` of the two pairs,
 as they stand on the finest grid, give ``1.25 max |s| + 0.4 n^-1.5``, and the value is that of the finest grid plus half
 its step. ``python -m tests.benchmarks.adaptive`` measures on random scenes what this keeps.
@@ -35,12 +35,13 @@ from varcontact.solving.options import SolveOptions
 from varcontact.solving.target import Target
 from varcontact.solving.transient import bytes_of_steps
 
-FIRST, FIRST_IN_LINE = 6, 12
+FIRST, FIRST_IN_LINE = 6, 48
 """Elements across the contact on the coarsest grid."""
 RATIO, GRIDS = 1.5, 3
 """Elements across on a grid by those on the one before; how many grids tell an error."""
 ORDER, SAFETY, FLOOR, PART = 1.5, 1.25, 0.4, 0.5
-"""The error is ``SAFETY max |s| + FLOOR n^-ORDER``; of Richardson's step s of that order a `PART` is taken."""
+"""The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the patch that has it;
+of Richardson's step s of that order a `PART` is taken."""
 NARROWEST = 4.0
 """Elements across the narrowest patch that carries load, on the coarsest grid that tells an error."""
 GROWTH, LATE = 2.4, 1.3
@@ -170,12 +171,13 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     last, before = _step(fine, second), _step(second, first)
     part, per = (second.n / fine.n) ** ORDER, units(fine.answer)
     narrow = first.unresolved(target.least)
-    missed = {name: sum((1.0 if name == "peak_pressure" and each.peak else each.share) / each.across for each in narrow)
-              for name in last}  # fmt: skip
-    errors = {
-        name: SAFETY * max(abs(step), part * abs(before[name])) / per[name] + FLOOR * fine.n**-ORDER + missed[name]
-        for name, step in last.items()
-    }
+    across_peak = next((each.across for each in fine.patches if each.peak), fine.n)
+    errors = {}
+    for name, step in last.items():
+        of_peak = name == "peak_pressure"
+        floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
+        missed = sum((1.0 if of_peak and each.peak else each.share) / each.across for each in narrow)
+        errors[name] = SAFETY * max(abs(step), part * abs(before[name])) / per[name] + floor + missed
     best = fine.values | {name: fine.values[name] + PART * step for name, step in last.items()}
     bars = {name: error * per[name] for name, error in errors.items()}
     grids = f"{first.n}, {second.n} and {fine.n} elements across the contact"
