@@ -177,7 +177,7 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
         of_peak = name == "peak_pressure"
         floor = FLOOR * (min(across_peak, fine.n) if of_peak else fine.n) ** -ORDER
         missed = sum((1.0 if of_peak and each.peak else each.share) / each.across for each in narrow)
-        errors[name] = SAFETY * max(abs(step), part * abs(before[name])) / per[name] + floor + missed
+        errors[name] = SAFETY * max(abs(step), part * abs(before.get(name, step))) / per[name] + floor + missed
     best = fine.values | {name: fine.values[name] + PART * step for name, step in last.items()}
     bars = {name: error * per[name] for name, error in errors.items()}
     grids = f"{first.n}, {second.n} and {fine.n} elements across the contact"
