@@ -341,7 +341,8 @@ def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
     )  # fmt: skip
     one = case.solve()
     other = replace(case, vertical_force=None, z=one.z).solve()
-    assert np.all(abs(other.force - one.force) <= one.error + other.error)
+    known = 1e-3 * 10e3  # as far as the height is found where grids are chosen
+    assert np.all(abs(other.force - one.force) <= one.error + other.error + known)
     case = replace(case, dx=0.5, dy=0.5)
     found = case.solve(certify="gap")
     again = replace(case, vertical_force=None, z=found.z).solve()

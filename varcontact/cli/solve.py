@@ -72,7 +72,7 @@ def solve(
         Path | None,
         typer.Option(
             help="Write the solution to this file (.nc; for other programs .csv, .vtu, .vti, .mat). "
-            "A history (.nc) is written step by step and resumed; with --accuracy or --time-budget at the end."
+            "A history (.nc) on a grid is written step by step and resumed; one to an accuracy at the end."
         ),
     ] = None,
     plot: Annotated[
