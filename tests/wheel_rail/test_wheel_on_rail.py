@@ -371,7 +371,7 @@ def test_in_short():
 
 
 def test_methods_reach_the_patches():
-    found = wheel(2.0).solve(tangential="tang", certify="gap")
+    found = wheel(2.0, dx=0.5, dy=0.5).solve(tangential="tang", certify="gap")
     solution = found.patches[0].solution
     assert solution.plan.tangential == "tang"
     assert solution.certificate.relative_gap < 1e-8

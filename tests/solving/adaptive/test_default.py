@@ -88,16 +88,15 @@ def test_frictionless_contacts():
     assert estimate.errors["peak_pressure"] <= 0.01
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     "kind",
     ["steady", "forces", "shift", "unlike", "line", "line unlike", "sampled", "law", "slender", "patches"],
 )
 def test_the_error_bar_holds(kind):
-    """Of twenty random scenes of a kind, against finer grids, in all but one, and there within twice of it."""
+    """Of five random scenes of a kind, against finer grids; `python -m tests.benchmarks.adaptive` takes hundreds."""
     beyond = []
-    for scene in scenes(kind, 20, seed=3101):
-        sol, fine = vc.solve(scene), vc.solve(scene, accuracy=0.002)
+    for scene in scenes(kind, 5, seed=3101):
+        sol, fine = vc.solve(scene), vc.solve(scene, certify=None, accuracy=0.004)
         missed = error(values(sol), values(fine), units(fine)) - fine.error_estimate.largest
         beyond.append(missed / sol.error_estimate.largest)
-    assert np.sum(np.array(beyond) > 1) <= 1 and max(beyond) < 2
+    assert max(beyond) <= 1
