@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 import varcontact as vc
 from tests.conditions import violations
+from varcontact.discrete import operators
 from varcontact.elasticity.operators import influence_operator
-from varcontact.problem import operators
 
 mpl.use("Agg")
 DATA = Path(__file__).parent / "data"

@@ -8,11 +8,11 @@ import varcontact
 ROOT = Path(varcontact.__file__).parent
 
 ORDER = (
-    {"errors", "checks", "html", "machine"},
+    {"errors", "checks", "html", "system"},
     {"reference"},
     {"scene"},
     {"elasticity"},
-    {"problem"},
+    {"discrete"},
     {"solvers"},
     {"theories"},
     {"planning"},

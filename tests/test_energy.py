@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact.discrete.gap import project
 from varcontact.energy import (
     complementary_energy,
     gap,
@@ -15,7 +16,6 @@ from varcontact.energy import (
     potential_energy,
     tangential_residual,
 )
-from varcontact.problem.gap import project
 
 LOADS = {
     "force": {"normal_force": 1e-2},

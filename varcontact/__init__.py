@@ -29,6 +29,7 @@ from varcontact.scene.units import MM_N, SI, Units
 
 if TYPE_CHECKING:
     from varcontact import kinematics, reference, wheel_rail
+    from varcontact.discrete.certificate import Certificate
     from varcontact.io.contact_input import read_contact_input
     from varcontact.io.contact_output import ContactOutput, read_contact_output
     from varcontact.io.contact_results import ContactResult, read_contact_result
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from varcontact.plotting.curve import plot_curve
     from varcontact.plotting.stress import plot_stress
     from varcontact.plotting.studies import plot_comparison
-    from varcontact.problem.certificate import Certificate
     from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
     from varcontact.results.error_estimate import ErrorEstimate
     from varcontact.results.history import History
@@ -148,7 +148,7 @@ _PLACES = {
     "varcontact.plotting.curve": ("plot_curve",),
     "varcontact.plotting.stress": ("plot_stress",),
     "varcontact.plotting.studies": ("plot_comparison",),
-    "varcontact.problem.certificate": ("Certificate",),
+    "varcontact.discrete.certificate": ("Certificate",),
     "varcontact.reference.creepage_coefficients": ("CreepageCoefficients", "no_slip_coefficients"),
     "varcontact.results.error_estimate": ("ErrorEstimate",),
     "varcontact.results.history": ("History",),

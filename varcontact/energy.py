@@ -22,14 +22,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from varcontact.discrete.certificate import Certificate
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.energies import complementary_energy, potential_energy
+from varcontact.discrete.gap import gap, normal_gap, normal_residual, tangential_residual
+from varcontact.discrete.on_parts import normal_as_solved, with_parts
+from varcontact.discrete.problem import NormalProblem, TangentialProblem
+from varcontact.discrete.slip import unit_slip
 from varcontact.errors import SceneError
-from varcontact.problem.certificate import Certificate
-from varcontact.problem.discretise import discretise
-from varcontact.problem.energies import complementary_energy, potential_energy
-from varcontact.problem.gap import gap, normal_gap, normal_residual, tangential_residual
-from varcontact.problem.on_parts import normal_as_solved, with_parts
-from varcontact.problem.problem import NormalProblem, TangentialProblem
-from varcontact.problem.slip import unit_slip
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 

@@ -16,10 +16,10 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import tangential_residual
-from varcontact.problem.mirror import mirror_of
-from varcontact.problem.problem import RawSolution, TangentialProblem
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import tangential_residual
+from varcontact.discrete.mirror import mirror_of
+from varcontact.discrete.problem import RawSolution, TangentialProblem
 from varcontact.solvers.conic.programs import gap_program, shift_program
 from varcontact.solvers.splitting import ROUNDS, Splitting
 from varcontact.study.bank import unlike_bank

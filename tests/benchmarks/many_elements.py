@@ -22,7 +22,7 @@ import numpy as np
 import scipy
 
 import varcontact as vc
-from varcontact.solvers.matrix_free.kernel import Kernel
+from varcontact.solvers.newton.kernel import Kernel
 
 CELLS = (32, 64, 128, 256)
 SHAPES = (0.2, 1.0, 5.0)

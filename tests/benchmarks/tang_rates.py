@@ -15,10 +15,10 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import tangential_residual
-from varcontact.problem.problem import TangentialProblem
-from varcontact.problem.state import hertz_pressure, unloaded
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import tangential_residual
+from varcontact.discrete.problem import TangentialProblem
+from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.registry import tangential_solver
 from varcontact.solvers.settings import Settings
 

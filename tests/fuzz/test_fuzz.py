@@ -11,7 +11,7 @@ from tests.fuzz.certificates import bounded, outputs, within_gap
 from tests.fuzz.harness import attempt
 from tests.fuzz.judge import faults
 from tests.fuzz.outcome import FAILED, PASSED
-from varcontact.problem.certificate import ForceBounds
+from varcontact.discrete.certificate import ForceBounds
 
 SEED = 20
 

@@ -53,6 +53,6 @@ def test_costs_are_told_in_words_and_in_json(rolling):
 
 
 def test_what_does_not_fit_names_what_would(rolling, monkeypatch):
-    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 3e7)
+    monkeypatch.setattr("varcontact.system.memory.available", lambda: 3e7)
     with pytest.raises(vc.TooLarge, match=r'"newton" needs about 0\.\d+ GiB and 0\.\d+ s; or'):
         vc.solve(rolling(grid=vc.Grid(nx=60, ny=60)), method="active-set")

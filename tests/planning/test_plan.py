@@ -260,8 +260,8 @@ def test_no_scene_and_no_memory():
 def test_what_is_refused_for_memory_is_what_was_planned(rolling, monkeypatch):
     scene = rolling()
     planned = vc.plan(scene).sizes
-    monkeypatch.setattr("varcontact.machine.memory.LITTLE", 0.0)
-    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e6)
+    monkeypatch.setattr("varcontact.system.memory.LITTLE", 0.0)
+    monkeypatch.setattr("varcontact.system.memory.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge) as error:
         vc.solve(scene)
     assert error.value.needed == pytest.approx(planned.memory["tangential"], rel=0.2)

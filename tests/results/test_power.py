@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.discretise import discretise
 from varcontact.elasticity.operators import influence_operator
-from varcontact.problem.discretise import discretise
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=0.286)
 MOTIONS = {

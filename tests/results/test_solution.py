@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.certificate import ForceBounds
+from varcontact.discrete.certificate import ForceBounds
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.problem import RawSolution
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.problem import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.matrix_free.normal import newton_normal
-from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.newton.normal import newton_normal
+from varcontact.solvers.newton.tangential import newton_tangential
 from varcontact.solvers.settings import OutOfTime, Settings
 from varcontact.solvers.splitting import refine_normal, refine_tangential
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import normal_residual, tangential_residual
-from varcontact.problem.problem import RawSolution
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import normal_residual, tangential_residual
+from varcontact.discrete.problem import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.conic.joint import joint_program, solve_joint

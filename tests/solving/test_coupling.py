@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from varcontact.problem.state import ContactState
+from varcontact.discrete.state import ContactState
 from varcontact.solving.coupling import panagiotopoulos
 
 SIZE = 40

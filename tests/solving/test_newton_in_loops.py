@@ -9,7 +9,7 @@ import pytest
 import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers import registry
-from varcontact.solvers.matrix_free import kernel
+from varcontact.solvers.newton import kernel
 from varcontact.solving import inner_tolerances
 
 DENSE, NEWTON = ({"normal": pair[0], "tangential": pair[1]} for pair in (("norm", "tang-safeguarded"), ("newton",) * 2))

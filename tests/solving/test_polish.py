@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import tangential_residual
-from varcontact.problem.problem import RawSolution
-from varcontact.problem.state import hertz_pressure, unloaded
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import tangential_residual
+from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.registry import counted, tangential_solver
 from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import refine_tangential

@@ -5,7 +5,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from varcontact.solving.refine.cliffs import steepest_cliff
+from varcontact.solving.defect_correction.cliffs import steepest_cliff
 
 X = np.linspace(-1.0, 1.0, 81)
 CLIFF = r"surface\.h has a cliff in the contact or next to it"
@@ -82,7 +82,7 @@ def test_cliffs_far_from_the_contact_change_nothing(at):
 def test_where_it_is_refused_the_estimate_fails(monkeypatch):
     """The end of a body: on some grid the error is beyond the estimate by far."""
     fine = [vc.solve(posed(beyond(0.3), cells), certify=None).force for cells in (104, 120)]
-    monkeypatch.setattr("varcontact.solving.refine.road.check_cliffs", lambda disc, state: None)
+    monkeypatch.setattr("varcontact.solving.defect_correction.road.check_cliffs", lambda disc, state: None)
     ratios = []
     for cells in (16, 24, 32):
         sol = corrected(posed(beyond(0.3), cells))

@@ -10,12 +10,12 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.refinement.histories import FULL, history, off, on
 from tests.command import run
-from varcontact.problem.discretise import discretise
-from varcontact.problem.state import hertz_pressure, unloaded
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.reference import cattaneo_mindlin
 from varcontact.results.error_estimate import ErrorEstimate, Solve
-from varcontact.solving.refine.field import Shape, reconstructed
-from varcontact.solving.refine.passes import shares
+from varcontact.solving.defect_correction.field import Shape, reconstructed
+from varcontact.solving.defect_correction.passes import shares
 
 ROLLING = on(history(1.2, steps=3, dq=[0.0, 0.3, 0.4], Fx=[-0.1, -0.15, -0.15], vy=0.3 * FULL, spin=0.3 * FULL), 16)
 WILD = vc.Transient(
@@ -312,7 +312,7 @@ def test_a_history_solved_as_a_whole_counts_its_solves_once():
     ],
 )
 def test_refused_before_any_work(monkeypatch, changes, words):
-    monkeypatch.setattr("varcontact.solving.refine.march.PartsMarch.problem", None)
+    monkeypatch.setattr("varcontact.solving.defect_correction.march.PartsMarch.problem", None)
     with pytest.raises(vc.SceneError) as refused:
         vc.solve(replace(ROLLING, **changes), refine="continuum")
     assert words in str(refused.value)

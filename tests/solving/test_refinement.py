@@ -9,15 +9,15 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
 from tests.command import run
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.parts import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
-from varcontact.problem.discretise import discretise
-from varcontact.problem.parts import means
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
-from varcontact.solving.refine.field import Shape, held_behind, interpolated, reconstructed
-from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.passes import Corrected, extrapolated
-from varcontact.solving.refine.rooted import root_means
+from varcontact.solving.defect_correction.field import Shape, held_behind, interpolated, reconstructed
+from varcontact.solving.defect_correction.parts import Parts
+from varcontact.solving.defect_correction.passes import Corrected, extrapolated
+from varcontact.solving.defect_correction.rooted import root_means
 
 STEEL = vc.Bodies(G=1.0, nu=0.25)
 

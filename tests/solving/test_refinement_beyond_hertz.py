@@ -9,7 +9,7 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.refinement import VALUES, loads, read_references, scene
 from varcontact.reference import cattaneo_mindlin
-from varcontact.solving.refine.road import _shares
+from varcontact.solving.defect_correction.road import _shares
 
 
 def sampled(scene, cells):

@@ -7,9 +7,9 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.coarse_forces import forces, read, scene
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.softening import softening
 from varcontact.elasticity.operators import DIFFERENCES
-from varcontact.problem.discretise import discretise
-from varcontact.problem.softening import softening
 from varcontact.reference import carter, line_contact
 from varcontact.solving import subproblems
 from varcontact.theories.no_slip import no_slip_forces

@@ -439,8 +439,8 @@ def test_without_polish_the_answer_is_the_solvers_own(rolling):
 
 
 def test_too_large_is_refused_before_the_work(rolling, monkeypatch):
-    monkeypatch.setattr("varcontact.machine.memory.LITTLE", 0.0)
-    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 1e6)
+    monkeypatch.setattr("varcontact.system.memory.LITTLE", 0.0)
+    monkeypatch.setattr("varcontact.system.memory.available", lambda: 1e6)
     with pytest.raises(vc.TooLarge, match="tangential"):
         vc.solve(rolling())
 
@@ -646,7 +646,7 @@ def test_progress_of_newton_tells_grids_steps_and_residuals(rolling):
 
 def test_failure_tells_of_a_mesh_that_is_not_monotone_whatever_its_size(rolling, monkeypatch):
     """Beyond the size up to which bounds are computed, too: then the reason is looked for."""
-    monkeypatch.setattr("varcontact.problem.certificate.FULL_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.certificate.FULL_LIMIT", 0)
     scene = rolling(
         bodies=vc.Bodies(G=1.0, nu=0.5),
         surface=vc.Ellipse(1.0, 1.0),

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import residuals as residuals_of
+from varcontact.discrete.state import unloaded
 from varcontact.elasticity.operators import GridOperator
 from varcontact.planning.choice import make_plan
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import residuals as residuals_of
-from varcontact.problem.state import unloaded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.settings import Settings
 from varcontact.solving.subproblems import Steps

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.discretise import discretise
 from varcontact.elasticity.ellipsoidal import rooted_gradients, sloped_gradients
-from varcontact.problem.discretise import discretise
 from varcontact.reference import line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
-from varcontact.solving.refine.moments import Spread, over_ellipse
-from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.slopes import Around, Slopes
-from varcontact.solving.refine.unslipping import Still, Unslipping
+from varcontact.solving.defect_correction.moments import Spread, over_ellipse
+from varcontact.solving.defect_correction.parts import Parts
+from varcontact.solving.defect_correction.slopes import Around, Slopes
+from varcontact.solving.defect_correction.unslipping import Still, Unslipping
 
 A, B = 1.3, 0.8
 POSED = vc.Scene(

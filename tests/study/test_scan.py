@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.solvers.matrix_free.kernel import Kernel
+from varcontact.solvers.newton.kernel import Kernel
 from varcontact.study.scan import scanned
 
 GRID = vc.Grid(nx=8, ny=8)
@@ -73,7 +73,7 @@ def test_a_scan_by_newton_makes_kernels_once(rolling, monkeypatch):
         made.append(numbers.shape)
         return Kernel(numbers)
 
-    monkeypatch.setattr("varcontact.solvers.matrix_free.kernel.Kernel", counted)
+    monkeypatch.setattr("varcontact.solvers.newton.kernel.Kernel", counted)
     vc.scan(rolling(grid=vc.Grid(nx=25, ny=25)), CREEPAGES, tangential="newton")
     assert len(made) == 2  # of both levels
 

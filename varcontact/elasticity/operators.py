@@ -10,8 +10,8 @@ import numpy as np
 
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
-from varcontact.machine.threads import one_blas_thread
 from varcontact.scene.grid import Grid
+from varcontact.system.threads import one_blas_thread
 
 REMEMBERED = 2
 """Number of restricted operators that an operator keeps: each may have a dense matrix and its factor."""

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
-from varcontact.machine.threads import one_blas_thread
 from varcontact.scene.grid import Grid
+from varcontact.system.threads import one_blas_thread
 
 _PAIRS_AT_ONCE = 8192  # of points and elements: the intermediate arrays stay in the cache
 _TILE = 40

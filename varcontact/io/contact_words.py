@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from varcontact.errors import SceneError
-from varcontact.machine.reading import text_of
+from varcontact.system.reading import text_of
 
 WORDS = {
     "PBTNFS": ("PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS"),

@@ -34,13 +34,13 @@ from varcontact.io.outputs import (
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
-from varcontact.machine.reading import first_line, reading
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.system.reading import first_line, reading
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,7 +21,7 @@ from uuid import uuid4
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.machine.locks import Held, beside, locked
+from varcontact.system.locks import Held, beside, locked
 
 FORMATS = {
     ".nc": "sweeps, table books, solutions and histories are written as netCDF",

@@ -12,7 +12,6 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
-from varcontact.machine.reading import first_line, text_of
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS
@@ -22,6 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
 from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
+from varcontact.system.reading import first_line, text_of
 
 SURFACES = {
     "paraboloids": Paraboloids,

@@ -14,9 +14,9 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.scene_file import NO_NUMBER, scene_to
-from varcontact.machine.reading import SCENE_BYTES
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.system.reading import SCENE_BYTES
 
 WRITTEN = "# Written by varcontact\n"
 """The first line of scene files that are not written by hand."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.errors import OutputError
 from varcontact.io.elements import EXPORTS
 from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
@@ -19,10 +20,7 @@ from varcontact.io.parts_record import ON_PARTS, PRESSURE, pressure_to, refineme
 from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
-from varcontact.machine.memory import need
-from varcontact.machine.reading import first_line, reading, regular
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate, ForceBounds
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.friction import BRANCHES
@@ -30,6 +28,8 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
 from varcontact.solvers.tally import Calls
+from varcontact.system.memory import need
+from varcontact.system.reading import first_line, reading, regular
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from varcontact.errors import SceneError
-from varcontact.machine.memory import SMALLER
 from varcontact.planning import memory
 from varcontact.planning.roads import ROADS
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE
+from varcontact.system.memory import SMALLER
 
 if TYPE_CHECKING:
     from varcontact.planning.plan import Plan

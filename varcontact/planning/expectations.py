@@ -7,21 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.machine import memory
-from varcontact.machine.memory import need
+from varcontact.discrete.contact_grid import enlarged, known_grid, wanted_grid
+from varcontact.discrete.containment import outside
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.mirror import mirror
+from varcontact.discrete.out_of_reach import out_of_reach
+from varcontact.discrete.state import ContactState
 from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
-from varcontact.problem.contact_grid import enlarged, known_grid, wanted_grid
-from varcontact.problem.containment import outside
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.mirror import mirror
-from varcontact.problem.out_of_reach import out_of_reach
-from varcontact.problem.state import ContactState
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.system import memory
+from varcontact.system.memory import need
 
 
 def expected_sizes(scene: Scene, plan: Plan) -> Sizes:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from varcontact.discrete.on_parts import cells_of
 from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.planning.costs import Cost
 from varcontact.planning.sizes import Sizes
-from varcontact.problem.on_parts import cells_of
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import (

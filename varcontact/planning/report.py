@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from varcontact.machine import memory
+from varcontact.system import memory
 
 if TYPE_CHECKING:
     from varcontact.planning.costs import Cost

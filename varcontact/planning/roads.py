@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.checks import choice
+from varcontact.discrete.contact_grid import given_grid
+from varcontact.discrete.on_parts import cells_of
 from varcontact.errors import SceneError
 from varcontact.planning.kinds import one_direction, own_image
-from varcontact.problem.contact_grid import given_grid
-from varcontact.problem.on_parts import cells_of
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.mirror import mirror_of
+from varcontact.discrete.on_parts import normal_as_solved
+from varcontact.discrete.operators import DryRun, Operators
+from varcontact.discrete.state import ContactState
+from varcontact.discrete.symmetric import DENSE_LIMIT
 from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.mirror import mirror_of
-from varcontact.problem.on_parts import normal_as_solved
-from varcontact.problem.operators import DryRun, Operators
-from varcontact.problem.state import ContactState
-from varcontact.problem.symmetric import DENSE_LIMIT
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.discrete.slip import SLIP
 from varcontact.plotting.quantities import Measure, measure, measure_of
 from varcontact.plotting.style import (
     COLUMN,
@@ -17,7 +18,6 @@ from varcontact.plotting.style import (
     new_figure,
     styled,
 )
-from varcontact.problem.slip import SLIP
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.discrete.slip import SLIP, STICK
 from varcontact.plotting.drawn import Drawn, drawn
 from varcontact.plotting.maps import FIELDS, Box, box_of
 from varcontact.plotting.quantities import measure_of
@@ -20,7 +21,6 @@ from varcontact.plotting.style import (
     TRACTION_COLOUR,
     legend_below,
 )
-from varcontact.problem.slip import SLIP, STICK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.discrete.slip import SLIP, STICK
 from varcontact.plotting.drawn import Drawn, drawn
 from varcontact.plotting.quantities import Measure, measure_of
 from varcontact.plotting.style import (
@@ -21,7 +22,6 @@ from varcontact.plotting.style import (
     colour_bar,
     legend_below,
 )
-from varcontact.problem.slip import SLIP, STICK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

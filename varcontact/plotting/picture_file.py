@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from varcontact.errors import OutputError
 from varcontact.io.outputs import check_replaceable, check_writable, write_whole
-from varcontact.machine.reading import first_line
+from varcontact.system.reading import first_line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

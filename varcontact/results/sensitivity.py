@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.on_parts import with_parts
+from varcontact.discrete.slip import SLIP, STICK
 from varcontact.errors import SceneError
-from varcontact.machine.threads import one_blas_thread
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.on_parts import with_parts
-from varcontact.problem.slip import SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady
+from varcontact.system.threads import one_blas_thread
 
 
 @one_blas_thread()

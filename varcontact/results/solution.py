@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.discrete.certificate import Certificate
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.slip import EXTERIOR, SLIP, STICK, unit_slip
 from varcontact.html import html_table
 from varcontact.planning.plan import Plan
-from varcontact.problem.certificate import Certificate
-from varcontact.problem.discretise import discretise
-from varcontact.problem.slip import EXTERIOR, SLIP, STICK, unit_slip
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement

@@ -11,7 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
-from varcontact.machine.memory import need
+from varcontact.system.memory import need
 
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution

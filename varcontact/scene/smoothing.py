@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from varcontact.machine.threads import one_blas_thread
+from varcontact.system.threads import one_blas_thread
 
 LONGEST = 400
 """Longest wavelength in samples: beyond, rounding is felt."""

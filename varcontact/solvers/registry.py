@@ -9,16 +9,16 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 from varcontact import checks
+from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
-from varcontact.machine.interrupts import imported
-from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.matrix_free.normal import newton_normal
-from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.newton.normal import newton_normal
+from varcontact.solvers.newton.tangential import newton_tangential
 from varcontact.solvers.settings import Settings, check_time
+from varcontact.system.interrupts import imported
 
 Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
 Start = TypeVar("Start", RawSolution, RawSolution | None)

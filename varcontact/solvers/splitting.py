@@ -18,10 +18,10 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.machine.interrupts import interruptible
-from varcontact.problem.gap import normal_residual, project, tangential_residual
-from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.gap import normal_residual, project, tangential_residual
+from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.settings import Settings, check_time
+from varcontact.system.interrupts import interruptible
 
 ROUNDS, MOST_ROUNDS, PATIENCE = 20, 2000, 300
 """Rounds between two looks at the residual, in all, and without a better residual."""

@@ -17,8 +17,6 @@ from functools import partial
 import numpy as np
 
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
-from varcontact.machine import memory
-from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.memory import peak
 from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate, Solve
@@ -34,6 +32,8 @@ from varcontact.solving.on_grid import Answer, solve_on_grid
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.target import Target
 from varcontact.solving.transient import bytes_of_steps
+from varcontact.system import memory
+from varcontact.system.threads import one_blas_thread
 
 FIRST, FIRST_IN_LINE = 6, 48
 """Elements across the contact on the coarsest grid."""

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.problem import RawSolution
-from varcontact.problem.state import ContactState
-from varcontact.solvers.matrix_free.whole import WholeProblem, newton_whole
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.state import ContactState
+from varcontact.solvers.newton.whole import WholeProblem, newton_whole
 from varcontact.solvers.settings import Settings
 
 

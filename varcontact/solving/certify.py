@@ -6,22 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.discrete.certificate import Certificate, certify_problems
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.gap import normal_residual
+from varcontact.discrete.parts import means
+from varcontact.discrete.state import ContactState
 from varcontact.errors import NotConverged, SceneError
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
-from varcontact.problem.certificate import Certificate, certify_problems
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import normal_residual
-from varcontact.problem.parts import means
-from varcontact.problem.state import ContactState
 from varcontact.results.physical import solution_of
 from varcontact.results.refinement import Refinement
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.solving.defect_correction.road import estimated
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.refine.road import estimated
 from varcontact.solving.subproblems import Steps
 
 ROUNDED = 1e-3

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from varcontact.problem.state import ContactState
+from varcontact.discrete.state import ContactState
 from varcontact.solving.fixed_point import Judge, Limits, Step, Unknown, distance, fixed_point
 
 

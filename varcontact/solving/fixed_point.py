@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated, VarcontactError
-from varcontact.problem.state import ContactState
 
 Step = Callable[[ContactState], ContactState]
 Judge = Callable[[ContactState], float]

@@ -17,11 +17,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.gap import magnitude, project
+from varcontact.discrete.slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
+from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated, SceneError
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import magnitude, project
-from varcontact.problem.slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
-from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.grid import Grid

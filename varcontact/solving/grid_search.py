@@ -10,15 +10,15 @@ from itertools import product
 import numpy as np
 
 from varcontact.checks import LARGE
+from varcontact.discrete.contact_grid import across, clipped, enlarged, fitted, if_noise, known_grid, within
+from varcontact.discrete.containment import contact_box, outside
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.operators import Operators
+from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.state import ContactState, unloaded
 from varcontact.errors import SceneError
 from varcontact.planning.roads import many_pressed
-from varcontact.problem.contact_grid import across, clipped, enlarged, fitted, if_noise, known_grid, within
-from varcontact.problem.containment import contact_box, outside
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.operators import Operators
-from varcontact.problem.slip import unit_slip
-from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene

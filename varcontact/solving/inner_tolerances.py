@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.state import ContactState
 from varcontact.planning.plan import Plan
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.state import ContactState
 from varcontact.solvers.registry import MATRIX_FREE
 
 WHOLE = 0.1

@@ -13,14 +13,14 @@ from typing import cast
 
 import numpy as np
 
+from varcontact.discrete.certificate import Certificate, ForceBounds
+from varcontact.discrete.contact_grid import enlarged
+from varcontact.discrete.containment import outside
+from varcontact.discrete.discretisation import Carried, Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.on_parts import parted, unpressed
+from varcontact.discrete.state import ContactState, unloaded
 from varcontact.errors import Saturated, SceneError
-from varcontact.problem.certificate import Certificate, ForceBounds
-from varcontact.problem.contact_grid import enlarged
-from varcontact.problem.containment import outside
-from varcontact.problem.discretisation import Carried, Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.on_parts import parted, unpressed
-from varcontact.problem.state import ContactState, unloaded
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid

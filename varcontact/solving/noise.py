@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.state import ContactState
 from varcontact.errors import SceneError
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.state import ContactState
 from varcontact.scene.scene import Scene
 from varcontact.scene.smoothing import how_to_smooth, smoothed_field
 from varcontact.scene.surfaces import SampledDistance

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+from varcontact.discrete.state import unloaded
 from varcontact.planning.expectations import check_fits
-from varcontact.problem.state import unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -15,10 +15,10 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solving.certify import as_told, judged
+from varcontact.solving.defect_correction.road import refined, roughly
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.noise import noise
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.refine.road import refined, roughly
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import solve_transient

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any, Literal, TypedDict
 
 from varcontact import checks
+from varcontact.discrete.certificate import LEVELS
 from varcontact.errors import SceneError
 from varcontact.planning.choice import make_plan
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
-from varcontact.problem.certificate import LEVELS
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solving.defect_correction.check import check_refine
 from varcontact.solving.friction_loop import check_start
-from varcontact.solving.refine.check import check_refine
 from varcontact.solving.series import check_saturation
 from varcontact.solving.target import Target, target_of
 

@@ -12,16 +12,15 @@ from functools import partial
 
 import numpy as np
 
+from varcontact.discrete.gap import magnitude, normal_residual, tangential_residual
+from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.errors import SceneError, TooLarge
-from varcontact.machine.memory import SMALLER, need
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
-from varcontact.problem.gap import magnitude, normal_residual, tangential_residual
-from varcontact.problem.problem import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.joint import solve_joint
 from varcontact.solvers.marching import march
-from varcontact.solvers.matrix_free.drive import DENSE
+from varcontact.solvers.newton.drive import DENSE
 from varcontact.solvers.registry import (
     NormalSolver,
     Problem,
@@ -35,6 +34,7 @@ from varcontact.solvers.registry import (
 )
 from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
+from varcontact.system.memory import SMALLER, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""

@@ -14,29 +14,29 @@ from typing import cast
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.certificate import certify_problems
+from varcontact.discrete.discretisation import Carried, Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import gap, normal_gap, normal_residual, project, residuals
+from varcontact.discrete.on_parts import normal_as_solved, with_parts
+from varcontact.discrete.parts import means
+from varcontact.discrete.slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.state import ContactState, hertz_pressure
 from varcontact.io.history_file import Stored
 from varcontact.io.solution_file import read
-from varcontact.machine.reading import reading
-from varcontact.machine.threads import one_blas_thread
-from varcontact.problem.certificate import certify_problems
-from varcontact.problem.discretisation import Carried, Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import gap, normal_gap, normal_residual, project, residuals
-from varcontact.problem.on_parts import normal_as_solved, with_parts
-from varcontact.problem.parts import means
-from varcontact.problem.slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
-from varcontact.problem.state import ContactState, hertz_pressure
 from varcontact.results.history import History
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
+from varcontact.solving.defect_correction.passes import of_elements, with_forces
 from varcontact.solving.error_norm import creepage_names
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.march import March, marching_on, without_load
-from varcontact.solving.refine.passes import of_elements, with_forces
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import largest_contacts
+from varcontact.system.reading import reading
+from varcontact.system.threads import one_blas_thread
 
 ROUNDED = 1e-11
 """Residual that rounding in unit conversions may leave, where nothing magnifies it."""

@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.operators import Operators
+from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated
-from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.operators import Operators
-from varcontact.problem.state import ContactState
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady
@@ -26,6 +25,7 @@ from varcontact.solving.certify import judged
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
+from varcontact.system.threads import one_blas_thread
 
 KEPT = 32
 """Solved scenes whose tractions are kept, to begin from."""

@@ -10,16 +10,15 @@ from typing import Unpack, overload
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.certificate import Certificate, certify_problems
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.on_parts import cells_of, with_parts
+from varcontact.discrete.parts import means
+from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.errors import SceneError
-from varcontact.machine.threads import one_blas_thread
 from varcontact.planning.choice import make_plan
 from varcontact.planning.roads import TOLERANCE
-from varcontact.problem.certificate import Certificate, certify_problems
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.on_parts import cells_of, with_parts
-from varcontact.problem.parts import means
-from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -32,6 +31,7 @@ from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.grid_search import first_grid
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import CouplingName, NormalName, Options, SolveOptions, TangentialName
+from varcontact.system.threads import one_blas_thread
 
 MOST_BY_PRESSURE = 1e50
 """Greatest traction that is certified, by the scale of pressures: products of more leave floating point."""

@@ -9,19 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.gap import project, residuals
+from varcontact.discrete.mirror import mirror_of
+from varcontact.discrete.on_parts import cells_of, parted
+from varcontact.discrete.out_of_reach import out_of_reach
+from varcontact.discrete.parts import means
+from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.errors import NotConverged, Saturated
-from varcontact.machine.memory import SMALLER, need
 from varcontact.planning import memory
 from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.gap import project, residuals
-from varcontact.problem.mirror import mirror_of
-from varcontact.problem.on_parts import cells_of, parted
-from varcontact.problem.out_of_reach import out_of_reach
-from varcontact.problem.parts import means
-from varcontact.problem.problem import RawSolution, TangentialProblem
-from varcontact.problem.state import ContactState, hertz_pressure, unloaded
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.setups import Setups
@@ -34,6 +33,7 @@ from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, en
 from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.start_grid import interpolated
 from varcontact.solving.timing import Clock
+from varcontact.system.memory import SMALLER, need
 
 
 @dataclass(frozen=True)

@@ -15,23 +15,23 @@ from typing import Any
 import numpy as np
 
 from varcontact.checks import file_name
+from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, NoContact, SceneError, VarcontactError
 from varcontact.io.history_file import Stored
-from varcontact.machine.memory import need
 from varcontact.planning.plan import Plan
-from varcontact.problem.contact_grid import common_grid, wanted_grid
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
+from varcontact.solving.defect_correction.check import KINDS
+from varcontact.solving.defect_correction.cliffs import check_cliffs
+from varcontact.solving.defect_correction.march import CorrectedMarch, corrected_march
 from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.march import March, marching_on
-from varcontact.solving.refine.check import KINDS
-from varcontact.solving.refine.cliffs import check_cliffs
-from varcontact.solving.refine.march import CorrectedMarch, corrected_march
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
+from varcontact.system.memory import need
 
 STEP_FIELDS, STEP_PARTS, STEP_REST = 65.0, 152.0, 1e4
 """Bytes of a step in memory: by element, for the parts of an element where it is corrected, and for the rest."""

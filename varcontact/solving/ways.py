@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from varcontact import checks
+from varcontact.discrete.contact_grid import given_grid
 from varcontact.errors import SceneError
-from varcontact.problem.contact_grid import given_grid
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.consistency import why_centres

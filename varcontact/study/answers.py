@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.io.outputs import clear, replacing
-from varcontact.machine.locks import beside
 from varcontact.results.solution import Solution
+from varcontact.system.locks import beside
 
 FIELDS = ("pressure", "traction", "state", "traction_bound", "force")
 

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.contact_grid import within
+from varcontact.discrete.containment import Box, contact_box
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
 from varcontact.planning.expectations import check_fits
-from varcontact.problem.contact_grid import within
-from varcontact.problem.containment import Box, contact_box
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import TimeStep

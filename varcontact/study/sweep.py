@@ -31,7 +31,6 @@ from varcontact.io.sweep_file import (
     record_type,
     sealed,
 )
-from varcontact.machine.interrupts import imported
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
@@ -44,6 +43,7 @@ from varcontact.solving.target import BY_DEFAULT
 from varcontact.study.compare import carried
 from varcontact.study.engine import CHUNK, opened, results
 from varcontact.study.parameters import Swept
+from varcontact.system.interrupts import imported
 
 if TYPE_CHECKING:
     import xarray as xr

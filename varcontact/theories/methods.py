@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Steady

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.problem.discretise import discretise
+from varcontact.discrete.discretise import discretise
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene

@@ -15,9 +15,9 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.machine.reading import reading
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
+from varcontact.system.reading import reading
 from varcontact.theories.table_nodes import HALFWAY, linear_part, places
 
 FORMAT = "varcontact table 3"

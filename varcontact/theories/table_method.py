@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.state import ContactState
 from varcontact.reference.creepage_coefficients import no_slip_coefficients
 from varcontact.scene.motion import Steady
 from varcontact.theories.prescribed import creepages_meeting

@@ -11,15 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.problem import NormalProblem, RawSolution
 from varcontact.errors import NotConverged
-from varcontact.problem.discretise import discretise
-from varcontact.problem.problem import NormalProblem, RawSolution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.matrix_free.drive import DENSE
-from varcontact.solvers.matrix_free.normal import newton_normal
+from varcontact.solvers.newton.drive import DENSE
+from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.settings import Settings
 
 FALL = 0.8

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.errors import NoContact, SceneError
-from varcontact.machine.threads import one_blas_thread
+from varcontact.system.threads import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 
 STEP = 0.05

@@ -11,13 +11,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame, RigidBody, creepages
-from varcontact.machine.threads import one_blas_thread
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
+from varcontact.system.threads import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import Place, joined, place, tangents_of
 from varcontact.wheel_rail.rough import check_smooth

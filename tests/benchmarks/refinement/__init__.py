@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.state import unloaded
-from varcontact.solving.refine.passes import PASSES, defect_corrected
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.state import unloaded
+from varcontact.solving.defect_correction.passes import PASSES, defect_corrected
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 

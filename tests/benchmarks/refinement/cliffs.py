@@ -5,10 +5,10 @@ from unittest import mock
 import numpy as np
 
 import varcontact as vc
-from varcontact.problem.discretisation import Discretisation
-from varcontact.problem.state import ContactState
-from varcontact.solving.refine import road
-from varcontact.solving.refine.cliffs import check_cliffs
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.state import ContactState
+from varcontact.solving.defect_correction import road
+from varcontact.solving.defect_correction.cliffs import check_cliffs
 
 FRICTION, HEIGHTS = 0.3, (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 1.0)
 CELLS, FINE = (12, 16, 20, 24, 32), (72, 80, 90)

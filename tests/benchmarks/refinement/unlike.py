@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 import varcontact as vc
+from varcontact.discrete.discretisation import Carried, Discretisation
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.parts import means
+from varcontact.discrete.state import ContactState, unloaded
 from varcontact.elasticity.operators import influence_operator
-from varcontact.problem.discretisation import Carried, Discretisation
-from varcontact.problem.discretise import discretise
-from varcontact.problem.parts import means
-from varcontact.problem.state import ContactState, unloaded
-from varcontact.solving.refine.field import held_behind, reconstructed
-from varcontact.solving.refine.parts import Parts
-from varcontact.solving.refine.pressed import within_parts
-from varcontact.solving.refine.sublattice import Sublattice, loads
+from varcontact.solving.defect_correction.field import held_behind, reconstructed
+from varcontact.solving.defect_correction.parts import Parts
+from varcontact.solving.defect_correction.pressed import within_parts
+from varcontact.solving.defect_correction.sublattice import Sublattice, loads
 from varcontact.solving.subproblems import Steps, contact
 from varcontact.solving.timing import Clock
 from varcontact.study.converge import contact_of

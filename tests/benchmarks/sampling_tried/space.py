@@ -11,10 +11,10 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.coarse_forces import FRICTION, extrapolated, read, scene
-from varcontact.problem.discretisation import Discretisation
+from varcontact.discrete.discretisation import Discretisation
 from varcontact.reference import carter, line_contact
 from varcontact.scene.grid import Edge
-from varcontact.solvers.matrix_free import tangential
+from varcontact.solvers.newton import tangential
 
 
 def normal() -> None:

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import normal_residual
-from varcontact.problem.problem import RawSolution
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import normal_residual
+from varcontact.discrete.problem import RawSolution
 from varcontact.solvers.active_set.norm import norm
 
 GRID = vc.Grid(nx=10, ny=10).spread((-1.2, 1.2, -0.9, 0.9))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.state import hertz_pressure, unloaded
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.conic.accuracy import BACKENDS

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.state import hertz_pressure, unloaded
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.conic.programs import normal_potential, normal_program
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.problem import NormalProblem, TangentialProblem
 from varcontact.elasticity.operators import influence_operator
-from varcontact.problem.problem import NormalProblem, TangentialProblem
 
 SHAPES = ("ellipse", "needle", "patches", "holes", "wavy", "row", "strip", "single", "levels")
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.gap import normal_gap, normal_residual
+from varcontact.discrete.problem import RawSolution
 from varcontact.errors import SceneError
-from varcontact.problem.gap import normal_gap, normal_residual
-from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.matrix_free import krylov
-from varcontact.solvers.matrix_free.normal import newton_normal
+from varcontact.solvers.newton import krylov
+from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
@@ -118,7 +118,7 @@ def test_wrong_linear_solves_do_not_lead_astray(normal_problem, monkeypatch):
     raw = newton_normal(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("", "Solved") and calls.count(False) > 4
     monkeypatch.setattr(krylov, "gcr", lambda *a: dataclasses.replace(exact(*a), traction=np.full(a[1].shape, np.nan)))
-    monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
+    monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)
     densely = newton_normal(problem, SETTINGS)
     assert (densely.solver, densely.status) == ("norm", "Solved")
     assert densely.reason == "newton missed the tolerance, norm was used"

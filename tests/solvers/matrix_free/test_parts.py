@@ -7,14 +7,14 @@ import pytest
 
 from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Grid
-from varcontact.solvers.matrix_free import krylov
-from varcontact.solvers.matrix_free.kernel import kernel, unit
-from varcontact.solvers.matrix_free.krylov import Forces, Room, gcr
-from varcontact.solvers.matrix_free.levels import Box, doubled, halved, halved_mean
-from varcontact.solvers.matrix_free.newton import point
-from varcontact.solvers.matrix_free.preconditioner import circulant, parzen
-from varcontact.solvers.matrix_free.safeguard import balanced, damped, forward_backward_forward
-from varcontact.solvers.matrix_free.tangential import _Posed
+from varcontact.solvers.newton import krylov
+from varcontact.solvers.newton.kernel import kernel, unit
+from varcontact.solvers.newton.krylov import Forces, Room, gcr
+from varcontact.solvers.newton.levels import Box, doubled, halved, halved_mean
+from varcontact.solvers.newton.newton import point
+from varcontact.solvers.newton.preconditioner import circulant, parzen
+from varcontact.solvers.newton.safeguard import balanced, damped, forward_backward_forward
+from varcontact.solvers.newton.tangential import _Posed
 from varcontact.solvers.settings import Settings
 
 

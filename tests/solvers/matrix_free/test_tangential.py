@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.gap import gap, tangential_residual
+from varcontact.discrete.problem import RawSolution
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged, SceneError
-from varcontact.problem.gap import gap, tangential_residual
-from varcontact.problem.problem import RawSolution
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.matrix_free import krylov
-from varcontact.solvers.matrix_free.kernel import Kernel
-from varcontact.solvers.matrix_free.tangential import newton_tangential
+from varcontact.solvers.newton import krylov
+from varcontact.solvers.newton.kernel import Kernel
+from varcontact.solvers.newton.tangential import newton_tangential
 from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
@@ -166,13 +166,13 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     assert settings.tally.calls["tseng"].count > 1 and set(settings.tally.calls) == {"tseng"}
     check_exact(problem, raw)
 
-    monkeypatch.setattr("varcontact.solvers.matrix_free.newton.forward_backward_forward", lambda at, *_: at)
+    monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)
     raw = newton_tangential(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("tang-safeguarded", "Solved")
     assert raw.reason == "newton missed the tolerance, tang-safeguarded was used"
     check_exact(problem, raw)
 
-    monkeypatch.setattr("varcontact.solvers.matrix_free.drive.DENSE", 0)
+    monkeypatch.setattr("varcontact.solvers.newton.drive.DENSE", 0)
     raw = newton_tangential(problem, SETTINGS)
     assert raw.status == "MaxIterations" and not raw.solved
     assert tangential_residual(problem, raw.traction, raw.rigid) > SETTINGS.tol
@@ -201,7 +201,7 @@ def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):
     check_exact(problem, raw)
 
     monkeypatch.setattr(GridOperator, "apply", lambda self, tractions: np.full(tractions.shape, np.nan))
-    monkeypatch.setattr("varcontact.solvers.matrix_free.drive.DENSE", 0)
+    monkeypatch.setattr("varcontact.solvers.newton.drive.DENSE", 0)
     with pytest.raises(NotConverged, match="newton says 'NotANumber'"):
         vc.solve(rolling(), tangential="newton")
 
@@ -224,7 +224,7 @@ def test_forms_no_matrix(rolling, monkeypatch, name):
         raise AssertionError("a dense matrix was assembled")
 
     monkeypatch.setattr(GridOperator, "dense", refuse)
-    monkeypatch.setattr("varcontact.problem.symmetric.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", 0)
     scene = rolling(grid=vc.Grid(nx=26, ny=25), **NO_MATRIX[name])
     found = vc.solve(scene, normal="newton", tangential="newton")
     for sol in found if name == "history" else [found]:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.problem.discretise import discretise
-from varcontact.problem.problem import RawSolution
-from varcontact.solvers.matrix_free.whole import WholeProblem, _Posed
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.problem import RawSolution
+from varcontact.solvers.newton.whole import WholeProblem, _Posed
 
 BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
 

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.problem.bounds import force_bound
-from varcontact.problem.discretise import discretise
-from varcontact.problem.gap import gap, project, tangential_residual
-from varcontact.problem.problem import RawSolution
-from varcontact.problem.state import hertz_pressure, unloaded
+from varcontact.discrete.bounds import force_bound
+from varcontact.discrete.discretise import discretise
+from varcontact.discrete.gap import gap, project, tangential_residual
+from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
 from varcontact.solvers.conic.solvers import solve_tangential
@@ -211,8 +211,8 @@ def test_solvers_of_quadratic_programs_are_refused_where_both_move(name):
 
 def test_what_was_asked_fits_where_the_full_problem_does_not(monkeypatch):
     """Memory for n^2 numbers, not (2 n)^2."""
-    monkeypatch.setattr("varcontact.machine.memory.LITTLE", 0.0)
-    monkeypatch.setattr("varcontact.machine.memory.available", lambda: 2 * 240.0 * 24**2)
+    monkeypatch.setattr("varcontact.system.memory.LITTLE", 0.0)
+    monkeypatch.setattr("varcontact.system.memory.available", lambda: 2 * 240.0 * 24**2)
     assert vc.solve(scene(), tangential="clarabel").converged
     with pytest.raises(vc.TooLarge):
         vc.solve(scene(motion=in_full(vc.Steady(Fx=-0.06), "Fy")), tangential="clarabel")
@@ -324,5 +324,5 @@ def test_force_bound_dense_and_by_fft_agree(monkeypatch, along):
     problem = posed(vc.Steady(**{along: 0.02}))
     traction = 0.9 * tang_safeguarded(problem).traction
     dense = force_bound(problem, traction, np.zeros(1))
-    monkeypatch.setattr("varcontact.problem.symmetric.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", 0)
     np.testing.assert_allclose(force_bound(problem, traction, np.zeros(1)), dense, rtol=1.1e-3)

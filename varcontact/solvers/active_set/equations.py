@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.machine.interrupts import interruptible
-from varcontact.problem.gap import magnitude
-from varcontact.problem.problem import TangentialProblem
+from varcontact.discrete.gap import magnitude
+from varcontact.discrete.problem import TangentialProblem
+from varcontact.system.interrupts import interruptible
 
 
 @dataclass(frozen=True, eq=False)

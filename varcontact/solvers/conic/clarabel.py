@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.machine.interrupts import interruptible
-from varcontact.problem.problem import RawSolution
+from varcontact.discrete.problem import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
 from varcontact.solvers.settings import Settings
+from varcontact.system.interrupts import interruptible
 
 
 def solve(program: ConicProgram, settings: Settings) -> RawSolution:

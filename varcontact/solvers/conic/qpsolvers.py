@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.machine.interrupts import imported, interruptible
-from varcontact.problem.problem import RawSolution
+from varcontact.discrete.problem import RawSolution
 from varcontact.solvers.conic.accuracy import options
 from varcontact.solvers.conic.programs import ConicProgram
 from varcontact.solvers.settings import Settings
+from varcontact.system.interrupts import imported, interruptible
 
 
 def solve(program: ConicProgram, settings: Settings, name: str) -> RawSolution:

@@ -1,0 +1,79 @@
+"""One owner of influence numbers: each table is built once, whatever is derived from the discretisation."""
+
+import dataclasses
+import weakref
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.discrete.discretise import discretise
+
+UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
+EXPLICIT = vc.Grid(nx=12, ny=12, dx=0.25, dy=0.25, x0=-1.5, y0=-1.5)
+TIGHT = vc.Grid(nx=10, ny=8, dx=0.25, dy=0.25, x0=-1.25, y0=-1.0)
+
+
+def names(built):
+    return sorted(name for name, _ in built)
+
+
+def test_laws_of_friction_build_each_table_once(rolling, built):
+    sol = vc.solve(rolling(friction=vc.LinearFalling(static=0.4, kinetic=0.3, half_velocity=0.05)))
+    assert len(sol.passes) > 3
+    assert names(built) == ["A_tt - C_tt", "A_zz"]
+
+
+@pytest.mark.parametrize("coupling", ["panagiotopoulos", "joint"])
+def test_coupling_loops_build_each_table_once(rolling, built, coupling):
+    sol = vc.solve(rolling(bodies=UNLIKE, surface=vc.Paraboloids(2.0, 2.0), grid=EXPLICIT), coupling=coupling)
+    assert len(sol.passes) > 3
+    assert names(built) == ["A_tt - C_tt", "A_tz - C_tz", "A_zt", "A_zz"]
+
+
+def test_histories_build_each_table_once(rolling, built):
+    march = vc.Transient(steps=6, dq=[0.0, 0.1, 0.1, 0.2, 0.1, 0.2], vx=0.02)
+    vc.solve(rolling(surface=vc.Paraboloids(2.0, 2.0), motion=march, grid=EXPLICIT))
+    assert names(built) == ["A_tt", "A_zz", "C_tt", "C_tt"]  # C for each distance rolled with tractions
+
+
+def test_scans_build_each_table_once(rolling, built):
+    scene = rolling(bodies=UNLIKE, surface=vc.Paraboloids(2.0, 2.0), grid=EXPLICIT)
+    vc.scan(scene, np.array([[0.01, 0.0, 0.0], [0.02, 0.0, 0.0], [0.02, 0.01, 0.1]]))
+    assert names(built) == ["A_tt - C_tt", "A_tz - C_tz", "A_zt", "A_zz"]
+
+
+def test_looks_beyond_the_edge_build_each_table_once(rolling, built):
+    """A contact that reaches the edge is looked after on one more element, in each scene of the scan."""
+    scene = rolling(bodies=UNLIKE, surface=vc.Paraboloids(2.0, 2.0), grid=TIGHT)
+    vc.scan(scene, np.array([[0.01, 0.0, 0.0], [0.02, 0.0, 0.0]]))
+    assert names(built) == ["A_tt - C_tt", "A_tz - C_tz", "A_zt", "A_zt", "A_zz", "A_zz"]
+
+
+def test_what_is_derived_shares_what_any_builds(rolling):
+    """Also what a child builds, its parent and its siblings have."""
+    scene = rolling(grid=EXPLICIT)
+    disc = discretise(scene, EXPLICIT)
+    child, sibling = disc.rubbing(np.full(EXPLICIT.shape, 0.2)), disc.moved(vc.Steady(vx=0.1))
+    assert child.tangential_operator is sibling.tangential_operator is disc.tangential_operator
+    assert discretise(scene, EXPLICIT, disc.operators).operators is disc.operators
+
+
+@pytest.mark.parametrize(
+    "changes", [{"grid": vc.Grid(nx=10, ny=8, dx=0.3, dy=0.25, x0=-1.5, y0=-1.0)}, {"bodies": UNLIKE}]
+)
+def test_another_lattice_or_other_bodies_have_their_own(rolling, changes):
+    scene = rolling(grid=EXPLICIT)
+    disc = discretise(scene, EXPLICIT)
+    other = dataclasses.replace(scene, **changes)
+    assert discretise(other, other.grid, disc.operators).operators is not disc.operators
+
+
+def test_steps_of_many_lengths_leave_a_few_tables(rolling):
+    """Steady rolling has tables for each length of its step; those of the last few are kept, and the others are not."""
+    operators = discretise(rolling(bodies=UNLIKE, surface=vc.Paraboloids(2.0, 2.0)), TIGHT).operators
+    normal = weakref.ref(operators.normal)
+    made = [weakref.ref(operators.tangential(lag)) for lag in np.linspace(0.05, 0.5, 20)]
+    kept = [each() is not None for each in made]
+    assert sum(kept) == 4 and all(kept[-4:])
+    assert normal() is not None and operators.tangential(0.5) is made[-1]()

@@ -1,0 +1,157 @@
+"""BLAS has one thread while a scene is solved, and afterwards as many as before."""
+
+import dataclasses
+import dis
+import sys
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from threadpoolctl import ThreadpoolController, threadpool_info, threadpool_limits
+
+import varcontact as vc
+from varcontact import energy, wheel_rail
+from varcontact.discrete.discretise import discretise
+from varcontact.reference.no_slip_ellipse import no_slip_ellipse
+from varcontact.results.stress import stress
+from varcontact.scene.smoothing import smoothed
+from varcontact.study.table_make import make_table_book
+from varcontact.system.threads import VARIABLES, one_blas_thread
+
+
+def counts():
+    """Threads of the BLAS libraries, NumPy's and SciPy's; those of solvers may have one only."""
+    libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
+    return {
+        each["num_threads"] for each in libraries if {"numpy.libs", "scipy.libs"} & set(Path(each["filepath"]).parts)
+    }
+
+
+@pytest.fixture
+def two_threads(monkeypatch):
+    """As on a machine of two cores, of which no environment variable tells otherwise."""
+    for name in VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    vc.solve(vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(1.0, 1.0), normal_force=1.0))  # imports
+    with threadpool_limits(2, user_api="blas"):
+        yield
+        assert counts() == {2}
+
+
+def test_one_thread_while_a_scene_is_solved(rolling, two_threads):
+    seen = []
+    vc.solve(rolling(), progress=lambda stage: seen.append(counts()))
+    assert len(seen) > 2 and seen == [{1}] * len(seen)
+    assert counts() == {2}
+
+
+def test_threads_are_restored_after_an_error_and_between_the_scenes_of_a_scan(rolling, two_threads):
+    with pytest.raises(vc.Saturated):
+        vc.solve(rolling(motion=vc.Steady(Fx=1.0)))
+    assert counts() == {2}
+    seen = []
+    vc.scan(rolling(), np.array([[0.01, 0.0, 0.0], [0.02, 0.0, 0.0]]), progress=lambda stage: seen.append(counts()))
+    assert {1} in seen and counts() == {2}
+
+
+def test_two_solves_at_once(two_threads):
+    """The first to come ends before the second: one thread until both have ended, then as many as before."""
+    first, second = one_blas_thread(), one_blas_thread()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert counts() == {1}
+    second.__exit__(None, None, None)
+    assert counts() == {2}
+
+
+@pytest.mark.parametrize("name", VARIABLES)
+def test_an_environment_variable_has_its_way(two_threads, monkeypatch, name):
+    monkeypatch.setenv(name, "2")
+    with one_blas_thread():
+        assert counts() == {2}
+
+
+@cache
+def multiplies(code):
+    """Whether a function of the package has a matrix product in it, or is one of NumPy's or SciPy's linear algebra."""
+    if any(f"/{package}/linalg/" in code.co_filename for package in ("numpy", "scipy")):
+        return True
+    return "/varcontact/" in code.co_filename and any(step.argrepr == "@" for step in dis.get_instructions(code))
+
+
+@contextmanager
+def threads_of_products():
+    """A dictionary: threads that BLAS has in each function that multiplies or factors matrices within the block."""
+    libraries = [
+        each for each in ThreadpoolController().lib_controllers if Path(each.filepath).parent.stem in ("numpy", "scipy")
+    ]
+    seen = {}
+
+    def look(frame, event, _):
+        if event == "call" and multiplies(frame.f_code):
+            seen.setdefault(frame.f_code.co_qualname, set()).update(each.num_threads for each in libraries)
+
+    sys.setprofile(look)
+    try:
+        yield seen
+    finally:
+        sys.setprofile(None)
+
+
+@pytest.fixture(scope="module")
+def wheel():
+    """A wheel on its rail, with the splines through its profiles and their locus."""
+    case = wheel_rail.WheelOnRail(
+        track=wheel_rail.Track(rail=wheel_rail.Profile.rail_60e1(), cant=1 / 40),
+        wheelset=wheel_rail.WheelSet(wheel=wheel_rail.Profile.s1002()),
+        position=wheel_rail.Position(y=3.0),
+        vertical_force=80e3,
+        dx=1.0,
+        dy=1.0,
+    )
+    assert case.touching < 0.05
+    return case
+
+
+def stored(sol, tmp_path):
+    sol.save(tmp_path / "sol.nc")
+    return tmp_path / "sol.nc"
+
+
+def gap(posed):
+    return energy.gap(posed.tangential, posed.traction, posed.rigid)
+
+
+LATER = {
+    "force_bound": lambda sol, *_: sol.certificate.force_bound,
+    "sensitivity": lambda sol, *_: sol.sensitivity(),
+    "stress": lambda sol, *_: stress(sol, [[0.0], [0.0], [0.1]]),
+    "gap": lambda sol, *_: energy.gap(
+        energy.posed(sol).tangential, energy.posed(sol).traction, energy.posed(sol).rigid
+    ),
+    "energy": lambda sol, *_: energy.potential_energy(energy.posed(sol).normal, energy.posed(sol).pressure),
+    "certify": lambda sol, *_: vc.certify(dataclasses.replace(sol.scene, grid=sol.grid), sol.traction),
+    "load": lambda sol, folder, _: vc.load(stored(sol, folder)),
+    "scan": lambda sol, *_: [one.certificate.force_bound for one in vc.scan(sol.scene, [[0.02, 0.0, 0.0]])],
+    "sweep": lambda sol, *_: vc.sweep(sol.scene, {"friction": [0.2, 0.3]}, certify="full"),
+    "product": lambda sol, *_: discretise(sol.scene, sol.grid).normal_operator.apply(sol.pressure[None]),
+    "wheel on rail": lambda *given: given[-1].solve(),
+    "patches": lambda *given: given[-1].patches(0.05),
+    "no slip": lambda *_: no_slip_ellipse(1.3, 0.28),
+    "table book": lambda *_: make_table_book(0.3, least=0.9, greatest=1.1, ratios=2, steps=2, degree=3),
+    "smoothed": lambda *_: smoothed(np.ones(60), np.arange(60.0), 8.0),
+}
+"""What computes after a solve or without one, from a solution, an empty folder and a wheel on its rail."""
+
+
+@pytest.mark.parametrize("name", LATER)
+def test_one_thread_in_all_that_computes_after_a_solve_or_without_one(rolling, wheel, two_threads, tmp_path, name):
+    """Newton's method leaves the bounds to when they are asked for, and a file's fields are measured again."""
+    sol = vc.solve(rolling(), tangential="newton")
+    with threads_of_products() as seen:
+        LATER[name](sol, tmp_path, wheel)
+    assert seen and set.union(*seen.values()) == {1}, seen
+    assert counts() == {2}

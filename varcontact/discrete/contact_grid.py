@@ -1,0 +1,277 @@
+"""The potential contact: the grid that a scene asks for, closer around its contact or larger where that goes on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.discrete.containment import Box, contact_box
+from varcontact.errors import SceneError, TooCoarse
+from varcontact.scene.grid import Grid, usual_grid
+from varcontact.scene.likeness import left_out
+from varcontact.scene.scene import Scene
+from varcontact.scene.smoothing import how_to_smooth
+from varcontact.scene.surfaces import SampledDistance, Surface
+from varcontact.scene.transient import Transient
+from varcontact.system.memory import SMALLER, need
+
+MOVED = 0.1
+"""Room on each side, by the contact's width, for what tractions of unlike bodies move it during a history."""
+
+
+def wanted_grid(scene: Scene) -> Grid:
+    """The grid that a scene asks for, in its own form.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    TooLarge
+        If not even fields on it fit into memory.
+    """
+    spec = _spec(scene)
+    margin = 0 if spec.explicit else 2 * spec.margin
+    size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
+    need("a grid of this size", size, SMALLER)
+    return spec
+
+
+def known_grid(scene: Scene) -> Grid:
+    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Grid
+        Explicit, where Hertz tells its place; otherwise as the scene has it [length].
+
+    Raises
+    ------
+    TooLarge
+        If not even fields on it fit into memory.
+    """
+    spec = wanted_grid(scene)
+    hertz = None if spec.explicit else scene.hertz
+    return spec if hertz is None else spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
+
+
+def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
+    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a history.
+    grids : list of Grid
+        Those of the single contacts, explicit [length].
+
+    Returns
+    -------
+    Grid
+        Explicit [length].
+    """
+    spec, margin = _spec(scene), given_grid(scene).margin
+    if len(grids) == 1 and spec.margin == margin:
+        return grids[0]
+    boxes = np.array([_inner_box(grid, margin) for grid in grids])
+    left, bottom = boxes[:, [0, 2]].min(axis=0)
+    right, top = boxes[:, [1, 3]].max(axis=0)
+    grid = spec.spread((float(left), float(right), float(bottom), float(top)))
+    for surface in scene.surfaces:
+        grid = within(grid, surface)
+    return grid
+
+
+def _inner_box(grid: Grid, margin: int) -> Box:
+    """A grid's box without its margin."""
+    rows = 0 if grid.line else margin
+    return grid.window(margin, grid.nx - margin, rows, grid.rows - rows).box
+
+
+def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:
+    """A grid that lies closer around the contact, where the scene's number of elements across it is not met.
+
+    Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        The grid so far, explicit.
+    pressure : ndarray, shape (ny, nx)
+        Positive in the contact.
+    any_surface : bool
+
+    Returns
+    -------
+    Grid or None
+        None where the grid may stay.
+    """
+    spec, surface = _spec(scene), scene.surface
+    columns, rows = across(pressure)
+    if spec.explicit or not (any_surface or isinstance(surface, SampledDistance)):
+        return None
+    if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
+        return None
+    closer = spec.spread(contact_box(grid, pressure))
+    return within(closer, surface)
+
+
+def _spec(scene: Scene) -> Grid:
+    """The grid in the scene's own form, with the margin that the contact needs to move in."""
+    spec = given_grid(scene)
+    coupled = scene.bodies.K != 0 and not scene.frictionless and not left_out(scene)
+    if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
+        return spec
+    return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))
+
+
+def given_grid(scene: Scene) -> Grid:
+    """The scene's grid as it is given, or the usual one.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    return scene.grid if isinstance(scene.grid, Grid) else usual_grid(scene.line)
+
+
+def across(pressure: np.ndarray) -> tuple[int, int]:
+    """Columns and rows with contact in them.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        In any unit; positive in the contact.
+    """
+    contact = pressure > 0
+    return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
+
+
+def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more: float = 0.0) -> Grid:
+    """A grid that takes in what was found outside, with the scene's number of elements across the contact.
+
+    Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a contact that
+    tractions move, only the next elements are seen.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        The grid so far, explicit.
+    pressure : ndarray, shape (ny, nx)
+        Positive in the contact.
+    overlap : tuple of float
+        (left, right, bottom, top) of the places outside where the bodies would overlap [length].
+    more : float
+
+    Returns
+    -------
+    Grid
+
+    Raises
+    ------
+    SceneError
+        If the scene's own explicit grid does not hold the contact, or the samples end within it.
+    """
+    spec = _spec(scene)
+    left, right, bottom, top = grid.box
+    if left < overlap[0] and overlap[1] < right and bottom < overlap[2] and overlap[3] < top:
+        middle = (overlap[0] + overlap[1]) / 2, (overlap[2] + overlap[3]) / 2
+        place = f"x = {middle[0]:.6g}" if grid.line else f"({middle[0]:.6g}, {middle[1]:.6g})"
+        raise TooCoarse(
+            "grid",
+            grid,
+            "finer",
+            message=f"grid is too coarse: the contact at {place} falls between the centres of the elements"
+            f"{if_noise(scene, grid)}",
+        )
+    if spec.explicit:
+        raise SceneError(
+            "grid",
+            _rounded(grid.box, grid.line),
+            "a potential contact that contains the contact",
+            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+            f"{_rounded(grid.box, grid.line)} does not contain the contact, which extends to "
+            f"{_rounded(overlap, grid.line)}; make it larger, or, where a body ends, add elements "
+            "with a large distance",
+        )
+    surface = scene.surface
+    if isinstance(surface, SampledDistance) and clipped(overlap, surface) != overlap:
+        raise SceneError(
+            "surface",
+            _rounded(surface.box, grid.line),
+            "sampled beyond the contact",
+            message="surface: the contact reaches the edge of the samples, "
+            f"{_rounded(surface.box, grid.line)}; sample a larger region",
+        )
+    inner = contact_box(grid, pressure)
+    along_x, along_y = more * (inner[1] - inner[0]), more * (inner[3] - inner[2])
+    left = min(inner[0], overlap[0] - along_x) if overlap[0] < inner[0] else inner[0]
+    right = max(inner[1], overlap[1] + along_x) if overlap[1] > inner[1] else inner[1]
+    bottom = min(inner[2], overlap[2] - along_y) if overlap[2] < inner[2] else inner[2]
+    top = max(inner[3], overlap[3] + along_y) if overlap[3] > inner[3] else inner[3]
+    wider = spec.spread((left, right, bottom, top))
+    return within(wider, surface) if isinstance(surface, SampledDistance) else wider
+
+
+def if_noise(scene: Scene, grid: Grid) -> str:
+    """What else may be wrong where samples have a summit between the elements, or no grid holds their contact.
+
+    Parameters
+    ----------
+    scene : Scene
+    grid : Grid
+        Explicit.
+    """
+    if not isinstance(scene.surface, SampledDistance) or not scene.surface.placed:
+        return ""
+    wavelength = 4 * (grid.sides[0] if grid.line else max(grid.sides))
+    return f"; or, if this is noise, {how_to_smooth(f'{wavelength:.3g}')}, at least"
+
+
+def _rounded(box: Box, line: bool) -> tuple[float, ...]:
+    """For people: of line contact only left and right."""
+    return tuple(float(f"{value:.6g}") for value in (box[:2] if line else box))
+
+
+def clipped(box: Box, surface: SampledDistance) -> Box:
+    """What of a box lies within the samples of a surface.
+
+    Parameters
+    ----------
+    box : tuple of float
+        left, right, bottom, top [length].
+    surface : SampledDistance
+
+    Returns
+    -------
+    tuple of float
+        left, right, bottom, top [length].
+    """
+    left, right, bottom, top = surface.box
+    return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
+
+
+def within(grid: Grid, surface: Surface) -> Grid:
+    """The grid without the elements whose centres lie beyond the samples, where a surface has such.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit [length].
+    surface : Surface
+    """
+    if not isinstance(surface, SampledDistance):
+        return grid
+    left, right, bottom, top = surface.box
+    columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
+    rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))
+    return grid.window(columns[0], columns[-1] + 1, rows[0], rows[-1] + 1)
