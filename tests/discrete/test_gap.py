@@ -14,7 +14,7 @@ from varcontact.discrete.certificate import certify_problems
 from varcontact.discrete.discretise import discretise
 from varcontact.discrete.energies import complementary_energy, potential_energy
 from varcontact.discrete.gap import gap, normal_gap, normal_residual, project, tangential_residual
-from varcontact.solving.grid_search import first_grid
+from varcontact.solving.potential_contact import first_grid
 
 MOTIONS = {
     "rolling": vc.Steady(vx=0.04, vy=-0.02, spin=0.05),

@@ -27,7 +27,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 from varcontact.system.memory import need
 from varcontact.system.reading import first_line, reading, regular
 

@@ -14,7 +14,7 @@ from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 
 
 def solution_of(

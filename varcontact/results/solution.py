@@ -20,7 +20,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 
 if TYPE_CHECKING:
     from varcontact.results.normalised import Normalised

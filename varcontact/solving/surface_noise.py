@@ -47,7 +47,7 @@ class Look:
         return abs(self.peak / other.peak - 1) if self.patches == other.patches else math.inf
 
 
-def noise(
+def noise_warning(
     scene: Scene, disc: Discretisation, state: ContactState, pressure_on: Callable[[Discretisation], ContactState]
 ) -> str:
     """Say so if the shortest waves of a sampled surface rule the pressure.
