@@ -312,7 +312,7 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
     )
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
     steps = ContactSolver(make_plan(scene), 1e-10, True, SolveStats())
-    alone, near = (potential_contact.on_a_grid_that_holds_it(scene, steps, near=each)[1] for each in (None, coarse))
+    alone, near = (potential_contact.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]
