@@ -13,24 +13,7 @@ T = TypeVar("T")
 
 
 def named(words: Mapping[str, str] | None = None) -> Callable[[type[T]], type[T]]:
-    """Make a dataclass say which name is right where an argument has another one.
-
-    Parameters
-    ----------
-    words : mapping of str to str, optional
-        Names that people know from elsewhere, and what to write instead.
-
-    Examples
-    --------
-    >>> from dataclasses import dataclass
-    >>> @named({"cksi": "vx"})
-    ... @dataclass
-    ... class Creepage:
-    ...     vx: float = 0.0
-    >>> Creepage(cksi=1e-3)
-    Traceback (most recent call last):
-    varcontact.errors.SceneError: Creepage has no cksi: write vx
-    """
+    """Make a dataclass say which name is right where an argument has another one."""
     known = dict(words or {})
 
     def decorated(cls: type[T]) -> type[T]:

@@ -14,22 +14,12 @@ MOST_DIMENSIONS = 32
 
 
 def is_array(value: Any) -> bool:
-    """Whether a value is meant as several numbers.
-
-    Parameters
-    ----------
-    value : object
-    """
+    """Whether a value is meant as several numbers."""
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def dimensions(value: Any) -> int | None:
-    """How many dimensions an array has, or a list of numbers, or of lists; None where these are of several lengths.
-
-    Parameters
-    ----------
-    value : object
-    """
+    """How many dimensions an array has, or a list of numbers, or of lists; None where these are of several lengths."""
     try:
         return np.ndim(value)
     except ValueError:
@@ -37,26 +27,7 @@ def dimensions(value: Any) -> int | None:
 
 
 def array(field: str, value: Any, ndim: int) -> np.ndarray:
-    """A read-only copy of a finite array of floats with `ndim` dimensions.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : array_like
-    ndim : int
-
-    Returns
-    -------
-    ndarray
-        Of floats, read-only.
-
-    Raises
-    ------
-    SceneError
-        If it is no array of numbers, has another number of dimensions, is empty, or has NaN, infinity or numbers
-        beyond `LARGE`.
-    """
+    """A read-only copy of a finite array of floats with `ndim` dimensions."""
     allowed = f"a {ndim}-dimensional array of finite numbers"
     if is_array(value) and dimensions(value) is None:
         raise SceneError(field, value, f"{allowed}, with rows of equal length")
@@ -70,29 +41,7 @@ def array(field: str, value: Any, ndim: int) -> np.ndarray:
 
 
 def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE) -> np.ndarray:
-    """Finite real numbers of any shape (also a single one), as an array of floats.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : array_like
-    allowed : str
-        What is allowed, in words that complete "must be".
-    most : float
-        The largest size allowed.
-
-    Returns
-    -------
-    ndarray
-        Of floats, in the shape given.
-
-    Raises
-    ------
-    SceneError
-        If it is no array of numbers, or has NaN, infinity or numbers beyond `most`; the first of these is named by
-        its index.
-    """
+    """Finite real numbers of any shape (also a single one), as an array of floats."""
     result = _floats(field, value, allowed)
     sizes = np.abs(result)
     if not (sizes <= most).all():  # nor where there is NaN
@@ -124,24 +73,7 @@ def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
 
 
 def poisson(value: Any, field: str = "nu") -> np.ndarray:
-    """Poisson's ratios, in (-1, 0.5], of any shape.
-
-    Parameters
-    ----------
-    value : array_like
-    field : str
-        Name of the entry, for the message.
-
-    Returns
-    -------
-    ndarray
-        Of floats, in the shape given.
-
-    Raises
-    ------
-    SceneError
-        If one is not finite or lies outside.
-    """
+    """Poisson's ratios, in (-1, 0.5], of any shape."""
     allowed = "a Poisson's ratio in (-1, 0.5]"
     result = numbers(field, value, allowed)
     _require_all(field, result, (result > -1) & (result <= 0.5), allowed)
@@ -149,26 +81,7 @@ def poisson(value: Any, field: str = "nu") -> np.ndarray:
 
 
 def positives(field: str, value: Any, allowed: str = "positive, finite numbers") -> np.ndarray:
-    """Finite numbers above zero, of any shape.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : array_like
-    allowed : str
-        What is allowed, in words that complete "must be".
-
-    Returns
-    -------
-    ndarray
-        Of floats, in the shape given.
-
-    Raises
-    ------
-    SceneError
-        If one is not finite, not above zero, or of a size that cannot be computed with.
-    """
+    """Finite numbers above zero, of any shape."""
     result = numbers(field, value, allowed)
     if not np.all(result >= SMALL):
         _require_all(field, result, result > 0, allowed)
@@ -179,18 +92,7 @@ def positives(field: str, value: Any, allowed: str = "positive, finite numbers")
 
 
 def broadcasting(arguments: dict[str, Any]) -> None:
-    """Refuse arrays whose shapes do not broadcast.
-
-    Parameters
-    ----------
-    arguments : dict
-        Numbers and arrays by name.
-
-    Raises
-    ------
-    SceneError
-        With the names and shapes of all arrays.
-    """
+    """Refuse arrays whose shapes do not broadcast."""
     shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
     try:
         if shapes:
@@ -201,21 +103,6 @@ def broadcasting(arguments: dict[str, Any]) -> None:
 
 
 def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
-    """The error for an array of another shape than is allowed.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    shape : tuple of int
-        That of the array given.
-    allowed : str
-        What is allowed, in words that complete "must be".
-
-    Returns
-    -------
-    SceneError
-        To be raised.
-    """
+    """The error for an array of another shape than is allowed."""
     message = f"{field} has shape {shape}; it must be {allowed}"
     return SceneError(field, f"array of shape {shape}", allowed, message=message)

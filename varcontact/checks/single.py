@@ -18,21 +18,7 @@ _FLOAT = np.dtype(float)
 
 
 def number(field: str, value: Any, allowed: str = "a finite number") -> float:
-    """A finite real number.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    allowed : str
-        What is allowed, in words that complete "must be".
-
-    Raises
-    ------
-    SceneError
-        If it is not one, NaN or infinite.
-    """
+    """A finite real number."""
     result = real(field, value, allowed)
     if not math.isfinite(result):
         raise SceneError(field, value, allowed)
@@ -40,21 +26,7 @@ def number(field: str, value: Any, allowed: str = "a finite number") -> float:
 
 
 def real(field: str, value: Any, allowed: str = "a number") -> float:
-    """A real number, which may be infinite but not NaN.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    allowed : str
-        What is allowed, in words that complete "must be".
-
-    Raises
-    ------
-    SceneError
-        If it is not one, or NaN.
-    """
+    """A real number, which may be infinite but not NaN."""
     if value is None or isinstance(value, _NO_NUMBERS) or getattr(value, "dtype", _FLOAT).kind not in "iuf":
         raise SceneError(field, value, allowed)
     try:
@@ -67,21 +39,7 @@ def real(field: str, value: Any, allowed: str = "a number") -> float:
 
 
 def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
-    """A finite number above zero, of a size that can be computed with.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    allowed : str
-        What is allowed, in words that complete "must be".
-
-    Raises
-    ------
-    SceneError
-        If it is not one, or not `computable`.
-    """
+    """A finite number above zero, of a size that can be computed with."""
     if type(value) is float and SMALL <= value <= LARGE:  # nearly always; single calls of fast theories wait for it
         return value
     result = number(field, value, allowed)
@@ -91,42 +49,14 @@ def positive(field: str, value: Any, allowed: str = "a positive, finite number")
 
 
 def computable(field: str, value: float) -> float:
-    """A number whose products with others do not leave floating point.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : float
-
-    Raises
-    ------
-    SceneError
-        If it is below `SMALL` or above `LARGE`.
-    """
+    """A number whose products with others do not leave floating point."""
     if not SMALL <= value <= LARGE:
         raise SceneError(field, value, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with")
     return value
 
 
 def moderate(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
-    """A finite number of any sign, and of a size that can be computed with.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    allowed : str
-        What is allowed, in words that complete "must be".
-    most : float
-        The largest size allowed.
-
-    Raises
-    ------
-    SceneError
-        If it is not one, or beyond `most` in size.
-    """
+    """A finite number of any sign, and of a size that can be computed with."""
     result = number(field, value, allowed)
     if abs(result) > most:
         raise SceneError(field, result, f"at most {most:g} in size")
@@ -134,23 +64,7 @@ def moderate(field: str, value: Any, allowed: str = "a finite number", most: flo
 
 
 def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
-    """A whole number of at least `least`, and at most `most`.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    least, most : int
-        None: there is no upper limit.
-    why : str
-        What goes on the message where there is an upper limit.
-
-    Raises
-    ------
-    SceneError
-        If it is not a whole number, too small or too large.
-    """
+    """A whole number of at least `least`, and at most `most`."""
     allowed = f"a whole number, {least} or more"
     result = number(field, value, allowed)
     if result != int(result) or result < least:
@@ -161,21 +75,7 @@ def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: 
 
 
 def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> list[int]:
-    """Several whole numbers of at least `least`, and at most `most`.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    least, most : int
-        None: there is no upper limit.
-
-    Raises
-    ------
-    SceneError
-        If it is no list of them; text and bytes are none.
-    """
+    """Several whole numbers of at least `least`, and at most `most`."""
     allowed = "a list of whole numbers"
     if isinstance(value, str | bytes | bytearray):
         raise SceneError(field, value, allowed)

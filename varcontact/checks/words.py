@@ -19,36 +19,14 @@ MOST_SHOWN = 12
 
 
 def flag(field: str, value: Any) -> bool:
-    """True or False; 0, 1 and words are refused.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-
-    Raises
-    ------
-    SceneError
-        If it is neither.
-    """
+    """True or False; 0, 1 and words are refused."""
     if not isinstance(value, (bool, np.bool_)):
         raise SceneError(field, value, "true or false")
     return bool(value)
 
 
 def progress(value: Any) -> Callable[[str], None] | None:
-    """The function that is called with the name of each stage, or None.
-
-    Parameters
-    ----------
-    value : object
-
-    Raises
-    ------
-    SceneError
-        If it is neither.
-    """
+    """The function that is called with the name of each stage, or None."""
     if value is None or (callable(value) and _takes_a_word(value)):
         return value
     raise SceneError("progress", value, "None, or a function of one string")
@@ -68,19 +46,7 @@ def _takes_a_word(function: Callable[..., Any]) -> bool:
 
 
 def file_name(field: str, value: Any) -> Path:
-    """The name of a file, as a path.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-
-    Raises
-    ------
-    SceneError
-        If it is neither a string nor a path.
-    """
+    """The name of a file, as a path."""
     name = os.fspath(value) if isinstance(value, os.PathLike) else value
     if not isinstance(name, str):
         raise SceneError(field, value, "the name of a file")
@@ -88,34 +54,13 @@ def file_name(field: str, value: Any) -> Path:
 
 
 def elastic(value: Any) -> None:
-    """Refuse what does not have the combined constants of two bodies.
-
-    Parameters
-    ----------
-    value : object
-
-    Raises
-    ------
-    SceneError
-        If it does not.
-    """
+    """Refuse what does not have the combined constants of two bodies."""
     if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")):
         raise SceneError("bodies", value, "Bodies")
 
 
 def exactly_one(**arguments: Any) -> None:
-    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is.
-
-    Parameters
-    ----------
-    **arguments
-        Two arguments by name; None stands for one that is not given.
-
-    Raises
-    ------
-    SceneError
-        If both are given, or neither is.
-    """
+    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is."""
     names = list(arguments)
     given = [name for name, value in arguments.items() if value is not None]
     if len(given) == 1:
@@ -128,20 +73,7 @@ def exactly_one(**arguments: Any) -> None:
 
 
 def choice(field: str, value: Any, options: Iterable[str]) -> str:
-    """One of the named options; the error suggests the nearest.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-    options : iterable of str
-
-    Raises
-    ------
-    SceneError
-        If the value is not one of the options.
-    """
+    """One of the named options; the error suggests the nearest."""
     names = list(options)
     if isinstance(value, str) and value in names:
         return value
@@ -149,20 +81,7 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
 
 
 def nearest(value: Any, names: Iterable[str]) -> str:
-    """`` (did you mean ...?)``, or nothing where no name is near.
-
-    Parameters
-    ----------
-    value : object
-        The name that was given.
-    names : iterable of str
-        Those that exist.
-
-    Returns
-    -------
-    str
-        To be added to a message.
-    """
+    """`` (did you mean ...?)``, or nothing where no name is near."""
     known = list(names)
     if not isinstance(value, str):
         return ""
@@ -172,17 +91,7 @@ def nearest(value: Any, names: Iterable[str]) -> str:
 
 
 def short(value: Any) -> str:
-    """A value as text, without the numbers of large arrays and long lists.
-
-    Parameters
-    ----------
-    value : object
-
-    Examples
-    --------
-    >>> short(np.arange(100.0).reshape(4, 25)), short((1.0,) * 50)
-    ('array of 4 x 25 numbers from 0 to 99', '(1.0, 1.0, ..., 1.0: 50 values)')
-    """
+    """A value as text, without the numbers of large arrays and long lists."""
     if isinstance(value, np.ndarray) and value.size > MOST_SHOWN:
         sides = " x ".join(map(str, value.shape))
         return f"array of {sides} numbers from {value.min():.6g} to {value.max():.6g}"
@@ -192,11 +101,6 @@ def short(value: Any) -> str:
 
 
 def short_entries(value: Any) -> str:
-    """A dataclass as text, its entries without the numbers of large arrays and long lists.
-
-    Parameters
-    ----------
-    value : dataclass
-    """
+    """A dataclass as text, its entries without the numbers of large arrays and long lists."""
     entries = (f"{field.name}={short(getattr(value, field.name))}" for field in dataclasses.fields(value))
     return f"{type(value).__name__}({', '.join(entries)})"

@@ -95,14 +95,7 @@ slip_difference='first-order')
 
 @dataclass(frozen=True)
 class Friction:
-    """A coefficient, or a law that still lacks the rolling velocity.
-
-    Parameters
-    ----------
-    law : int
-        L.
-    values : tuple of float
-    """
+    """A coefficient, or a law that still lacks the rolling velocity."""
 
     law: int
     values: tuple[float, ...]
@@ -113,13 +106,7 @@ class Friction:
         return self.values[0] if self.law == 0 else self.values[0] + self.values[1]
 
     def at(self, velocity: float) -> float | Law:
-        """As `Scene` takes it.
-
-        Parameters
-        ----------
-        velocity : float
-            Of rolling.
-        """
+        """As `Scene` takes it."""
         if self.law == 0:
             return self.values[0]
         kinetic, first, half = self.values[:3]
@@ -225,14 +212,7 @@ def _kinematics(lines: Lines, digits: dict[str, int]) -> tuple[float, float, flo
 
 
 def read_friction(lines: Lines, law: int) -> Friction:
-    """The coefficient or law of the digit L, other than 1.
-
-    Parameters
-    ----------
-    lines : Lines
-    law : int
-        L.
-    """
+    """The coefficient or law of the digit L, other than 1."""
     if law == 0:
         group = lines.group("FSTAT", "FKIN")
         static, kinetic = group.numbers()

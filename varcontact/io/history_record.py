@@ -36,33 +36,13 @@ SERIES = {**FIELDS, "friction_work": ((), "force", "work lost by friction: by di
 
 
 def first_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """The file with the first step: it says where that begins, for those that follow.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a `Transient` motion.
-    plan : Plan
-    settings : dict
-        Tolerance and polish.
-    sol : Solution
-    """
+    """The file with the first step: it says where that begins, for those that follow."""
     content, size = _file_of(scene, plan, settings, sol, 0)
     return _file_of(scene, plan, settings, sol, len(content) - size)[0]
 
 
 def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """What a step adds to the file.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a `Transient` motion.
-    plan : Plan
-    settings : dict
-        Tolerance and polish.
-    sol : Solution
-    """
+    """What a step adds to the file."""
     content, size = _file_of(scene, plan, settings, sol, None)
     return content[-size:]
 

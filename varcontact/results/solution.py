@@ -376,13 +376,7 @@ class Solution(Delivered):
 
 
 def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
-    """Calls of solvers as dictionaries of numbers, seconds to the microsecond.
-
-    Parameters
-    ----------
-    calls : dict
-        Of solvers, by problem and name.
-    """
+    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
     return {
         problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
         for problem, solvers in calls.items()
@@ -390,12 +384,7 @@ def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[
 
 
 def known(value: float) -> float | None:
-    """A number for JSON, which has no NaN and no infinity: None for these.
-
-    Parameters
-    ----------
-    value : float
-    """
+    """A number for JSON, which has no NaN and no infinity: None for these."""
     return float(value) if np.isfinite(value) else None
 
 

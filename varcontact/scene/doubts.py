@@ -25,12 +25,7 @@ LARGE_CONTACT = 0.5
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """What looks like a slip of the pen, see `Scene.doubts`.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
+    """What looks like a slip of the pen, see `Scene.doubts`."""
     found = (_modulus(scene), _size(scene), _creepage(scene))
     return tuple(word for word in found if word)
 

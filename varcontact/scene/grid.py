@@ -265,10 +265,5 @@ class Grid:
 
 
 def usual_grid(line: bool) -> Grid:
-    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line contact 100.
-
-    Parameters
-    ----------
-    line : bool
-    """
+    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line contact 100."""
     return Grid(nx=100) if line else Grid(nx=24, ny=24)

@@ -19,33 +19,14 @@ SWING = 12
 
 @dataclass(frozen=True, eq=False)
 class Interpolation:
-    """Samples h on (y, x): a bicubic spline, and Akima's interpolation beside cliffs, where splines swing.
+    """Samples h on (y, x): a bicubic spline, and Akima's interpolation beside cliffs, where splines swing."""
 
-    Attributes
-    ----------
-    x, y : ndarray
-        Ascending [length].
-    h : ndarray, shape (y.size, x.size)
-        [length]
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    h: np.ndarray
+    x: np.ndarray  # ascending [length]
+    y: np.ndarray  # ascending [length]
+    h: np.ndarray  # (y.size, x.size) [length]
 
     def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Values at the points of a grid.
-
-        Parameters
-        ----------
-        x, y : ndarray
-            Its lines [length].
-
-        Returns
-        -------
-        ndarray, shape (y.size, x.size)
-            [length]
-        """
+        """Values at the points of a grid."""
         if not self._cliffs.any():
             return np.asarray(self._spline(y, x))
         from scipy.ndimage import maximum_filter

@@ -197,15 +197,7 @@ def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: st
 
 
 def both_given(force: str, value: float, rigid: str, given: float) -> SceneError:
-    """The error where a force and the creepage or shift of the same direction are both prescribed.
-
-    Parameters
-    ----------
-    force, rigid : str
-        Names of both, for the message.
-    value, given : float
-        Of the force, and of the other.
-    """
+    """The error where a force and the creepage or shift of the same direction are both prescribed."""
     message = f"{force} = {value:.6g} and {rigid} = {given:.6g}: prescribe one of them only"
     return SceneError(f"{force}, {rigid}", (value, given), "one of the two only", message=message)
 

@@ -14,33 +14,7 @@ LONGEST = 400
 
 @one_blas_thread()
 def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.ndarray:
-    """Samples along the last axis without the waves shorter than a wavelength.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., n)
-    points : ndarray, shape (n,)
-        Where the samples were taken, ascending [length].
-    wavelength : float
-        Of which half of the amplitude is left [length].
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-
-    Notes
-    -----
-    The spline of degree five with the least ``integral (z - h)^2 + (wavelength/(2 pi))^6 z'''^2`` (Whittaker 1923,
-    Schoenberg 1964), its third derivative by divided differences. A wave of length L keeps the part
-    ``1/(1 + (wavelength/L)^6)`` of its amplitude; parabolas are kept exactly, up to the ends of the samples.
-
-    Examples
-    --------
-    >>> x = np.linspace(0, 1, 101)
-    >>> parabola, noise = 1 - x + 3 * x**2, 0.01 * np.cos(2 * np.pi * x / 0.03)
-    >>> bool(np.abs(smoothed(parabola + noise, x, 0.12) - parabola)[20:-20].max() < 5e-5)
-    True
-    """
+    """Samples along the last axis without the waves shorter than a wavelength."""
     from scipy.linalg import solveh_banded
 
     count = points.size
@@ -69,25 +43,10 @@ def smoothed(values: np.ndarray, points: np.ndarray, wavelength: float) -> np.nd
 
 
 def smoothed_field(values: np.ndarray, x: np.ndarray, y: np.ndarray, wavelength: float) -> np.ndarray:
-    """The same along both axes.
-
-    Parameters
-    ----------
-    values : ndarray, shape (ny, nx)
-    x, y : ndarray, shape (nx,) and (ny,)
-        Ascending [length]; a single row or column is left as it is.
-    wavelength : float
-        [length]
-    """
+    """The same along both axes."""
     return smoothed(smoothed(values, x, wavelength).T, y, wavelength).T
 
 
 def how_to_smooth(wavelength: str) -> str:
-    """Advice on noise, in the words of a scene or case file and in those of `SampledDistance` and of profiles.
-
-    Parameters
-    ----------
-    wavelength : str
-        [length]
-    """
+    """Advice on noise, in the words of a scene or case file and in those of `SampledDistance` and of profiles."""
     return f"smooth the samples: smoothing = {wavelength} in the file, or .smoothed({wavelength})"

@@ -363,14 +363,5 @@ Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
 
 
 def is_line(surface: Surface) -> bool:
-    """Whether a surface makes a line contact.
-
-    Parameters
-    ----------
-    surface : Surface
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a surface makes a line contact."""
     return isinstance(surface, Cylinders) or (isinstance(surface, SampledDistance) and surface.line)
