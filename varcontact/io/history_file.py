@@ -38,8 +38,8 @@ from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.system.reading import first_line, reading
 
 if TYPE_CHECKING:

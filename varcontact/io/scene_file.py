@@ -16,10 +16,9 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
-from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 from varcontact.system.reading import first_line, text_of
 

@@ -14,8 +14,8 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.scene_file import NO_NUMBER, scene_to
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.system.reading import SCENE_BYTES
 
 WRITTEN = "# Written by varcontact\n"

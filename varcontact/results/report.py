@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.scene.friction import BRANCHES, Law, kind_of
-from varcontact.scene.motion import Shift, Steady, TimeStep
-from varcontact.scene.transient import Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 
 if TYPE_CHECKING:
     from varcontact.results.history import History

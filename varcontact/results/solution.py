@@ -17,9 +17,8 @@ from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.tally import Calls
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from varcontact.errors import SceneError
 from varcontact.planning.plan import Plan
 from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import check_measurable
 
 BY_DEFAULT = 0.01
