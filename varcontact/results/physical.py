@@ -27,23 +27,7 @@ def solution_of(
     timing: dict[str, float],
     calls: dict[str, dict[str, Calls]],
 ) -> Solution:
-    """A contact state in physical units, with slip, distances and areas.
-
-    Parameters
-    ----------
-    scene : Scene
-    disc : Discretisation
-        On the grid of the solution, with its scales.
-    plan : Plan
-    state : ContactState
-        Dimensionless.
-    certificate : Certificate
-    converged : bool
-    timing : dict of float
-        Seconds by stage.
-    calls : dict
-        Of solvers, by problem and name.
-    """
+    """A contact state in physical units, with slip, distances and areas."""
     distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement

@@ -24,9 +24,8 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import start_grid
 from varcontact.solving.contact_solver import ContactSolver, contact

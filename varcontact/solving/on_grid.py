@@ -11,8 +11,8 @@ from varcontact.planning.expectations import check_fits
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver

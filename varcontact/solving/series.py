@@ -17,9 +17,8 @@ from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact

@@ -11,8 +11,8 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.errors import SceneError
+from varcontact.scene.interpolation import how_to_smooth, smoothed_field
 from varcontact.scene.scene import Scene
-from varcontact.scene.smoothing import how_to_smooth, smoothed_field
 from varcontact.scene.surfaces import SampledDistance
 
 SHORTEST = 4

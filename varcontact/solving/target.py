@@ -11,9 +11,8 @@ from varcontact.planning.plan import Plan
 from varcontact.results.quantities_of_interest import check_measurable
 from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""

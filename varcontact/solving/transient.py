@@ -22,8 +22,8 @@ from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.check import KINDS

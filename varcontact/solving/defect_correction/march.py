@@ -21,10 +21,9 @@ from varcontact.discrete.state import ContactState, unloaded
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Surface
-from varcontact.scene.transient import Transient
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.check import KINDS, LEAST_OF_A_HISTORY, check_count
