@@ -51,7 +51,9 @@ def solve(
     ] = None,
     refine: Annotated[
         str | None,
-        typer.Option(help="Correct towards the continuum, of like bodies: continuum.  [default: none]"),
+        typer.Option(
+            help="Correct steady rolling under Hertz's pressure towards the continuum: continuum.  [default: none]"
+        ),
     ] = None,
     accuracy: Annotated[
         float | None,

@@ -61,9 +61,6 @@ def wheelrail(
     tangential: Annotated[
         str | None, typer.Option(help="Tangential method, or a theory on an ellipse for each patch.  [default: auto]")
     ] = None,
-    refine: Annotated[
-        str | None, typer.Option(help="Correct towards the continuum, of like bodies: continuum.  [default: none]")
-    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(
@@ -91,7 +88,7 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
-    given = {"tangential": tangential, "refine": refine, "accuracy": accuracy, "time_budget": time_budget}
+    given = {"tangential": tangential, "accuracy": accuracy, "time_budget": time_budget}
     read.options.update({name: value for name, value in given.items() if value is not None})
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
