@@ -15,7 +15,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from varcontact.io.seal import unsealed
-from varcontact.system.reading import SCENE_BYTES
+from varcontact.system.files import SCENE_BYTES
 
 SCENE = """
 normal_force = 1.0

@@ -8,12 +8,12 @@ import threading
 
 import pytest
 
-from varcontact.system.locks import Held, locked
+from varcontact.system.files import Held, locked
 
 HOLDER = """
 import sys, time
 from pathlib import Path
-from varcontact.system.locks import locked
+from varcontact.system.files import locked
 with locked(Path("run.nc")):
     print("held", flush=True)
     time.sleep(60)

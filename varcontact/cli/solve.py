@@ -83,11 +83,11 @@ def solve(
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.history_file import check_history_file
-    from varcontact.io.outputs import check_ending
     from varcontact.io.solution_file import ENDINGS, check_solution_file
     from varcontact.scene.motion import Transient
     from varcontact.solving.options import SolveOptions
     from varcontact.solving.solve import solve as solve_scene
+    from varcontact.system.files import check_ending
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
     check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)

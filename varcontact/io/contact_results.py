@@ -22,7 +22,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.reading import text_of
+from varcontact.system.files import text_of
 
 HEADER = ("MX", "MY", "XL", "YL", "DX", "DY", "CHI", "DQ", "T", "M", "GG1", "GG2", "POISS1")
 COLUMNS = ("I", "IGS", "PN", "PX", "PY")

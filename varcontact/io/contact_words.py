@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from varcontact.errors import SceneError
-from varcontact.system.reading import text_of
+from varcontact.system.files import text_of
 
 WORDS = {
     "PBTNFS": ("PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS"),

@@ -23,14 +23,6 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
-from varcontact.io.outputs import (
-    PATIENCE,
-    check_ending,
-    check_replaceable,
-    check_writable,
-    only_writer,
-    replacing,
-)
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
@@ -40,7 +32,16 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.system.reading import first_line, reading
+from varcontact.system.files import (
+    PATIENCE,
+    check_ending,
+    check_replaceable,
+    check_writable,
+    first_line,
+    only_writer,
+    reading,
+    replacing,
+)
 
 if TYPE_CHECKING:
     import xarray as xr

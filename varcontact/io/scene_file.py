@@ -20,7 +20,7 @@ from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
 from varcontact.scene.units import Units
-from varcontact.system.reading import first_line, text_of
+from varcontact.system.files import first_line, text_of
 
 SURFACES = {
     "paraboloids": Paraboloids,

@@ -12,11 +12,10 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.scene_file import NO_NUMBER, scene_to
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.system.reading import SCENE_BYTES
+from varcontact.system.files import SCENE_BYTES, check_ending, check_replaceable, check_writable, write_whole
 
 WRITTEN = "# Written by varcontact\n"
 """The first line of scene files that are not written by hand."""

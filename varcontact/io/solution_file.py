@@ -15,7 +15,6 @@ from varcontact import checks
 from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.errors import OutputError
 from varcontact.io.elements import EXPORTS
-from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
 from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
@@ -28,8 +27,16 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
 from varcontact.solvers.tally import Calls
+from varcontact.system.files import (
+    check_one_of_endings,
+    check_replaceable,
+    check_writable,
+    first_line,
+    reading,
+    regular,
+    write_whole,
+)
 from varcontact.system.memory import need
-from varcontact.system.reading import first_line, reading, regular
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -35,7 +35,7 @@ from varcontact.solving.march import March, marching_on, without_load
 from varcontact.solving.subproblems import Steps
 from varcontact.solving.timing import Clock
 from varcontact.solving.transient import largest_contacts
-from varcontact.system.reading import reading
+from varcontact.system.files import reading
 from varcontact.system.threads import one_blas_thread
 
 ROUNDED = 1e-11
