@@ -38,7 +38,7 @@ def curve(
 
     What is not given of vx, vy and spin is the scene's own.
     """
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.curve import plot_curve
     from varcontact.plotting.picture_file import write_picture
     from varcontact.study.curve import creep_curve

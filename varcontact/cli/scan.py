@@ -74,7 +74,7 @@ def scan(
     What is not given of vx, vy and spin is the scene's own. The first failure ends the scan; what was solved before it
     is printed and written. Several methods side by side, and fast theories, are `curve`; other entries, `sweep`.
     """
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.study.scan import scanned
     from varcontact.study.sweep import Standing
     from varcontact.system.files import check_replaceable

@@ -14,8 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_geometry import counts, lattice
-from varcontact.io.contact_words import MOST_BYTES, Group, number_of
+from varcontact.io.contact_words import MOST_BYTES, Group, counts, lattice, number_of
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady

@@ -23,7 +23,7 @@ from varcontact.discrete.parts import means
 from varcontact.discrete.slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.discrete.state import ContactState, hertz_pressure
 from varcontact.io.history_file import Stored
-from varcontact.io.solution_file import read
+from varcontact.io.solution import read
 from varcontact.results.history import History
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
