@@ -8,7 +8,7 @@ import numpy as np
 
 from varcontact.checks import LARGE
 from varcontact.discrete.certificate import LEVELS
-from varcontact.discrete.slip import EXTERIOR, SLIP, STICK
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.motion import Steady

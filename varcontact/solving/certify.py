@@ -8,9 +8,9 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate, certify_problems
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import normal_residual
-from varcontact.discrete.parts import means
+from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.subgrid import means
 from varcontact.errors import NotConverged, SceneError
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
@@ -59,8 +59,8 @@ def judged(
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
     posed = disc
-    if disc.law is not None and plan.rubs:
-        disc = disc.rubbing(coefficient(disc, state))
+    if disc.loading.law is not None and plan.rubs:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
     fields = state.pressure, state.approach, state.traction, state.rigid
     lazily = plan.matrix_free and steps.certify == "auto"
     with steps.clock("certificate"):
@@ -70,7 +70,7 @@ def judged(
         certificate = certify_problems(disc, *fields, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
-    if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
+    if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
     clock = steps.clock
@@ -99,14 +99,14 @@ def as_told(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
     steps : Steps
     """
     plan, clock = steps.plan, steps.clock
-    if plan.loops or plan.marches or disc.law is not None or not all(state.solved.values()):
+    if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
         return judged(scene, disc, state, steps)
     return solution_of(scene, disc, plan, state, Certificate.none(), True, clock.timing(), clock.calls())
 
 
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances that count from so far away that their rounding is seen in the contact."""
-    approach = state.approach * disc.displacement
+    approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
         raise SceneError(
             "surface.h",

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import unloaded
 from varcontact.solving.defect_correction.passes import PASSES, defect_corrected
 from varcontact.solving.subproblems import Steps
