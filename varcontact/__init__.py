@@ -21,10 +21,9 @@ from varcontact.errors import (
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N, SI, Units
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.energies import complementary_energy, potential_energy
 from varcontact.discrete.force_bounds import force_bound
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, project, tangential_residual
-from varcontact.solving.grid_search import first_grid
+from varcontact.solving.potential_contact import first_grid
 
 MOTIONS = {
     "rolling": vc.Steady(vx=0.04, vy=-0.02, spin=0.05),

@@ -10,7 +10,7 @@ from tests.benchmarks.coarse_forces import forces, read, scene
 from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact
-from varcontact.solving import subproblems
+from varcontact.solving import contact_solver
 from varcontact.theories.no_slip import no_slip_forces
 
 
@@ -207,7 +207,7 @@ def test_a_hard_scene_is_solved():
 
 def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
     """One that fails, the easier problem, and the same one again from there: the answer of a solver that does not."""
-    scene, problems, roads = rolling().second_order(), [], subproblems.tangential_road
+    scene, problems, roads = rolling().second_order(), [], contact_solver.tangential_road
     direct = vc.solve(scene)
 
     def fails_once(plan, polish):
@@ -220,7 +220,7 @@ def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
 
         return solve
 
-    monkeypatch.setattr(subproblems, "tangential_road", fails_once)
+    monkeypatch.setattr(contact_solver, "tangential_road", fails_once)
     sol = vc.solve(scene)
     tables = [problem.operator.grid_operator.table for problem in problems]
     assert len(tables) == 3 and np.array_equal(tables[0], tables[2]) and not np.array_equal(tables[0], tables[1])

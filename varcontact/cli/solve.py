@@ -85,7 +85,7 @@ def solve(
     from varcontact.io.history_file import check_history_file
     from varcontact.io.outputs import check_ending
     from varcontact.io.solution_file import ENDINGS, check_solution_file
-    from varcontact.scene.transient import Transient
+    from varcontact.scene.motion import Transient
     from varcontact.solving.options import SolveOptions
     from varcontact.solving.solve import solve as solve_scene
 
@@ -165,7 +165,7 @@ def _check_moving(plot: Path, scene: Scene, inputs: list[Path], force: bool) -> 
     """Refuse a file to which a history cannot be written as a moving picture, or anything else as a still one."""
     from varcontact.plotting.animation import check_animation
     from varcontact.plotting.picture_file import check_picture
-    from varcontact.scene.transient import Transient
+    from varcontact.scene.motion import Transient
 
     if isinstance(scene.motion, Transient):
         check_animation("--plot", plot, inputs, force)

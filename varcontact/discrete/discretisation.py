@@ -22,10 +22,9 @@ from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
-from varcontact.scene.transient import Transient
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""

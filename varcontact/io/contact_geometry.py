@@ -26,13 +26,7 @@ POTENTIAL = {
 
 
 def elements(potential: Given) -> tuple[Grid, Row | None]:
-    """The elements of IPOTCN = 1 to 4, see `lattice`.
-
-    Parameters
-    ----------
-    potential : Given
-        IPOTCN, and its entries.
-    """
+    """The elements of IPOTCN = 1 to 4, see `lattice`."""
     group, ipotcn, (mx, my, x, y, right, top) = potential
     nx, ny = counts(group, mx, my)
     if ipotcn == 2:
@@ -49,14 +43,7 @@ def elements(potential: Given) -> tuple[Grid, Row | None]:
 
 
 def read_distance(lines: Lines, grid: Grid) -> Given:
-    """IBASE and its numbers.
-
-    Parameters
-    ----------
-    lines : Lines
-    grid : Grid
-        For distances by element.
-    """
+    """IBASE and its numbers."""
     kinds = lines.group("IBASE", "IPLAN")
     ibase, iplan = kinds.integers()
     if iplan != 1:
@@ -78,16 +65,7 @@ def read_distance(lines: Lines, grid: Grid) -> Given:
 
 
 def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
-    """The undeformed distance at the centres of the elements.
-
-    Parameters
-    ----------
-    distance : Given
-        IBASE, and its numbers.
-    grid : Grid
-    row : Row or None
-        Of a line contact.
-    """
+    """The undeformed distance at the centres of the elements."""
     _, ibase, values = distance
     x, y = grid.x[None, :], grid.y[:, None] if row is None else np.full((1, 1), row[0])
     if ibase == 9:
@@ -105,14 +83,7 @@ def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
 
 
 def counts(group: Group, mx: float, my: float) -> tuple[int, int]:
-    """MX and MY as whole numbers.
-
-    Parameters
-    ----------
-    group : Group
-        Where they stand.
-    mx, my : float
-    """
+    """MX and MY as whole numbers."""
     for name, count in (("MX", mx), ("MY", my)):
         if count != int(count) or count < 1:
             group.refuse(name, count, "is not a number of elements")
@@ -129,24 +100,7 @@ LONG_ROW = 50
 
 
 def lattice(group: Group, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> tuple[Grid, Row | None]:
-    """The elements; one long row, which stands for plane strain, as a line contact.
-
-    Parameters
-    ----------
-    group : Group
-        Where they stand.
-    nx, ny : int
-    dx, dy : float
-        Sides of an element.
-    x0, y0 : float
-        Lower left corner.
-
-    Returns
-    -------
-    grid : Grid
-    row : pair of float or None
-        Of a line contact: where its row lies along y, and how long it is.
-    """
+    """The elements; one long row, which stands for plane strain, as a line contact."""
     if ny > 1:
         return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0), None
     if dy < LONG_ROW * nx * dx:

@@ -53,34 +53,16 @@ FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
 
 @dataclass(frozen=True)
 class Group:
-    """Values that belong together, as text.
-
-    Attributes
-    ----------
-    line : int
-        Where they begin.
-    names : tuple of str
-    values : tuple of str
-        As many as there are names.
-    rest : tuple of str
-        What else is on the last line: optional values, or words.
-    """
+    """Values that belong together, as text."""
 
     path: str
-    line: int
+    line: int  # where they begin
     names: tuple[str, ...]
-    values: tuple[str, ...]
-    rest: tuple[str, ...]
+    values: tuple[str, ...]  # as many as there are names
+    rest: tuple[str, ...]  # what else is on the last line: optional values, or words
 
     def refuse(self, name: str, value: object, why: str) -> NoReturn:
-        """Say where which entry is, and what is wrong with it.
-
-        Parameters
-        ----------
-        name : str
-        value : object
-        why : str
-        """
+        """Say where which entry is, and what is wrong with it."""
         message = f"{self.path}, line {self.line}: {name} = {value} {why}"
         raise SceneError(name, value, message=message)
 
@@ -98,24 +80,14 @@ class Group:
         return [self.number(k) for k in range(len(self.values))]
 
     def number(self, k: int) -> float:
-        """The k-th value as a number.
-
-        Parameters
-        ----------
-        k : int
-        """
+        """The k-th value as a number."""
         found = number_of(self.values[k])
         if found is None:
             self.refuse(self.names[k], repr(self.values[k]), "is not a number")
         return found
 
     def angle(self, k: int) -> float:
-        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in radians.
-
-        Parameters
-        ----------
-        k : int
-        """
+        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in radians."""
         text = self.values[k].lower()
         found = number_of(text.removesuffix("d").removesuffix("r"))
         if found is None:
@@ -124,12 +96,7 @@ class Group:
 
 
 def number_of(text: str) -> float | None:
-    """A finite number, or None.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """A finite number, or None."""
     try:
         found = float(FORTRAN_EXPONENT.sub("E", text))
     except ValueError:
@@ -138,17 +105,7 @@ def number_of(text: str) -> float | None:
 
 
 class Lines:
-    """An input file, read group by group: each begins on a line of its own, and may go on over several.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read.
-    """
+    """An input file, read group by group: each begins on a line of its own, and may go on over several."""
 
     def __init__(self, path: Path) -> None:
         self.name = str(path)
@@ -162,12 +119,7 @@ class Lines:
         return self._next < len(self._lines)
 
     def group(self, *names: str) -> Group:
-        """The next values, one for each name.
-
-        Parameters
-        ----------
-        *names : str
-        """
+        """The next values, one for each name."""
         line = self._lines[self._next][0] if self.more() else -1
         found: list[str] = []
         while len(found) < len(names):
@@ -180,13 +132,7 @@ class Lines:
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
 
     def many(self, name: str, count: int) -> Group:
-        """The next values of an array, of which a damaged file may promise more than there are.
-
-        Parameters
-        ----------
-        name : str
-        count : int
-        """
+        """The next values of an array, of which a damaged file may promise more than there are."""
         if count > sum(len(words) for _, words in self._lines[self._next :]):
             message = f"{self.name} ends before {count} values of {name}"
             raise SceneError("path", self.name, message=message)
@@ -195,17 +141,7 @@ class Lines:
     def digits(
         self, word: str, names: Sequence[str], supported: Mapping[str, Mapping[int, str]]
     ) -> tuple[dict[str, int], Group]:
-        """The next control word as its digits by letter, each of which has a value that is supported.
-
-        Parameters
-        ----------
-        word : str
-            Its letters.
-        names : sequence of str
-            Of the digits.
-        supported : mapping
-            The values that a letter may have, with their meanings; of other letters any.
-        """
+        """The next control word as its digits by letter, each of which has a value that is supported."""
         group = self.group(word)
         (text,) = group.values
         if not re.fullmatch(r"\d+", text) or len(text) > len(word):
@@ -224,14 +160,7 @@ MOST_BYTES = 2**28
 
 
 def skip_iterations(lines: Lines, digit: int) -> None:
-    """Pass over the parameters of iterations.
-
-    Parameters
-    ----------
-    lines : Lines
-    digit : int
-        G.
-    """
+    """Pass over the parameters of iterations."""
     if digit != 1:
         lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
     if digit in (2, 3):
@@ -241,14 +170,7 @@ def skip_iterations(lines: Lines, digit: int) -> None:
 
 
 def skip_stresses(lines: Lines, digit: int) -> None:
-    """Pass over the points at which stresses below the surface are wanted.
-
-    Parameters
-    ----------
-    lines : Lines
-    digit : int
-        S.
-    """
+    """Pass over the points at which stresses below the surface are wanted."""
     if digit >= 2:
         lines.group("MATFIL", "OUTPUT")
     while digit == 3:

@@ -54,12 +54,7 @@ LOADS = {
 
 
 def dataframe(sol: Solution) -> pd.DataFrame:
-    """One row per element, see `Solution.to_dataframe`.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """One row per element, see `Solution.to_dataframe`."""
     import pandas as pd
 
     frame = pd.DataFrame(_columns(sol))
@@ -68,12 +63,7 @@ def dataframe(sol: Solution) -> pd.DataFrame:
 
 
 def units_by_name(sol: Solution) -> dict[str, str]:
-    """Units of columns and of single numbers; in words where the scene names none.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """Units of columns and of single numbers; in words where the scene names none."""
     units = sol.scene.units or Units(length="length", force="force")
     shifts, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
     rolling = {"slip": "1", "power": "pressure", "creepage": "1", "turn": "spin", "work": "force"}
@@ -200,18 +190,10 @@ def _is_vtk(path: Path) -> bool:
 
 @dataclass(frozen=True)
 class Export:
-    """A format that other programs read.
+    """A format that other programs read."""
 
-    Attributes
-    ----------
-    content : callable
-        From a solution the bytes of its file.
-    ours : callable
-        Whether a file of this ending is one that varcontact wrote.
-    """
-
-    content: Callable[[Solution], bytes]
-    ours: Callable[[Path], bool]
+    content: Callable[[Solution], bytes]  # from a solution the bytes of its file
+    ours: Callable[[Path], bool]  # whether a file of this ending is one that varcontact wrote
 
 
 EXPORTS = {

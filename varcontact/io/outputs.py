@@ -33,42 +33,13 @@ PATIENCE = 10.0
 
 
 def check_ending(field: str, path: Path, ending: str) -> None:
-    """Refuse a name that promises another format than the one that is written.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    ending : str
-        As ".nc".
-
-    Raises
-    ------
-    OutputError
-        If it has another.
-    """
+    """Refuse a name that promises another format than the one that is written."""
     if path.suffix.lower() != ending:
         raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
 
 
 def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
-    """Refuse what could not, or must not, be written, before any work is done for it.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    inputs : iterable of Path
-        Files that have to stay: what is read, and what else is written.
-
-    Raises
-    ------
-    OutputError
-        If there is no such folder, the name is that of a device, a pipe or a folder, it may not be written, or it is
-        one of the inputs, under whatever name.
-    """
+    """Refuse what could not, or must not, be written, before any work is done for it."""
     try:
         target = path.resolve()
         folder = target.parent
@@ -92,27 +63,7 @@ def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
 
 
 def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], bool], overwrite: bool) -> None:
-    """Refuse to write over a file that varcontact did not write, unless that is wanted.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error; an option of the command line begins with hyphens.
-    path : Path
-    kind : str
-        What is to be written, in a word.
-    ours : callable
-        Whether a file is one of that kind that varcontact wrote.
-    overwrite : bool
-        Whether any file may be replaced.
-
-    Raises
-    ------
-    SceneError
-        If `overwrite` is no truth value.
-    OutputError
-        If the file is another. An empty one is nobody's.
-    """
+    """Refuse to write over a file that varcontact did not write, unless that is wanted."""
     overwrite = checks.flag("overwrite", overwrite)
     try:
         if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
@@ -124,23 +75,7 @@ def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], 
 
 
 def check_one_of_endings(field: str, path: Path, kind: str, endings: Iterable[str]) -> None:
-    """Refuse a name whose ending is that of none of several formats.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    kind : str
-        What is written, in the plural.
-    endings : iterable of str
-        As ".nc".
-
-    Raises
-    ------
-    OutputError
-        If it has another.
-    """
+    """Refuse a name whose ending is that of none of several formats."""
     known = list(endings)
     if path.suffix.lower() not in known:
         raise OutputError(field, path, f"{kind} are written as {', '.join(known)}; the name must end in one of these")
@@ -148,21 +83,7 @@ def check_one_of_endings(field: str, path: Path, kind: str, endings: Iterable[st
 
 @contextmanager
 def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]:
-    """Be the only one to write a file while a block runs; what killed writers left of it is cleared away.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    patience : float
-        Seconds to wait for another writer.
-
-    Raises
-    ------
-    OutputError
-        If there is another writer, in this or another process.
-    """
+    """Be the only one to write a file while a block runs; what killed writers left of it is cleared away."""
     target = path.resolve()
     with ExitStack() as held:
         try:
@@ -181,17 +102,6 @@ def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
     """A new file, open for writing, that takes the place of another when the block ends well.
 
     Whatever ends it in between, the old file stays as it was. The block should be within one of `only_writer`.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
     """
     target = path.resolve()
     part = _part(target)
@@ -214,20 +124,7 @@ def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
 
 
 def write_whole(field: str, path: Path, content: bytes) -> None:
-    """Write a file at once, whole or not at all.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    content : bytes
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written, or belongs to a study that is going on; an old one stays as it was.
-    """
+    """Write a file at once, whole or not at all."""
     with only_writer(field, path, PATIENCE), replacing(field, path) as file:
         file.write(content)
 
@@ -259,13 +156,7 @@ def _part(target: Path) -> Path:
 
 
 def clear(target: Path) -> None:
-    """Remove what killed writers left beside a file; only who holds the lock may.
-
-    Parameters
-    ----------
-    target : Path
-        Without symbolic links.
-    """
+    """Remove what killed writers left beside a file; only who holds the lock may."""
     name = re.compile(re.escape(beside(target, "").name) + r"[0-9a-f]{12}\.part")
     with os.scandir(target.parent) as entries:
         left = [entry.path for entry in entries if name.fullmatch(entry.name)]

@@ -24,18 +24,7 @@ ROUNDED = 1e-9
 def refinement_to(
     found: Refinement, units: Units, line: bool, shift: bool
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Variables, coordinates and record of a refinement.
-
-    Parameters
-    ----------
-    found : Refinement
-    units : Units
-        Of the scene, or words.
-    line : bool
-        Whether it is a line contact.
-    shift : bool
-        Whether it is a shift, in which slip is a length.
-    """
+    """Variables, coordinates and record of a refinement."""
     slip = "length" if shift else "1"
     parts, elements = ("component", "y_parts", "x_parts"), ("component", "y", "x")
     named = {
@@ -70,15 +59,7 @@ def _places(parts: Grid, units: Units) -> dict[str, Any]:
 
 
 def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, Any], Grid]:
-    """Variables and coordinates of the pressure that was solved for on parts of the elements, and their grid.
-
-    Parameters
-    ----------
-    sol : Solution
-        That has such a pressure.
-    units : Units
-        Of the scene, or words.
-    """
+    """Variables and coordinates of the pressure that was solved for on parts of the elements, and their grid."""
     assert sol.pressure_on_parts is not None
     said = {"units": units.of("pressure", sol.scene.line), "long_name": "normal traction, on parts of elements"}
     parts, _ = sol.contact
@@ -86,20 +67,7 @@ def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, 
 
 
 def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:
-    """A solution with the pressure on parts of the elements that its file has.
-
-    Parameters
-    ----------
-    sol : Solution
-        Without it.
-    pressure : ndarray, shape (ny rows, nx columns), or None
-        None where the file has none.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be that of the solution.
-    """
+    """A solution with the pressure on parts of the elements that its file has."""
     wanted = sol.plan.cells(sol.scene) != (1, 1)
     if (pressure is not None) != wanted:
         raise ValueError("a pressure on parts of the elements that is missing, or should be")
@@ -119,22 +87,7 @@ def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:
 
 
 def refinement_from(data: Mapping[str, Any], record: dict[str, Any], sol: Solution) -> Refinement:
-    """A refinement from its file.
-
-    Parameters
-    ----------
-    data : mapping of str to ndarray
-        With the names of `ON_PARTS`.
-    record : dict
-        As `refinement_to` gives it.
-    sol : Solution
-        Without it.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be that of the solution.
-    """
+    """A refinement from its file."""
     fields = {name: data[name] for name in ON_PARTS if name in data}
     fields.setdefault("bound_share", np.ones(sol.grid.shape))
     names = ("forces", "creepages", "estimate", "creepage_estimate")

@@ -21,17 +21,6 @@ def check_plausible(sol: Solution, share: np.ndarray | float = 1.0) -> None:
     """Refuse fields that no solution can have, whatever its scene.
 
     Solvers may miss a bound by what their residual says, and by no more.
-
-    Parameters
-    ----------
-    sol : Solution
-    share : ndarray, shape (ny, nx), or float
-        What a refinement has multiplied the traction bound by.
-
-    Raises
-    ------
-    ValueError
-        Saying what cannot be.
     """
     _check_account(sol)
     _check_sizes(sol)

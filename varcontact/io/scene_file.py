@@ -16,10 +16,9 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
-from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 from varcontact.system.reading import first_line, text_of
 
@@ -93,28 +92,7 @@ def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
 
 
 def read_sweep_scene(path: str | Path, varies: bool = True) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
-    """Read a scene file with a table ``[over]``, of entries that take several values.
-
-    Parameters
-    ----------
-    path : str or Path
-    varies : bool
-        Whether the table has to be there.
-
-    Returns
-    -------
-    scene : Scene
-    over : dict of str to list
-        Values by name of the entry. In the file a list, or ``{from = 0.0, to = 3e-3, count = 7}``, evenly spaced, with
-        ``spacing = "log"`` by equal ratios.
-    options : dict
-        The file's ``[solve]`` table.
-
-    Raises
-    ------
-    SceneError
-        As `read_scene`, or if nothing varies.
-    """
+    """Read a scene file with a table ``[over]``, of entries that take several values."""
     table, folder = read_toml(path, "scene file")
     options = solve_table(table)
     if varies and "over" not in table:
@@ -136,43 +114,14 @@ def _varied(table: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, l
 
 
 def solve_table(table: dict[str, Any]) -> dict[str, Any]:
-    """Take the table ``[solve]`` out of a file.
-
-    Parameters
-    ----------
-    table : dict
-        Of the whole file.
-
-    Returns
-    -------
-    dict
-        Keywords of `solve`.
-
-    Raises
-    ------
-    SceneError
-        If it has others.
-    """
+    """Take the table ``[solve]`` out of a file."""
     options = table.pop("solve", {})
     check_keys("solve", table_of("solve", options), SOLVE_KEYS)
     return options
 
 
 def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
-    """A scene from nested dictionaries as a TOML file gives them.
-
-    Parameters
-    ----------
-    table : mapping
-        By entry of `Scene`, in the scene's units.
-    folder : Path, optional
-        Where files that it names are sought. None: it must not name any, as in the record of a solution.
-
-    Raises
-    ------
-    SceneError
-        If an entry is unknown, missing or not allowed.
-    """
+    """A scene from nested dictionaries as a TOML file gives them."""
     entries = dict(table)
     names = [f.name for f in dataclasses.fields(Scene)]
     check_keys("", entries, names)
@@ -201,10 +150,6 @@ def scene_to(scene: Scene) -> dict[str, Any]:
     """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back.
 
     The start of a history, which is a whole solution, is left out.
-
-    Parameters
-    ----------
-    scene : Scene
     """
     table: dict[str, Any] = {}
     for field in dataclasses.fields(scene):
@@ -228,12 +173,7 @@ def _plain(value: Any) -> Any:
 
 
 def bodies_from(table: Mapping[str, Any]) -> Bodies:
-    """Bodies from a table of G and nu, or of E and nu.
-
-    Parameters
-    ----------
-    table : mapping
-    """
+    """Bodies from a table of G and nu, or of E and nu."""
     if "E" in table:
         check_keys("bodies", table, ("E", "nu"))
         return Bodies.from_young(*(needed("bodies", table, name) for name in ("E", "nu")))

@@ -14,8 +14,8 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.io.scene_file import NO_NUMBER, scene_to
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.system.reading import SCENE_BYTES
 
 WRITTEN = "# Written by varcontact\n"
@@ -23,17 +23,7 @@ WRITTEN = "# Written by varcontact\n"
 
 
 def scene_text(scene: Scene) -> str:
-    """A scene as the text of a TOML file, see `Scene.to_toml`.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        For a history with a start, which is a solution, and a scene too large for a scene file.
-    """
+    """A scene as the text of a TOML file, see `Scene.to_toml`."""
     if isinstance(scene.motion, Transient) and scene.motion.start is not None:
         raise SceneError(
             "motion.start",
@@ -55,22 +45,7 @@ def scene_text(scene: Scene) -> str:
 
 
 def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
-    """Write a scene file, whole or not at all, see `Scene.save`.
-
-    Parameters
-    ----------
-    scene : Scene
-    path : str or Path
-    overwrite : bool
-        Whether to replace a file that varcontact did not write.
-
-    Raises
-    ------
-    OutputError
-        If the name does not end in .toml, the file is there and was not written by varcontact, or cannot be written.
-    SceneError
-        As `scene_text`.
-    """
+    """Write a scene file, whole or not at all, see `Scene.save`."""
     path = checks.file_name("path", path)
     check_ending("path", path, ".toml")
     check_writable("path", path)
@@ -84,24 +59,7 @@ def _is_written(path: Path) -> bool:
 
 
 def toml_text(table: Mapping[str, Any], none: str) -> str:
-    """A table as TOML: its own entries, then a section for each table in it.
-
-    Parameters
-    ----------
-    table : mapping
-        Of numbers, words, truth values, lists, and mappings of these.
-    none : str
-        The word for None, which TOML does not have.
-
-    Examples
-    --------
-    >>> print(toml_text({"normal_force": 1e5, "bodies": {"G": 82e9, "nu": [0.28, None]}}, "none"), end="")
-    normal_force = 100000.0
-    <BLANKLINE>
-    [bodies]
-    G = 82000000000.0
-    nu = [0.28, "none"]
-    """
+    """A table as TOML: its own entries, then a section for each table in it."""
     own = [_entry(key, value, none) for key, value in table.items() if not isinstance(value, Mapping)]
     sections = [
         "\n".join([f"[{key}]", *(_entry(inner, each, none) for inner, each in value.items())])

@@ -11,13 +11,7 @@ MARK = b"\nvarcontact sha256 "
 
 
 def sealed(content: bytes) -> bytes:
-    """The bytes of a file with their checksum behind them.
-
-    Parameters
-    ----------
-    content : bytes
-        Of a netCDF-4 file.
-    """
+    """The bytes of a file with their checksum behind them."""
     return content + MARK + _digest(content)
 
 
@@ -25,26 +19,6 @@ def unsealed(content: bytes) -> bytes:
     """The bytes of a file without the checksum, which they have to fit; as they are, where there is none.
 
     A file that another program has written anew has none.
-
-    Parameters
-    ----------
-    content : bytes
-
-    Raises
-    ------
-    ValueError
-        If the checksum is that of other bytes.
-
-    Examples
-    --------
-    >>> unsealed(sealed(b"pressure"))
-    b'pressure'
-    >>> unsealed(b"pressure")
-    b'pressure'
-    >>> unsealed(sealed(b"pressure").replace(b"p", b"q"))
-    Traceback (most recent call last):
-    ...
-    ValueError: its bytes are not those that were written
     """
     own, digest = content[:-64], content[-64:]
     if not own.endswith(MARK):

@@ -27,7 +27,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 from varcontact.system.memory import need
 from varcontact.system.reading import first_line, reading, regular
 
@@ -68,10 +68,6 @@ def dataset(sol: Solution) -> xr.Dataset:
 
     The attribute ``units`` of each variable is in the scene's units, or in words like "force/length^2" where the
     scene names none; forces of a line contact are per unit length.
-
-    Parameters
-    ----------
-    sol : Solution
     """
     import xarray as xr
 
@@ -103,22 +99,12 @@ def dataset(sol: Solution) -> xr.Dataset:
 
 
 def units_of(scene: Scene) -> Units:
-    """A scene's units, or words in their place.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
+    """A scene's units, or words in their place."""
     return scene.units or Units(length="length", force="force")
 
 
 def record_of(sol: Solution) -> dict[str, Any]:
-    """How a solution was found: its plan, iterations, times and certificate, as plain data.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """How a solution was found: its plan, iterations, times and certificate, as plain data."""
     return {
         "certificate": sol.certificate.plain(),
         "converged": sol.converged,
@@ -139,22 +125,7 @@ ENDINGS = (".nc", *EXPORTS)
 
 
 def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
-    """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`.
-
-    Parameters
-    ----------
-    sol : Solution
-    path : str or Path
-    field : str
-        What the path is called in an error.
-    overwrite : bool
-        Whether to replace a file that is no solution which varcontact wrote.
-
-    Raises
-    ------
-    OutputError
-        If the name has another ending, the file is there and holds something else, or it cannot be written.
-    """
+    """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`."""
     path = checks.file_name(field, path)
     check_solution_file(field, path, overwrite)
     export = EXPORTS.get(path.suffix.lower())
@@ -162,16 +133,7 @@ def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool =
 
 
 def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
-    """Refuse a file to which no solution may be written, see `save`.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    overwrite : bool
-        Whether to replace a file that is no solution which varcontact wrote.
-    """
+    """Refuse a file to which no solution may be written, see `save`."""
     check_one_of_endings(field, path, "solutions", ENDINGS)
     check_writable(field, path)
     export = EXPORTS.get(path.suffix.lower())
@@ -190,17 +152,7 @@ def is_solution(path: Path) -> bool:
 
 
 def read(path: str | Path) -> Solution | History:
-    """A solution or a history from its file, as it is stored: fields that no solution can have are refused.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Raises
-    ------
-    OutputError
-        If there is no such file, it was not written by varcontact, or its contents cannot be a solution.
-    """
+    """A solution or a history from its file, as it is stored: fields that no solution can have are refused."""
     from varcontact.io.history_file import is_history, load_history
 
     path = checks.file_name("path", path)
@@ -257,43 +209,19 @@ def _check_opens(path: str | Path, content: bytes) -> None:
 
 
 def solution_to_bytes(sol: Solution) -> bytes:
-    """A solution's file, in memory.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """A solution's file, in memory."""
     buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
     dataset(sol).to_netcdf(buffer, engine="h5netcdf")
     return sealed(buffer.getvalue())
 
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
-    """A solution from its file in memory, which was found in the file at `path`.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    content : bytes
-        Of a netCDF-4 file.
-
-    Raises
-    ------
-    OutputError
-        If it holds no solution.
-    """
+    """A solution from its file in memory, which was found in the file at `path`."""
     return solution_from(_data(path, content))
 
 
 def solution_from(data: xr.Dataset) -> Solution:
-    """A solution from its dataset.
-
-    Parameters
-    ----------
-    data : Dataset
-        As a file has it.
-    """
+    """A solution from its dataset."""
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ON_ELEMENTS if name in data}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
@@ -316,30 +244,7 @@ def assembled(
     record: dict[str, Any],
     share: np.ndarray | float = 1.0,
 ) -> Solution:
-    """A solution from what a file holds.
-
-    Parameters
-    ----------
-    scene : Scene
-    grid : Grid
-        Explicit, physical.
-    plan : Plan
-    fields : dict of ndarray
-        By name, (ny, nx), traction and slip (2, ny, nx), in the scene's units.
-    approach : float
-        [length]
-    creepage : ndarray, shape (3,)
-        vx, vy [-] and spin [1/length]; in a shift ux, uy [length] and rotation.
-    record : dict
-        As `record_of` gives it.
-    share : ndarray, shape (ny, nx), or float
-        What a refinement has multiplied the traction bound by.
-
-    Raises
-    ------
-    ValueError
-        If that cannot be.
-    """
+    """A solution from what a file holds."""
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in creepage)

@@ -15,9 +15,8 @@ from varcontact.discrete.state import ContactState
 from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.system import memory
 from varcontact.system.memory import need
 

@@ -18,9 +18,8 @@ from varcontact.discrete.subgrid import normal_as_solved
 from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
 
 if TYPE_CHECKING:

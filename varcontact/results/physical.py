@@ -14,7 +14,7 @@ from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 
 
 def solution_of(
@@ -27,28 +27,12 @@ def solution_of(
     timing: dict[str, float],
     calls: dict[str, dict[str, Calls]],
 ) -> Solution:
-    """A contact state in physical units, with slip, distances and areas.
-
-    Parameters
-    ----------
-    scene : Scene
-    disc : Discretisation
-        On the grid of the solution, with its scales.
-    plan : Plan
-    state : ContactState
-        Dimensionless.
-    certificate : Certificate
-    converged : bool
-    timing : dict of float
-        Seconds by stage.
-    calls : dict
-        Of solvers, by problem and name.
-    """
+    """A contact state in physical units, with slip, distances and areas."""
     distance = disc.operators.normal.apply(state.pressure[None])[0] * disc.scales.displacement + (
         disc.distance - disc.base
     )
     if disc.K != 0 and np.any(state.traction):
-        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * disc.scales.displacement
+        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
     unknown = disc.undetermined_constant and scene.approach is None

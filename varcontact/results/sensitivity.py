@@ -19,22 +19,7 @@ from varcontact.system.threads import one_blas_thread
 
 @one_blas_thread()
 def sensitivity(sol: Solution) -> np.ndarray:
-    """Derivatives of the forces by the creepages, see `Solution.sensitivity`.
-
-    Parameters
-    ----------
-    sol : Solution
-
-    Returns
-    -------
-    ndarray, shape (2, 3)
-        [force; force length]
-
-    Raises
-    ------
-    SceneError
-        If there is no creepage, or the solution is only approximate.
-    """
+    """Derivatives of the forces by the creepages, see `Solution.sensitivity`."""
     scene, plan = sol.scene, sol.plan
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")

@@ -17,10 +17,9 @@ from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 
 if TYPE_CHECKING:
     from varcontact.results.normalised import Normalised
@@ -379,13 +378,7 @@ class Solution(Delivered):
 
 
 def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
-    """Calls of solvers as dictionaries of numbers, seconds to the microsecond.
-
-    Parameters
-    ----------
-    calls : dict
-        Of solvers, by problem and name.
-    """
+    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
     return {
         problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
         for problem, solvers in calls.items()
@@ -393,12 +386,7 @@ def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[
 
 
 def known(value: float) -> float | None:
-    """A number for JSON, which has no NaN and no infinity: None for these.
-
-    Parameters
-    ----------
-    value : float
-    """
+    """A number for JSON, which has no NaN and no infinity: None for these."""
     return float(value) if np.isfinite(value) else None
 
 

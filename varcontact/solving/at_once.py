@@ -57,9 +57,9 @@ def at_once(
     level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
     start = RawSolution(fields, level, 0, "start")
-    with settings.tally.called("newton"):
+    with settings.stats.called("newton"):
         raw = newton_whole(problem, settings, start, lambda raw: residual(found(raw)))
-        settings.tally.iterated("newton", raw.iterations)
+        settings.stats.iterated("newton", raw.iterations)
     counted = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
     finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
     better = finite and (raw.solved or residual(found(raw)) < residual(state))

@@ -25,8 +25,8 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
 
 Contact = Callable[[Discretisation, ContactState, float], ContactState]

@@ -23,17 +23,16 @@ from varcontact.errors import Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
+from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import start_grid
-from varcontact.solving.certify import judged
+from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.finish import finish
 from varcontact.solving.friction_loop import remembered, weakening
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 
 
-def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: Steps) -> March:
+def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: ContactSolver) -> March:
     """The march of a history on its grid, in the scales of one of its `largest_contacts`.
 
     Parameters
@@ -67,7 +66,7 @@ class March:
 
     scene: Scene
     disc: Discretisation
-    steps: Steps
+    steps: ContactSolver
 
     def start(self) -> Solution | None:
         """What the first step goes on from.
@@ -112,15 +111,15 @@ class March:
         told : callable, optional
             Called with the name of each stage.
         """
-        steps = replace(self.steps, clock=Clock(told))
-        with steps.clock("carried"):
+        steps = replace(self.steps, stats=SolveStats(told))
+        with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before)
         solution = self._solved(scene, disc, before, steps)
         if not self.scene.under_law:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
 
-    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: Steps) -> Solution:
+    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
         """The solution of a step's problem."""
         state = begun(state_of(disc, before), steps)
         cells = steps.plan.cells(scene)
@@ -135,7 +134,7 @@ class March:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
         check_held(scene, disc, state, steps)
-        return judged(scene, disc, state, steps)
+        return finish(scene, disc, state, steps)
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
         """Step k by itself, with what the particles bring along from the step before.
@@ -208,7 +207,7 @@ def state_of(disc: Discretisation, before: Solution | None) -> ContactState:
     return state if known is None else replace(state, friction=known, branch="history")
 
 
-def begun(state: ContactState, steps: Steps) -> ContactState:
+def begun(state: ContactState, steps: ContactSolver) -> ContactState:
     """The state of the step before as the methods can begin with it.
 
     As printed, TANG does best from its own start: on the areas of the step before its Newton's method fails.
@@ -222,7 +221,7 @@ def begun(state: ContactState, steps: Steps) -> ContactState:
     return replace(state, traction=np.zeros_like(state.traction)) if as_printed else state
 
 
-def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> None:
+def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> None:
     """Refuse a contact that goes on beyond the grid.
 
     Parameters
@@ -239,7 +238,7 @@ def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: S
     SceneError
         Naming the grid.
     """
-    with steps.clock("grid"):
+    with steps.stats.stage("grid"):
         overlap = outside(disc, state, steps.plan.closed_form)
     if overlap is not None:
         enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
@@ -267,7 +266,7 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
     return not disc.hertz.on_elements(disc.grid).any()
 
 
-def without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Solution:
+def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) -> Solution:
     """A step in which the bodies are apart, or just touch: no tractions.
 
     Parameters
@@ -290,4 +289,4 @@ def without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Solutio
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
     exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
+    return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)

@@ -23,15 +23,15 @@ from varcontact.discrete.subgrid import means, normal_as_solved, with_subgrid
 from varcontact.io.history_file import Stored
 from varcontact.io.solution_file import read
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.passes import of_elements, with_forces
-from varcontact.solving.error_norm import creepage_names
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.march import March, marching_on, without_load
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
 from varcontact.solving.transient import largest_contacts
 from varcontact.system.reading import reading
 from varcontact.system.threads import one_blas_thread
@@ -99,8 +99,7 @@ def with_measured_steps(stored: Stored) -> Stored:
 
     @cache
     def march() -> March:
-        clock = Clock()
-        steps = Steps(stored.plan, stored.settings["tol"], stored.settings["polish"], clock)
+        steps = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
         return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, steps)
 
     def measured(k: int, before: Solution | None, sol: Solution) -> Solution:

@@ -17,14 +17,13 @@ from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solving.certify import judged
-from varcontact.solving.grid_search import on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.finish import finish
+from varcontact.solving.potential_contact import solve_contact
 from varcontact.system.threads import one_blas_thread
 
 KEPT = 32
@@ -87,16 +86,18 @@ class Series:
             check_fits(scene, plan)
             self._setups = Setups()
         setups = self._setups
-        steps = Steps(plan, self.tol, self.polish, Clock(self.progress), setups, certify=self.certify, refined=False)
+        steps = ContactSolver(
+            plan, self.tol, self.polish, SolveStats(self.progress), setups, certify=self.certify, refined=False
+        )
         if moved is None:
-            disc, state = on_a_grid_that_holds_it(scene, steps, self.operators, self._begun)
+            disc, state = solve_contact(scene, steps, self.operators, self._begun)
         else:
             disc, state = moved
             state = contact(disc, steps, self._begun(disc, state))
         if self.operators is not disc.operators:
             self.forget()
         self.operators, self._last = disc.operators, (scene, plan, disc, state)
-        solution = judged(scene, disc, state, steps)
+        solution = finish(scene, disc, state, steps)
         self._found.append((_creepages(disc), state.traction))
         return solution
 

@@ -21,14 +21,13 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving import adaptive
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.grid_search import first_grid
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import CouplingName, NormalName, Options, SolveOptions, TangentialName
+from varcontact.solving.potential_contact import first_grid
 from varcontact.system.threads import one_blas_thread
 
 MOST_BY_PRESSURE = 1e50

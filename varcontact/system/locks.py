@@ -29,13 +29,7 @@ FAR = 1 << 30
 
 
 class Held(Exception):
-    """Somebody else holds the lock.
-
-    Attributes
-    ----------
-    holder : str
-        Who, in words.
-    """
+    """Somebody else holds the lock."""
 
     def __init__(self, holder: str) -> None:
         self.holder = holder
@@ -57,34 +51,6 @@ def locked(path: Path, patience: float = 0.0) -> Iterator[None]:
 
     The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile. Where the file
     system knows no locks, everybody gets one.
-
-    Parameters
-    ----------
-    path : Path
-        Without symbolic links, so that all its names have the same lock. It need not exist; its folder must.
-    patience : float
-        Seconds to wait for somebody else's lock.
-
-    Raises
-    ------
-    Held
-        If somebody else holds it for longer than that: another process, or another thread of this one.
-    OSError
-        If the lock file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> folder = tempfile.TemporaryDirectory()
-    >>> path = Path(folder.name) / "run.nc"
-    >>> with locked(path):
-    ...     try:
-    ...         with locked(path):
-    ...             pass
-    ...     except Held as held:
-    ...         print(held)
-    this process
-    >>> folder.cleanup()
     """
     lock, until = beside(path, "lock"), time.monotonic() + patience
     while (descriptor := _taken(lock)) is None:

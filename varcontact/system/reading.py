@@ -14,19 +14,7 @@ SCENE_BYTES = 2**24
 
 @contextmanager
 def reading(path: str | Path, wrong: str = "is damaged") -> Iterator[None]:
-    """Whatever the contents of a file make of the code that reads them becomes an error that names the file.
-
-    Parameters
-    ----------
-    path : str or Path
-    wrong : str
-        What is wrong with the file then.
-
-    Raises
-    ------
-    OutputError
-        For any exception within.
-    """
+    """Whatever the contents of a file make of the code that reads them becomes an error that names the file."""
     try:
         yield
     except OutputError:
@@ -36,44 +24,17 @@ def reading(path: str | Path, wrong: str = "is damaged") -> Iterator[None]:
 
 
 def first_line(error: Exception) -> str:
-    """The first line of what an error says; its name where it says nothing.
-
-    Parameters
-    ----------
-    error : Exception
-    """
+    """The first line of what an error says; its name where it says nothing."""
     return str(error).split("\n")[0] or type(error).__name__
 
 
 def regular(path: Path) -> bool:
-    """Whether there is no device or pipe at `path`, which may never end, or never begin.
-
-    Raises
-    ------
-    OSError, ValueError
-        If the name cannot be a file's.
-    """
+    """Whether there is no device or pipe at `path`, which may never end, or never begin."""
     return not path.exists() or path.is_file() or path.is_dir()
 
 
 def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text file") -> str:
-    """The text in a regular file, in UTF-8 with or without its mark.
-
-    Parameters
-    ----------
-    field : str
-        What the file is called in an error.
-    path : Path
-    most : int, optional
-        Bytes that it may have.
-    kind : str
-        What it should be.
-
-    Raises
-    ------
-    SceneError
-        If it cannot be read, is no text, or is too large.
-    """
+    """The text in a regular file, in UTF-8 with or without its mark."""
     try:
         if not regular(path):
             raise _unreadable(field, path, "is not a regular file")

@@ -13,12 +13,12 @@ from varcontact.discrete.discretisation import Discretisation, PreviousStep, dis
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.subgrid import means
 from varcontact.elasticity.operators import influence_operator
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.field import held_behind, reconstructed
 from varcontact.solving.defect_correction.parts import Parts
 from varcontact.solving.defect_correction.pressed import within_parts
 from varcontact.solving.defect_correction.sublattice import Sublattice, loads
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 from varcontact.study.converge import contact_of
 
 PARTS, PASSES = (2, 2), 3
@@ -28,7 +28,9 @@ def corrected(scene: vc.Scene, cells: int, again: bool) -> np.ndarray:
     """Fx, Fy and Mz: of the grid, and after each pass; the pressure on parts solved for `again` in each of them."""
     grid = vc.Grid(nx=cells, ny=cells).spread(contact_of(scene))
     posed = replace(scene, grid=grid)
-    steps = Steps(vc.plan(posed, normal="newton", tangential="newton"), 1e-8, False, Clock(), refined=False)
+    steps = ContactSolver(
+        vc.plan(posed, normal="newton", tangential="newton"), 1e-8, False, SolveStats(), refined=False
+    )
     disc = discretise(posed, grid)
     state = contact(disc, steps, steps.pressure(disc, unloaded(grid)))
     within = within_parts(disc)

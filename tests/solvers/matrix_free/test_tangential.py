@@ -163,7 +163,7 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     settings = Settings(1e-8)
     raw = newton_tangential(problem, settings)
     assert (raw.solver, raw.status) == ("", "Solved")
-    assert settings.tally.calls["tseng"].count > 1 and set(settings.tally.calls) == {"tseng"}
+    assert settings.stats.calls[""]["tseng"].count > 1 and set(settings.stats.calls[""]) == {"tseng"}
     check_exact(problem, raw)
 
     monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)

@@ -21,7 +21,7 @@ from varcontact.solvers.conic.programs import gap_program, shift_potential, shif
 from varcontact.solvers.conic.solvers import solve_tangential
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
 from varcontact.solvers.settings import Settings
-from varcontact.solving.grid_search import first_grid
+from varcontact.solving.potential_contact import first_grid
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 QUADRATIC = [name for name in normal_methods() if states_programs(name) and name not in tangential_methods()]

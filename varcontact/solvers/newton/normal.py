@@ -58,10 +58,10 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
         return RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")
 
     def dense(near: RawSolution) -> RawSolution:
-        with settings.tally.called("norm"):
+        with settings.stats.called("norm"):
             raw = norm(problem, near, deadline=settings.deadline)
             raw = raw if raw.solved else norm(problem, exchange="one", deadline=settings.deadline)
-            settings.tally.iterated("norm", raw.iterations)
+            settings.stats.iterated("norm", raw.iterations)
         return replace(raw, solver="norm")
 
     def residual(raw: RawSolution) -> float:

@@ -64,9 +64,9 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
         return tangential_residual(problem, raw.traction, raw.rigid)
 
     def dense(near: RawSolution) -> RawSolution:
-        with settings.tally.called("tang-safeguarded"):
+        with settings.stats.called("tang-safeguarded"):
             raw = tang_safeguarded(problem, settings=settings)
-            settings.tally.iterated("tang-safeguarded", raw.iterations)
+            settings.stats.iterated("tang-safeguarded", raw.iterations)
         return replace(raw, solver="tang-safeguarded")
 
     return driven(posed, start, settings, problem.size, dense, residual, PATIENCE)

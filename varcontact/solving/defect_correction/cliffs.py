@@ -11,7 +11,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.smoothing import how_to_smooth
+from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.defect_correction.check import KINDS
 

@@ -11,8 +11,8 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.errors import SceneError
+from varcontact.scene.interpolation import how_to_smooth, smoothed_field
 from varcontact.scene.scene import Scene
-from varcontact.scene.smoothing import how_to_smooth, smoothed_field
 from varcontact.scene.surfaces import SampledDistance
 
 SHORTEST = 4
@@ -47,7 +47,7 @@ class Look:
         return abs(self.peak / other.peak - 1) if self.patches == other.patches else math.inf
 
 
-def noise(
+def noise_warning(
     scene: Scene, disc: Discretisation, state: ContactState, pressure_on: Callable[[Discretisation], ContactState]
 ) -> str:
     """Say so if the shortest waves of a sampled surface rule the pressure.

@@ -31,9 +31,8 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.start_grid import interpolated
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 
 FOUND = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""
@@ -82,9 +81,9 @@ def _looked_for(scene: Scene, pressure_on: PressureOn) -> tuple[Grid, _Found | N
     return within(spec.spread(contact), surface), found
 
 
-def on_a_grid_that_holds_it(
+def solve_contact(
     scene: Scene,
-    steps: Steps,
+    steps: ContactSolver,
     known: Operators | None = None,
     begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
     near: Solution | None = None,
@@ -117,12 +116,11 @@ def on_a_grid_that_holds_it(
         If no grid is found that holds the contact.
     """
     closed_form, coupled = steps.plan.closed_form, steps.plan.coupling != "none"
-    with steps.clock("grid"):
+    with steps.stats.stage("grid"):
         normal = steps.plan.normal if steps.plan.convex else "norm"
-        looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock(), deadline=steps.deadline)
+        looks = ContactSolver(replace(steps.plan, normal=normal), 1e-6, True, steps.stats, deadline=steps.deadline)
         beside = None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
         grid, last = _looked_for(scene, looks.pressure) if beside is None else _near(scene, beside)
-        steps.clock.adopt("grid", looks.clock.tally("normal"))
     if near is not None and begun is None:
         begun = partial(_rubbing_as, near)
     moved = 0
@@ -130,14 +128,14 @@ def on_a_grid_that_holds_it(
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
         disc, state = _pressed(scene, disc, steps, unloaded(grid) if last is None else last.on(disc), attempt < 3)
-        with steps.clock("grid"):
+        with steps.stats.stage("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
         if (overlap is None and closer is None) or (coupled and moved):
             state = contact(disc, steps, state if begun is None else begun(disc, state))
             if not coupled:
                 return disc, state
-            with steps.clock("grid"):
+            with steps.stats.stage("grid"):
                 overlap = outside(disc, state)
                 closer = fitted(scene, grid, state.pressure, any_surface=True) if 0 < moved < 4 else None
             if overlap is None and closer is None:
@@ -159,7 +157,7 @@ def on_a_grid_that_holds_it(
 
 
 def _pressed(
-    scene: Scene, disc: Discretisation, steps: Steps, state: ContactState, may_move: bool
+    scene: Scene, disc: Discretisation, steps: ContactSolver, state: ContactState, may_move: bool
 ) -> tuple[Discretisation, ContactState]:
     """The pressure without tractions; on parts of the elements only where the grid is the last one, as far as known."""
     if steps.plan.cells(scene) == (1, 1):
@@ -168,10 +166,9 @@ def _pressed(
         return steps.pressed_on_parts(disc, state)
     few = not (steps.plan.convex or many_pressed(scene))
     plan = replace(steps.plan, normal="norm") if few else steps.plan
-    with steps.clock("grid"):
-        look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False, clock=Clock())
+    with steps.stats.stage("grid"):
+        look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)
         state = look.pressure(disc, state)
-        steps.clock.adopt("grid", look.clock.tally("normal"))
         moves = outside(disc, state) is not None or (may_move and fitted(scene, disc.grid, state.pressure) is not None)
     return (disc, state) if moves else steps.pressed_on_parts(disc, state)
 

@@ -25,18 +25,18 @@ from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
+from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
-from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
+from varcontact.solving.pipeline import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.start_grid import interpolated
-from varcontact.solving.timing import Clock
 from varcontact.system.memory import SMALLER, need
 
 
 @dataclass(frozen=True)
-class Steps:
+class ContactSolver:
     """The methods of a plan, each a step from one contact state to the next.
 
     Attributes
@@ -46,7 +46,7 @@ class Steps:
         Natural-map residual to reach.
     polish : bool
         Whether the answers of solvers of programs are taken to rounding.
-    clock : Clock
+    stats : SolveStats
     setups : Setups, optional
         Where solvers keep their set-ups.
     start : str or Solution, optional
@@ -66,7 +66,7 @@ class Steps:
     plan: Plan
     tol: float
     polish: bool
-    clock: Clock
+    stats: SolveStats
     setups: Setups | None = None
     start: str | Solution | None = None
     certify: str = "auto"
@@ -92,9 +92,9 @@ class Steps:
         state : ContactState
             Dimensionless.
         """
-        with self.clock("normal"):
+        with self.stats.stage("normal"):
             if self.plan.closed_form:
-                with self.clock.tally("normal").called("hertz"):
+                with self.stats.called("hertz"):
                     state = hertz_pressure(disc, state)
                 return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
             coupled = disc.K != 0 and np.any(state.traction)
@@ -108,7 +108,7 @@ class Steps:
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
             enough = enough_pressure(self.plan, disc, state, self.tol)
-            raw = self._normal_road(problem, self._settings("normal", enough, self.plan.loops), start)
+            raw = self._normal_road(problem, self._settings(enough, self.plan.loops), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -162,15 +162,15 @@ class Steps:
         NotConverged
             If the solver gives no numbers.
         """
-        with self.clock("tangential"):
+        with self.stats.stage("tangential"):
             if self.plan.theory is not None:
-                with self.clock.tally("tangential").called(self.plan.tangential):
+                with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
             _check_force(problem, disc.scales.force)
             enough = enough_traction(self.plan, disc, state, self.tol)
-            settings = self._settings("tangential", enough, in_passes(self.plan, disc))
+            settings = self._settings(enough, in_passes(self.plan, disc))
             raw = self._tractions(problem, state, settings)
             if (
                 isinstance(disc.loading.motion, Steady)
@@ -234,10 +234,10 @@ class Steps:
         size = normal.distance.size + tangential.rigid_shift.size
         peak = memory.peak(self.plan.tangential, "complementary", size)
         need("the joint program", peak, SMALLER)
-        with self.clock("joint"):
+        with self.stats.stage("joint"):
             bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint", self.tol))
+            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings(self.tol))
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -284,18 +284,18 @@ class Steps:
     def _joint_road(self) -> JointSolver:
         return joint_road(self.plan, self.polish)
 
-    def _settings(self, problem: str, tol: float, rough: bool = False) -> Settings:
+    def _settings(self, tol: float, rough: bool = False) -> Settings:
         rough = rough or not self.refined
-        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough, self.deadline)
+        return Settings(tol, self.plan.formulation, self.setups, self.stats, rough, self.deadline)
 
 
-def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
+def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> ContactState:
     """Pressure and traction, from the pressure without traction.
 
     Parameters
     ----------
     disc : Discretisation
-    steps : Steps
+    steps : ContactSolver
     start : ContactState
         With the pressure without traction, dimensionless.
 
@@ -321,7 +321,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
     return under_law(disc, solve, judge, start, begin, tol=WHOLE * steps.tol)
 
 
-def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
+def _coupled(disc: Discretisation, steps: ContactSolver, start: ContactState, tol: float) -> ContactState:
     """Pressure and traction by the plan's coupling, with known coefficients of friction."""
     normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
     if steps.plan.joint:
@@ -329,8 +329,8 @@ def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float
     if steps.plan.at_once:
         start = tangential(start)
         need("pressure and tractions together", memory.peak("newton", "none", 3 * disc.grid.size), SMALLER)
-        with steps.clock("both"):
-            start = at_once(disc, start, whole, Settings(tol, tally=steps.clock.tally("both"), deadline=steps.deadline))
+        with steps.stats.stage("both"):
+            start = at_once(disc, start, whole, Settings(tol, stats=steps.stats, deadline=steps.deadline))
     if steps.plan.loops:
         return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     return tangential(start)
