@@ -28,9 +28,8 @@ def solution_of(
     calls: dict[str, dict[str, Calls]],
 ) -> Solution:
     """A contact state in physical units, with slip, distances and areas."""
-    distance = disc.operators.normal.apply(state.pressure[None])[0] * disc.scales.displacement + (
-        disc.distance - disc.base
-    )
+    scale = disc.scales.displacement
+    distance = disc.operators.normal.apply(state.pressure[None])[0] * scale + (disc.distance - disc.base)
     if disc.K != 0 and np.any(state.traction):
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
