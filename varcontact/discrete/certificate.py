@@ -9,9 +9,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from varcontact.discrete.bounds import force_bound, outputs_of, pressure_error, pressure_part, unknown
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import (
+from varcontact.discrete.force_bounds import force_bound, outputs_of, pressure_error, pressure_part, unknown
+from varcontact.discrete.problems import TangentialProblem
+from varcontact.discrete.residuals import (
     gap,
     handed_on,
     magnitude,
@@ -22,9 +23,7 @@ from varcontact.discrete.gap import (
     tangential_residual,
     worst,
 )
-from varcontact.discrete.on_parts import normal_as_solved
-from varcontact.discrete.parts import means
-from varcontact.discrete.problem import TangentialProblem
+from varcontact.discrete.subgrid import means, normal_as_solved
 from varcontact.system.threads import one_blas_thread
 
 LEVELS = ("full", "gap", "none")
@@ -185,7 +184,7 @@ def certify_problems(
     """
     normal, pressed, level_of_contact = normal_as_solved(disc, pressure, approach, traction)
     normal_error = normal_residual(normal, pressed, level_of_contact)
-    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
+    tangential = None if disc.loading.frictionless else disc.tangential_problem(pressure, acting=traction)
     if level == "auto":
         level = "full" if tangential is None or tangential.size <= FULL_LIMIT else "gap"
     absolute = normal_relative = np.nan
@@ -204,7 +203,7 @@ def certify_problems(
             absolute, relative_gap = gap(tangential, project(tractions, tangential.bound), shifts)
     asked_for = closed_form and tangential is not None and tangential.size > 0
     certificate = Certificate(
-        gap=absolute * disc.force * disc.displacement,
+        gap=absolute * disc.scales.force * disc.scales.displacement,
         relative_gap=relative_gap,
         residual=residual if asked_for else worst(residual, whole),
         normal_relative_gap=normal_relative,
@@ -229,8 +228,8 @@ def _force_bounds(
     closed_form: bool,
 ) -> ForceBounds:
     """Bounds on the errors of Fx, Fy, Mz, in the scene's units."""
-    scales = disc.force * np.array([1.0, 1.0, disc.length])
-    tangential = None if disc.frictionless else disc.tangential_problem(pressure, acting=traction)
+    scales = disc.scales.force * np.array([1.0, 1.0, disc.scales.length])
+    tangential = None if disc.loading.frictionless else disc.tangential_problem(pressure, acting=traction)
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     stray = np.delete(traction.reshape(2, -1), bearing, axis=1)  # all error
     bound = disc.lattice.area * np.abs(_totals(np.delete(disc.points.reshape(2, -1), bearing, axis=1), stray))
@@ -251,7 +250,7 @@ def _of_tractions(
     closed_form: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds on the errors of Fx, Fy, Mz where friction can act, and what of them is for the pressure, (3,) each."""
-    if disc.K != 0 or disc.law is not None:
+    if disc.K != 0 or disc.loading.law is not None:
         return unknown(outputs_of(tangential)), np.full(3, np.nan)
     if closed_form:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.zeros(3)
@@ -261,13 +260,13 @@ def _of_tractions(
         error = pressure_error(normal, pressed, float(level[0]))
     if error is None:
         return force_bound(tangential, *tangential.of_grid(traction, rigid)), np.full(3, np.nan)
-    if disc.softening is not None and np.any(error.possible & (pressed <= error.size)):
+    if disc.edge_compliance is not None and np.any(error.possible & (pressed <= error.size)):
         return unknown(outputs_of(tangential)), np.full(3, np.nan)  # how far elements give way is open
     of_parts = error.possible.reshape(disc.grid.divided(disc.cells).shape)
     possible = means(of_parts.astype(float), disc.cells) > 0
     wider = disc.tangential_problem(pressure, acting=traction, possible=possible)
     of_means = error.size / math.sqrt(math.prod(disc.cells))
-    part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.coefficient))))
+    part = pressure_part(wider, of_means * float(np.max(np.asarray(disc.loading.coefficient))))
     return force_bound(wider, *wider.of_grid(traction, rigid)) + part, part
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.containment import Box, contact_box
 from varcontact.errors import SceneError, TooCoarse
+from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.likeness import left_out
@@ -16,6 +16,9 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance, Surface
 from varcontact.system.memory import SMALLER, need
+
+Box = tuple[float, float, float, float]
+"""Left, right, bottom, top, in the unit of the grid."""
 
 MOVED = 0.1
 """Room on each side, by the contact's width, for what tractions of unlike bodies move it during a history."""
@@ -275,3 +278,74 @@ def within(grid: Grid, surface: Surface) -> Grid:
     columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
     rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))
     return grid.window(columns[0], columns[-1] + 1, rows[0], rows[-1] + 1)
+
+
+def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
+    """Bounding box of marked elements, with a margin of elements around.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit.
+    mask : ndarray, shape (ny, nx)
+        Positive where marked: a pressure, for one. At least one element.
+    around : int
+        The margin on every side.
+
+    Returns
+    -------
+    tuple of float
+        left, right, bottom, top, in the grid's unit of length.
+    """
+    rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
+    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
+    return (
+        x0 + (columns[0] - around) * dx,
+        x0 + (columns[-1] + 1 + around) * dx,
+        y0 + (rows[0] - around) * dy,
+        y0 + (rows[-1] + 1 + around) * dy,
+    )
+
+
+def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
+    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between.
+
+    Parameters
+    ----------
+    surface : Surface
+    approach : float or None
+        Where it is prescribed [length].
+    grid : Grid
+        Explicit, physical.
+
+    Returns
+    -------
+    SceneError
+        To be raised.
+    """
+    left, right, bottom, top = grid.box
+    x = y = 0.0
+    if isinstance(surface, SampledDistance):
+        iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
+        least = float(surface.samples[iy, ix])
+        if approach is not None and approach <= least:
+            return bodies_apart(approach, least)
+        if surface.placed:
+            x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
+        else:
+            x, y = left, bottom
+    if not (left <= x <= right and bottom <= y <= top):
+        box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
+        return SceneError(
+            "grid",
+            box,
+            "a potential contact that contains the contact",
+            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}",
+        )
+    return TooCoarse(
+        "grid",
+        grid,
+        "fine enough to hold one contact element",
+        message="grid is too coarse to hold one contact element: no element's centre is in contact",
+    )

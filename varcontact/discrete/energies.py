@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.residuals import magnitude
 from varcontact.errors import SceneError
 from varcontact.system.threads import one_blas_thread
 

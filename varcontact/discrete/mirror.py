@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.elasticity.operators import RestrictedOperator
 
 ROUNDING = 1e-12

@@ -195,19 +195,9 @@ class Operators:
         for operators in self._divided.values():
             operators.forget()
 
-    def same(self, lattice: Grid, nu: float, K: float, depth: float) -> bool:
-        """Whether these are the operators of that lattice and those constants.
-
-        Parameters
-        ----------
-        lattice : Grid
-            Explicit, dimensionless.
-        nu, K : float
-            Combined constants (59), (60) [-].
-        depth : float
-            In line contact: the dimensionless depth from which displacements count.
-        """
-        return (self.lattice, self.nu, self.K, self.depth) == (lattice, nu, K, depth)
+    def same(self, other: Operators) -> bool:
+        """Whether these are of the same lattice and constants."""
+        return (self.lattice, self.nu, self.K, self.depth) == (other.lattice, other.nu, other.K, other.depth)
 
     def _table(
         self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order"

@@ -36,6 +36,7 @@ from varcontact.system.files import (
     regular,
     write_whole,
 )
+from varcontact.solvers.statistics import Calls
 from varcontact.system.memory import need
 
 if TYPE_CHECKING:

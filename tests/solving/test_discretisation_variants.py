@@ -6,7 +6,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.reference import carter, line_contact
-from varcontact.solving.ways import Way, answer, extrapolated
+from varcontact.solving.discretisation_variants import Way, answer, extrapolated
 
 SCENE = vc.Scene(
     bodies=vc.Bodies(G=1.0, nu=0.28),

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.discrete.gap import ROUNDING, magnitude, project, shares
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
-from varcontact.discrete.symmetric import PositiveDefinite, norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.residuals import ROUNDING, magnitude, project, shares
 from varcontact.elasticity.operators import RestrictedOperator
 
 EPS = float(np.finfo(float).eps)

@@ -10,22 +10,29 @@ from itertools import product
 import numpy as np
 
 from varcontact.checks import LARGE
-from varcontact.discrete.contact_grid import across, clipped, enlarged, fitted, if_noise, known_grid, within
-from varcontact.discrete.containment import contact_box, outside
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.contact_grid import (
+    across,
+    clipped,
+    contact_box,
+    enlarged,
+    fitted,
+    if_noise,
+    known_grid,
+    within,
+)
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
 from varcontact.planning.roads import many_pressed
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.start_grid import interpolated
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 
 FOUND = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""
@@ -74,9 +81,9 @@ def _looked_for(scene: Scene, pressure_on: PressureOn) -> tuple[Grid, _Found | N
     return within(spec.spread(contact), surface), found
 
 
-def on_a_grid_that_holds_it(
+def solve_contact(
     scene: Scene,
-    steps: Steps,
+    steps: ContactSolver,
     known: Operators | None = None,
     begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
     near: Solution | None = None,
@@ -109,12 +116,11 @@ def on_a_grid_that_holds_it(
         If no grid is found that holds the contact.
     """
     closed_form, coupled = steps.plan.closed_form, steps.plan.coupling != "none"
-    with steps.clock("grid"):
+    with steps.stats.stage("grid"):
         normal = steps.plan.normal if steps.plan.convex else "norm"
-        looks = Steps(replace(steps.plan, normal=normal), 1e-6, True, Clock(), deadline=steps.deadline)
+        looks = ContactSolver(replace(steps.plan, normal=normal), 1e-6, True, steps.stats, deadline=steps.deadline)
         beside = None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
         grid, last = _looked_for(scene, looks.pressure) if beside is None else _near(scene, beside)
-        steps.clock.adopt("grid", looks.clock.tally("normal"))
     if near is not None and begun is None:
         begun = partial(_rubbing_as, near)
     moved = 0
@@ -122,14 +128,14 @@ def on_a_grid_that_holds_it(
         disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
         known = disc.operators
         disc, state = _pressed(scene, disc, steps, unloaded(grid) if last is None else last.on(disc), attempt < 3)
-        with steps.clock("grid"):
+        with steps.stats.stage("grid"):
             overlap = outside(disc, state, closed_form)
             closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
         if (overlap is None and closer is None) or (coupled and moved):
             state = contact(disc, steps, state if begun is None else begun(disc, state))
             if not coupled:
                 return disc, state
-            with steps.clock("grid"):
+            with steps.stats.stage("grid"):
                 overlap = outside(disc, state)
                 closer = fitted(scene, grid, state.pressure, any_surface=True) if 0 < moved < 4 else None
             if overlap is None and closer is None:
@@ -151,7 +157,7 @@ def on_a_grid_that_holds_it(
 
 
 def _pressed(
-    scene: Scene, disc: Discretisation, steps: Steps, state: ContactState, may_move: bool
+    scene: Scene, disc: Discretisation, steps: ContactSolver, state: ContactState, may_move: bool
 ) -> tuple[Discretisation, ContactState]:
     """The pressure without tractions; on parts of the elements only where the grid is the last one, as far as known."""
     if steps.plan.cells(scene) == (1, 1):
@@ -160,10 +166,9 @@ def _pressed(
         return steps.pressed_on_parts(disc, state)
     few = not (steps.plan.convex or many_pressed(scene))
     plan = replace(steps.plan, normal="norm") if few else steps.plan
-    with steps.clock("grid"):
-        look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False, clock=Clock())
+    with steps.stats.stage("grid"):
+        look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)
         state = look.pressure(disc, state)
-        steps.clock.adopt("grid", look.clock.tally("normal"))
         moves = outside(disc, state) is not None or (may_move and fitted(scene, disc.grid, state.pressure) is not None)
     return (disc, state) if moves else steps.pressed_on_parts(disc, state)
 
@@ -179,12 +184,14 @@ class _Found:
     @classmethod
     def of(cls, disc: Discretisation, state: ContactState) -> _Found:
         """That of a state on a discretisation."""
-        return cls(disc.grid, state.pressure * disc.pressure, state.approach * disc.displacement + disc.base)
+        return cls(
+            disc.grid, state.pressure * disc.scales.pressure, state.approach * disc.scales.displacement + disc.base
+        )
 
     def on(self, disc: Discretisation) -> ContactState:
         """Its pressure on the elements of another grid."""
-        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.pressure
-        approach = (self.approach - disc.base) / disc.displacement if np.isfinite(self.approach) else 0.0
+        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.scales.pressure
+        approach = (self.approach - disc.base) / disc.scales.displacement if np.isfinite(self.approach) else 0.0
         return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
@@ -197,10 +204,10 @@ def _near(scene: Scene, found: _Found) -> tuple[Grid, _Found]:
 
 def _rubbing_as(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
     """The state with the tractions of a solution on another grid; under a law of friction they choose no branch."""
-    motion = disc.motion
-    if motion is None or disc.law is not None:
+    motion = disc.loading.motion
+    if motion is None or disc.loading.law is not None:
         return state
-    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.pressure
+    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.scales.pressure
     found = np.nan_to_num(near.creepage[:2]) * unit_slip(disc)
     given = [motion.Fx is None, motion.Fy is None]
     return replace(state, traction=traction, rigid=np.where(given, 0.0, found))

@@ -8,7 +8,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
-from varcontact.solving.error_norm import error, semi_axes, units, values
+from varcontact.results.quantities_of_interest import error, semi_axes, units, values
 
 SCENE = vc.Scene(
     bodies=vc.Bodies(G=1.0, nu=0.0),

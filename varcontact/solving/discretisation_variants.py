@@ -13,12 +13,12 @@ from varcontact import checks
 from varcontact.discrete.contact_grid import given_grid
 from varcontact.errors import SceneError
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import steps_that_count, values
 from varcontact.results.solution import Solution
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.error_norm import steps_that_count, values
 from varcontact.solving.solve import solve
 
 STRIPS = 4
@@ -182,7 +182,7 @@ class Answered:
     Attributes
     ----------
     values : dict of str to float
-        As `varcontact.solving.error_norm.values` names them; extrapolated, if the way does so.
+        As `varcontact.results.quantities_of_interest.values` names them; extrapolated, if the way does so.
     solutions : tuple of Solution or of History
         From coarse to fine: one, or two.
     """

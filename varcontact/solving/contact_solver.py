@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import project, residuals
+from varcontact.discrete.contact_grid import no_element_in_contact
+from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.mirror import mirror_of
-from varcontact.discrete.on_parts import cells_of, parted
-from varcontact.discrete.out_of_reach import out_of_reach
-from varcontact.discrete.parts import means
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
+from varcontact.discrete.subgrid import cells_of, divided, means
 from varcontact.errors import NotConverged, Saturated
 from varcontact.planning import memory
 from varcontact.planning.costs import instead
@@ -26,18 +25,18 @@ from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import NormalSolver, TangentialSolver
 from varcontact.solvers.settings import Settings
+from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_loop import branch_of, under_law
 from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
-from varcontact.solving.polish import JointSolver, joint_road, normal_road, tangential_road, without_noise
+from varcontact.solving.pipeline import JointSolver, joint_road, normal_road, tangential_road, without_noise
 from varcontact.solving.start_grid import interpolated
-from varcontact.solving.timing import Clock
 from varcontact.system.memory import SMALLER, need
 
 
 @dataclass(frozen=True)
-class Steps:
+class ContactSolver:
     """The methods of a plan, each a step from one contact state to the next.
 
     Attributes
@@ -47,7 +46,7 @@ class Steps:
         Natural-map residual to reach.
     polish : bool
         Whether the answers of solvers of programs are taken to rounding.
-    clock : Clock
+    stats : SolveStats
     setups : Setups, optional
         Where solvers keep their set-ups.
     start : str or Solution, optional
@@ -67,7 +66,7 @@ class Steps:
     plan: Plan
     tol: float
     polish: bool
-    clock: Clock
+    stats: SolveStats
     setups: Setups | None = None
     start: str | Solution | None = None
     certify: str = "auto"
@@ -93,23 +92,23 @@ class Steps:
         state : ContactState
             Dimensionless.
         """
-        with self.clock("normal"):
+        with self.stats.stage("normal"):
             if self.plan.closed_form:
-                with self.clock.tally("normal").called("hertz"):
+                with self.stats.called("hertz"):
                     state = hertz_pressure(disc, state)
                 return replace(state, solved_by={**state.solved_by, "normal": "hertz"})
             coupled = disc.K != 0 and np.any(state.traction)
             problem = disc.normal_problem(state.traction if coupled else None).reachable()
             elements = problem.operator.elements
             if elements.size == 0:
-                raise out_of_reach(disc.surface, disc.approach, disc.grid)
+                raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
             peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size, memory.NORMAL_BYTES)
             need("the normal problem", peak, instead(self.plan.normal, elements.size))
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
             enough = enough_pressure(self.plan, disc, state, self.tol)
-            raw = self._normal_road(problem, self._settings("normal", enough, self.plan.loops), start)
+            raw = self._normal_road(problem, self._settings(enough, self.plan.loops), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -138,12 +137,12 @@ class Steps:
             With its means.
         """
         cells = cells_of(disc.grid.edge, disc.line)
-        parts = parted(disc, cells)
+        parts = divided(disc, cells)
         begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
-        higher = (disc.base - parts.base) / disc.displacement
+        higher = (disc.base - parts.base) / disc.scales.displacement
         solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + higher))
         found = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - higher)
-        return replace(disc, pressure_on_parts=solved.pressure, parts=parts), found
+        return replace(disc, subgrid=Subgrid(parts, solved.pressure)), found
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure.
@@ -163,18 +162,24 @@ class Steps:
         NotConverged
             If the solver gives no numbers.
         """
-        with self.clock("tangential"):
+        with self.stats.stage("tangential"):
             if self.plan.theory is not None:
-                with self.clock.tally("tangential").called(self.plan.tangential):
+                with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
-            _check_force(problem, disc.force)
+            _check_force(problem, disc.scales.force)
             enough = enough_traction(self.plan, disc, state, self.tol)
-            settings = self._settings("tangential", enough, in_passes(self.plan, disc))
+            settings = self._settings(enough, in_passes(self.plan, disc))
             raw = self._tractions(problem, state, settings)
-            if isinstance(disc.motion, Steady) and disc.difference == "second-order" and not raw.solved:
-                first = disc.moved(replace(disc.motion, slip_difference="first-order", spin_offset=None))
+            if (
+                isinstance(disc.loading.motion, Steady)
+                and disc.loading.slip_difference == "second-order"
+                and not raw.solved
+            ):
+                first = disc.with_loading(
+                    motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
+                )
                 easier = first.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
                 raw = self._from_first_order(easier, problem, settings, raw)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
@@ -223,16 +228,16 @@ class Steps:
         nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bearing[None])
         normal = disc.normal_problem()  # the pressures are unknowns: tractions can arise wherever they shift particles
         tangential = disc.tangential_problem(nothing.pressure, state.bearing, acting=shifted)
-        _check_force(tangential, disc.force)
+        _check_force(tangential, disc.scales.force)
         if tangential.size == 0:  # no friction where there is contact: no cones, and only the pressure is left
             return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
         peak = memory.peak(self.plan.tangential, "complementary", size)
         need("the joint program", peak, SMALLER)
-        with self.clock("joint"):
-            bodies = disc.traction_to_distance.between((0,), tangential.directions)
+        with self.stats.stage("joint"):
+            bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings("joint", self.tol))
+            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings(self.tol))
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -279,18 +284,18 @@ class Steps:
     def _joint_road(self) -> JointSolver:
         return joint_road(self.plan, self.polish)
 
-    def _settings(self, problem: str, tol: float, rough: bool = False) -> Settings:
+    def _settings(self, tol: float, rough: bool = False) -> Settings:
         rough = rough or not self.refined
-        return Settings(tol, self.plan.formulation, self.setups, self.clock.tally(problem), rough, self.deadline)
+        return Settings(tol, self.plan.formulation, self.setups, self.stats, rough, self.deadline)
 
 
-def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactState:
+def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> ContactState:
     """Pressure and traction, from the pressure without traction.
 
     Parameters
     ----------
     disc : Discretisation
-    steps : Steps
+    steps : ContactSolver
     start : ContactState
         With the pressure without traction, dimensionless.
 
@@ -301,7 +306,7 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
     """
     if not steps.plan.rubs:
         return start
-    if disc.law is None:
+    if disc.loading.law is None:
         return _coupled(disc, steps, start, WHOLE * steps.tol)
     if steps.plan.theory is not None:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
@@ -310,13 +315,13 @@ def contact(disc: Discretisation, steps: Steps, start: ContactState) -> ContactS
         return _coupled(disc, steps, state, tol)
 
     judge = _tangential if not steps.plan.loops else _whole
-    begin, remembered = steps.start, disc.law.continuous and isinstance(disc.motion, TimeStep)
+    begin, remembered = steps.start, disc.loading.law.continuous and isinstance(disc.loading.motion, TimeStep)
     if steps.continuum and begin is None and not remembered:
         start, begin = replace(start, friction=None), "slip"
     return under_law(disc, solve, judge, start, begin, tol=WHOLE * steps.tol)
 
 
-def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float) -> ContactState:
+def _coupled(disc: Discretisation, steps: ContactSolver, start: ContactState, tol: float) -> ContactState:
     """Pressure and traction by the plan's coupling, with known coefficients of friction."""
     normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
     if steps.plan.joint:
@@ -324,8 +329,8 @@ def _coupled(disc: Discretisation, steps: Steps, start: ContactState, tol: float
     if steps.plan.at_once:
         start = tangential(start)
         need("pressure and tractions together", memory.peak("newton", "none", 3 * disc.grid.size), SMALLER)
-        with steps.clock("both"):
-            start = at_once(disc, start, whole, Settings(tol, tally=steps.clock.tally("both"), deadline=steps.deadline))
+        with steps.stats.stage("both"):
+            start = at_once(disc, start, whole, Settings(tol, stats=steps.stats, deadline=steps.deadline))
     if steps.plan.loops:
         return panagiotopoulos(start, normal, tangential, whole, tol=tol)
     return tangential(start)

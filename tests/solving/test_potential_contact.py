@@ -7,10 +7,10 @@ import pytest
 
 import varcontact as vc
 from varcontact.planning.choice import make_plan
-from varcontact.solving import grid_search
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving import potential_contact
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.start_grid import interpolated
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)
 
@@ -51,7 +51,7 @@ def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
     expected = vc.solve(scene, normal="clarabel")
     small = scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * b, 0.3 * b))
     begun = []
-    monkeypatch.setattr(grid_search, "_looked_for", lambda *_: (begun.append(small) or small, None))
+    monkeypatch.setattr(potential_contact, "_looked_for", lambda *_: (begun.append(small) or small, None))
     grown = vc.solve(scene, normal="clarabel")
     assert begun == [small], "the search began with the small box"
     assert grown.approach == pytest.approx(expected.approach, rel=0.01)
@@ -311,8 +311,8 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
         bodies=BODIES, surface=vc.Ellipse(1.0, 0.7), normal_force=1.0, friction=0.3, motion=motion, grid=vc.Grid(32, 32)
     )
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
-    steps = Steps(make_plan(scene), 1e-10, True, Clock())
-    alone, near = (grid_search.on_a_grid_that_holds_it(scene, steps, near=each)[1] for each in (None, coarse))
+    steps = ContactSolver(make_plan(scene), 1e-10, True, SolveStats())
+    alone, near = (potential_contact.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
     assert near.iterations["tangential"] < alone.iterations["tangential"]

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.registry import counted, tangential_solver
 from varcontact.solvers.settings import Settings
 from varcontact.solvers.splitting import refine_tangential
-from varcontact.solving.polish import refined, unless_all_sticks, with_fallback
+from varcontact.solving.pipeline import refined, unless_all_sticks, with_fallback
 
 CELLS = vc.Grid(nx=8, ny=8)
 
@@ -30,7 +30,7 @@ def gives_up(problem, settings, start):
 
 
 def calls(settings):
-    return {name: (each.count, each.iterations) for name, each in settings.tally.calls.items()}
+    return {name: (each.count, each.iterations) for name, each in settings.stats.calls[""].items()}
 
 
 @pytest.mark.parametrize("motion", [vc.Steady(vx=0.05, spin=0.1), vc.Shift(Fx=0.1, rotation=0.1)])

@@ -12,8 +12,8 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude, normal_residual, tangential_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.residuals import magnitude, normal_residual, tangential_residual
 from varcontact.errors import SceneError, TooLarge
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan
@@ -119,15 +119,15 @@ def joint_road(plan: Plan, polish: bool) -> JointSolver:
     ) -> tuple[RawSolution, RawSolution]:
         exact = replace(settings, tol=UNPOLISHED * settings.tol)
         rough = replace(settings, tol=TO_REFINE[0])
-        with settings.tally.called(name):
+        with settings.stats.called(name):
             asked = rough if polish or plan.convex else exact
             pressed, rubbed = solve_joint(name, normal, tangential, coupling, asked)
-            settings.tally.iterated(name, rubbed.iterations)
+            settings.stats.iterated(name, rubbed.iterations)
         if not plan.convex or not (_finite(pressed) and _finite(rubbed)):
             return replace(pressed, solver=name), replace(rubbed, solver=name)
-        with settings.tally.called("splitting"):
+        with settings.stats.called("splitting"):
             nearer, near = refine_both(normal, tangential, coupling, exact, (pressed, rubbed))
-            settings.tally.iterated("splitting", near.iterations)
+            settings.stats.iterated("splitting", near.iterations)
         answer = replace(near, iterations=rubbed.iterations, solver="splitting")
         return replace(nearer, solver="splitting"), answer
 

@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.on_parts import normal_as_solved
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.subgrid import normal_as_solved
 from varcontact.system.threads import one_blas_thread
 
 ROUNDING = 4 * float(np.finfo(float).eps)

@@ -8,9 +8,9 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate, certify_problems
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import normal_residual
-from varcontact.discrete.parts import means
+from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.subgrid import means
 from varcontact.errors import NotConverged, SceneError
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import sizes_found
@@ -20,16 +20,16 @@ from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.road import estimated
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.subproblems import Steps
 
 ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
 
 
-def judged(
-    scene: Scene, disc: Discretisation, state: ContactState, steps: Steps, refinement: Refinement | None = None
+def finish(
+    scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver, refinement: Refinement | None = None
 ) -> Solution:
     """The solution, with its certificate; held to the tolerance.
 
@@ -59,22 +59,22 @@ def judged(
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
     posed = disc
-    if disc.law is not None and plan.rubs:
-        disc = disc.rubbing(coefficient(disc, state))
+    if disc.loading.law is not None and plan.rubs:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
     fields = state.pressure, state.approach, state.traction, state.rigid
     lazily = plan.matrix_free and steps.certify == "auto"
-    with steps.clock("certificate"):
+    with steps.stats.stage("certificate"):
         certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
         certificate = certify_problems(disc, *fields, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
-    if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
+    if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
-    clock = steps.clock
-    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, clock.timing(), clock.calls())
+    stats = steps.stats
+    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
     if refinement is not None:
         density = means(refinement.power_density, refinement.cells)
         solution = replace(solution, refinement=refinement, power_density=density)
@@ -84,7 +84,7 @@ def judged(
     return solution
 
 
-def as_told(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> Solution:
+def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> Solution:
     """The solution on a first, coarse grid, as its solvers tell it: without a certificate, and without sizes.
 
     Where they are not done, and where no single solver can tell, it is judged as any other.
@@ -98,15 +98,15 @@ def as_told(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
         Of the solution, dimensionless.
     steps : Steps
     """
-    plan, clock = steps.plan, steps.clock
-    if plan.loops or plan.marches or disc.law is not None or not all(state.solved.values()):
-        return judged(scene, disc, state, steps)
-    return solution_of(scene, disc, plan, state, Certificate.none(), True, clock.timing(), clock.calls())
+    plan, stats = steps.plan, steps.stats
+    if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
+        return finish(scene, disc, state, steps)
+    return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
 
 
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances that count from so far away that their rounding is seen in the contact."""
-    approach = state.approach * disc.displacement
+    approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
         raise SceneError(
             "surface.h",
