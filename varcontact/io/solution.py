@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS, Certificate, ForceBounds
-from varcontact.discrete.slip import EXTERIOR, SLIP, STICK
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
@@ -26,7 +26,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 from varcontact.system.files import (
     check_one_of_endings,
     check_replaceable,
@@ -36,7 +36,6 @@ from varcontact.system.files import (
     regular,
     write_whole,
 )
-from varcontact.solvers.statistics import Calls
 from varcontact.system.memory import need
 
 if TYPE_CHECKING:

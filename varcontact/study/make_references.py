@@ -20,7 +20,6 @@ import numpy as np
 
 import varcontact
 from varcontact.errors import VarcontactError
-from varcontact.io.outputs import write_whole
 from varcontact.results.quantities_of_interest import NORMAL, units
 from varcontact.scene.grid import Grid
 from varcontact.solving.solve import solve
