@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from varcontact.io.contact_input import read_contact_input
     from varcontact.io.contact_output import ContactOutput, read_contact_output
     from varcontact.io.contact_results import ContactResult, read_contact_result
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.planning.plan import Plan, plan
     from varcontact.planning.sizes import Matrix, Sizes
     from varcontact.plotting.curve import plot_curve
@@ -141,7 +141,7 @@ _PLACES = {
     "varcontact.io.contact_input": ("read_contact_input",),
     "varcontact.io.contact_output": ("ContactOutput", "read_contact_output"),
     "varcontact.io.contact_results": ("ContactResult", "read_contact_result"),
-    "varcontact.io.scene_file": ("read_scene",),
+    "varcontact.io.scene_toml": ("read_scene",),
     "varcontact.planning.plan": ("Plan", "plan"),
     "varcontact.planning.sizes": ("Matrix", "Sizes"),
     "varcontact.plotting.curve": ("plot_curve",),

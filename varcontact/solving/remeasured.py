@@ -21,7 +21,7 @@ from varcontact.discrete.state import ContactState, hertz_pressure
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.discrete.subgrid import means, normal_as_solved, with_subgrid
 from varcontact.io.history_file import Stored
-from varcontact.io.solution_file import read
+from varcontact.io.solution import read
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.refinement import Refinement
@@ -33,7 +33,7 @@ from varcontact.solving.defect_correction.passes import of_elements, with_forces
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.march import March, marching_on, without_load
 from varcontact.solving.transient import largest_contacts
-from varcontact.system.reading import reading
+from varcontact.system.files import reading
 from varcontact.system.threads import one_blas_thread
 
 ROUNDED = 1e-11
