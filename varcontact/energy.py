@@ -24,9 +24,15 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.energies import complementary_energy, potential_energy
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
-from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
+from varcontact.discrete.residuals import (
+    complementary_energy,
+    gap,
+    normal_gap,
+    normal_residual,
+    potential_energy,
+    tangential_residual,
+)
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.discrete.subgrid import normal_as_solved, with_subgrid
 from varcontact.errors import SceneError

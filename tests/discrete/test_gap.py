@@ -9,11 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.certificate import certify_problems
+from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.energies import complementary_energy, potential_energy
 from varcontact.discrete.force_bounds import force_bound
-from varcontact.discrete.residuals import gap, normal_gap, normal_residual, project, tangential_residual
+from varcontact.discrete.residuals import (
+    complementary_energy,
+    gap,
+    normal_gap,
+    normal_residual,
+    potential_energy,
+    project,
+    tangential_residual,
+)
+from varcontact.discrete.state import ContactState
 from varcontact.solving.potential_contact import first_grid
 
 MOTIONS = {
@@ -285,6 +293,6 @@ def test_no_number_is_no_small_residual(rolling):
     assert np.isnan(normal_residual(normal, np.full(normal.distance.size, np.nan), np.zeros(1)))
     for bad in (np.full_like(sol.traction, np.nan), np.where(np.isclose(sol.pressure, sol.pressure.max()), np.nan, 0)):
         bad = np.broadcast_to(bad, sol.traction.shape)
-        certificate = certify_problems(disc, pressure, 0.0, bad, STILL, True)
+        certificate = certificate_of(disc, ContactState(pressure, 0.0, bad, STILL), True)
         assert not certificate.residual <= 1.0
         assert not certificate.tangential_residual <= 1.0

@@ -260,7 +260,7 @@ def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
         steps = ContactSolver(make_plan(shift), 1e-14, True, SolveStats())
         state = dataclasses.replace(unloaded(sol.grid), pressure=pressure * bumps, approach=approach)
         state = steps.traction(disc, state)
-        normal, tangential, whole = residuals_of(disc, state.pressure, approach, state.traction, state.rigid)
+        normal, tangential, whole = residuals_of(disc, state)
         assert normal < 2e-8
         assert tangential < 1e-12
         residuals.append(whole)

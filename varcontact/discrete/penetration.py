@@ -30,13 +30,6 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     Looked for on the lattice one element further, where the contact reaches the potential contact's edge; and
     at all samples that lie outside, where a sampled distance has its own coordinates. Where the pressure was solved for
     on parts of the elements, the next parts are looked at.
-
-    Parameters
-    ----------
-    disc : Discretisation
-    state : ContactState
-    closed_form : bool
-        Whether the pressure is Hertz's: then his ellipse tells.
     """
     lattice, solved = _as_solved(disc, state)
     found = _beyond(lattice, solved, closed_form)

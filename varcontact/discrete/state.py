@@ -62,38 +62,12 @@ class ContactState:
 
 
 def unloaded(grid: Grid) -> ContactState:
-    """Bodies without pressure or traction.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit.
-
-    Returns
-    -------
-    ContactState
-    """
+    """Bodies without pressure or traction."""
     return ContactState(np.zeros(grid.shape), 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Of a Hertzian surface.
-    state : ContactState
-
-    Returns
-    -------
-    ContactState
-
-    Raises
-    ------
-    NoContact, SceneError
-        If no element's centre is in contact.
-    """
+    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():

@@ -261,7 +261,7 @@ def assembled(
         **fields,
         approach=approach,
         creepage=(vx, vy, spin),
-        certificate=Certificate(**certificate, bounds=ForceBounds.known(*bounds)),
+        certificate=Certificate(**certificate, bounds=ForceBounds(*bounds)),
         converged=record["converged"],
         iterations=record["iterations"],
         status=record["status"],

@@ -338,12 +338,12 @@ def _coupled(disc: Discretisation, steps: ContactSolver, start: ContactState, to
 
 def _whole(disc: Discretisation, state: ContactState) -> float:
     """The residual of the whole problem in a state, by FFT."""
-    return max(residuals(disc, state.pressure, state.approach, state.traction, state.rigid))
+    return max(residuals(disc, state))
 
 
 def _tangential(disc: Discretisation, state: ContactState) -> float:
     """The residual of the tangential problem alone, under the pressure as it is."""
-    return residuals(disc, state.pressure, state.approach, state.traction, state.rigid)[1]
+    return residuals(disc, state)[1]
 
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.certificate import Certificate, certify_problems
+from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState
@@ -61,13 +61,12 @@ def finish(
     posed = disc
     if disc.loading.law is not None and plan.rubs:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
-    fields = state.pressure, state.approach, state.traction, state.rigid
     lazily = plan.matrix_free and steps.certify == "auto"
     with steps.stats.stage("certificate"):
-        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify, lazily)
+        certificate = certificate_of(disc, state, plan.closed_form, steps.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
-        certificate = certify_problems(disc, *fields, plan.closed_form, "full", lazily)
+        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan

@@ -287,6 +287,6 @@ def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) ->
     if size > 0:
         raise Saturated(size, 0.0)
     level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
-    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
+    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)

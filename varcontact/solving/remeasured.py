@@ -14,7 +14,7 @@ from typing import cast
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.certificate import certify_problems
+from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
 from varcontact.discrete.residuals import gap, normal_gap, normal_residual, project, residuals
 from varcontact.discrete.state import ContactState, hertz_pressure
@@ -148,9 +148,7 @@ def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     if _deserved(disc, sol, state):
         return stored
     closed_form = sol.plan.closed_form
-    certificate = certify_problems(
-        disc, state.pressure, state.approach, state.traction, state.rigid, closed_form, sol.certificate.level
-    )
+    certificate = certificate_of(disc, state, closed_form, sol.certificate.level)
     if not sol.plan.has_moment:
         certificate = certificate.without_moment()
     return replace(stored, certificate=certificate, converged=False, note=ANEW)
@@ -236,7 +234,7 @@ def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:
     if disc.loading.frictionless:
         found["residual"] = found["normal_residual"]
     else:
-        whole = residuals(disc, state.pressure, state.approach, traction, state.rigid)
+        whole = residuals(disc, replace(state, traction=traction))
         found["tangential_residual"] = whole[1]
         found["residual"] = whole[1] if sol.plan.closed_form else max(whole)
         tangential = disc.tangential_problem(state.pressure, acting=traction)

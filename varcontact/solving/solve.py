@@ -10,7 +10,7 @@ from typing import Unpack, overload
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.certificate import Certificate, certify_problems
+from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.discrete.subgrid import cells_of, means, with_subgrid
@@ -261,7 +261,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
     if isinstance(scene.friction, Law):
         disc = disc.with_loading(coefficient=coefficient(disc, replace(state, traction=tractions)))
     try:
-        return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
+        return certificate_of(disc, replace(state, traction=tractions), plan.closed_form)
     finally:
         disc.operators.forget()
 
