@@ -10,8 +10,8 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
 from tests.command import run
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.parts import means
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.subgrid import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.defect_correction.driver import overlaps
@@ -387,7 +387,7 @@ def on_fine_grid(a, b, cells):
     posed = dataclasses.replace(scene(cases()[0], 16), surface=vc.Ellipse(a=a, b=b))
     grid = vc.Grid(nx=cells, ny=cells, margin=1).spread((-a, a, -b, b))
     disc = discretise(dataclasses.replace(posed, grid=grid), grid)
-    return FineGrid(disc, posed.hertz.on_elements(grid) / disc.pressure)
+    return FineGrid(disc, posed.hertz.on_elements(grid) / disc.scales.pressure)
 
 
 def derivative(fine, known, traction):

@@ -9,7 +9,7 @@ import numpy as np
 
 from varcontact.checks import choice
 from varcontact.discrete.contact_grid import given_grid
-from varcontact.discrete.on_parts import cells_of
+from varcontact.discrete.subgrid import cells_of
 from varcontact.errors import SceneError
 from varcontact.planning.kinds import one_direction, own_image
 from varcontact.scene.motion import Steady, Transient

@@ -12,8 +12,8 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude, normal_residual, tangential_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.residuals import magnitude, normal_residual, tangential_residual
 from varcontact.errors import SceneError, TooLarge
 from varcontact.planning import memory
 from varcontact.planning.plan import Plan

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import within
-from varcontact.discrete.containment import Box, contact_box
+from varcontact.discrete.contact_grid import Box, contact_box, within
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
 from varcontact.planning.expectations import check_fits
 from varcontact.results.solution import Solution

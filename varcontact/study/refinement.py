@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.containment import Box
+from varcontact.discrete.contact_grid import Box
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import values
 from varcontact.results.solution import Solution

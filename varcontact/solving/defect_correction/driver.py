@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.contact_grid import across, within
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.quantities_of_interest import creepage_names, units
@@ -107,7 +106,7 @@ def _record(found: Corrected, coarser: Corrected) -> Refinement:
     That is the difference from half as many elements, what late passes changed, or what the field misses of a force
     that is prescribed. The components of force, and of creepage, have one: the length of a vector.
     """
-    motion, carried, rolled = found.fine.disc.motion, found.disc.carried, unit_slip(found.disc)
+    motion, carried, rolled = found.fine.disc.loading.motion, found.disc.loading.previous_step, unit_slip(found.disc)
     assert motion is not None
     assert carried is not None
     last, prescribed = found.forces[-1], (motion.Fx, motion.Fy)
@@ -117,7 +116,7 @@ def _record(found: Corrected, coarser: Corrected) -> Refinement:
     return Refinement(
         kind=CONTINUUM,
         grid=found.fine.grid,
-        traction=found.field.traction * found.disc.pressure,
+        traction=found.field.traction * found.disc.scales.pressure,
         slip=found.shift / rolled,
         correction=-carried.displacement / rolled,
         share=np.ones(found.disc.grid.shape),

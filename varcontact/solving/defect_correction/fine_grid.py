@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.parts import means
+from varcontact.discrete.subgrid import means
 from varcontact.elasticity.ellipsoidal import rooted_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.reference.hertz import HertzContact
@@ -78,12 +78,12 @@ class FineGrid:
     @property
     def axes(self) -> tuple[float, float]:
         """Semi-axes of the contact along x and y."""
-        return self.hertz.a / self.disc.length, self.hertz.b / self.disc.length
+        return self.hertz.a / self.disc.scales.length, self.hertz.b / self.disc.scales.length
 
     @cached_property
     def pressure_on_parts(self) -> np.ndarray:
         """Means of the pressure over the parts."""
-        return np.asarray(self.hertz.mean_pressure(*self.grid.lines) / self.disc.pressure)
+        return np.asarray(self.hertz.mean_pressure(*self.grid.lines) / self.disc.scales.pressure)
 
     @cached_property
     def derivative(self) -> GridOperator:
@@ -114,10 +114,10 @@ class FineGrid:
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift in a step of the coarse grid at the centres of the parts, (2, ...)."""
         disc = self.disc
-        assert isinstance(disc.motion, Steady)
+        assert isinstance(disc.loading.motion, Steady)
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
-        step = replace(disc.motion, spin_offset=0.0).step((disc.step or 0.0) * disc.length)
-        return np.asarray(step.shift(x, y, disc.length) / disc.displacement)
+        step = replace(disc.loading.motion, spin_offset=0.0).step((disc.step or 0.0) * disc.scales.length)
+        return np.asarray(step.shift(x, y, disc.scales.length) / disc.scales.displacement)
 
     def field(self, traction: np.ndarray, friction: np.ndarray) -> FineField:
         """The field from tractions on the elements, (2, ny, nx), and their coefficients of friction, (ny, nx)."""
@@ -148,7 +148,7 @@ class FineGrid:
 
     def forces(self, field: FineField) -> np.ndarray:
         """Fx, Fy and Mz, physical."""
-        return resultants(field.traction * self.disc.pressure, self.grid)
+        return resultants(field.traction * self.disc.scales.pressure, self.grid)
 
 
 def _sticking(field: FineField) -> np.ndarray:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Carried, Discretisation
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.discretisation import Discretisation, PreviousStep
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.scene.motion import Steady
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.fine_grid import FineField, FineGrid, resultants
@@ -29,7 +29,7 @@ class Corrected:
     Attributes
     ----------
     disc : Discretisation
-        The coarse problem as it was solved last, with the correction of its rigid shift in `carried`.
+        The coarse problem as it was solved last, with the correction of its rigid shift in `previous_step`.
     state : ContactState
         Its solution.
     fine : FineGrid
@@ -67,9 +67,9 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
     for k, damping in enumerate(DAMPING):
         begun = time.perf_counter()
         correction = correction + damping * (_defect(coarse, state, fine, field) - correction)
-        carried_more = (_loads(coarse, state) - fine.forces(field))[:2] / coarse.force
+        carried_more = (_loads(coarse, state) - fine.forces(field))[:2] / coarse.scales.force
         excess = excess + damping * (carried_more - excess)
-        disc = with_correction(coarse, correction, excess * coarse.force)
+        disc = with_correction(coarse, correction, excess * coarse.scales.force)
         state = contact(disc, last if k + 1 == len(DAMPING) else loose, state)
         field = fine.field(state.traction, _friction(disc, state))
         forces.append(fine.forces(field))
@@ -92,11 +92,12 @@ def late_change(of_passes: np.ndarray) -> np.ndarray:
 
 def with_correction(coarse: Discretisation, correction: np.ndarray, excess: np.ndarray) -> Discretisation:
     """The coarse problem with a correction of its rigid shift, (2, ny, nx), and of prescribed forces, (2,)."""
-    motion = coarse.motion
+    motion = coarse.loading.motion
     assert isinstance(motion, Steady)
     given = zip((motion.Fx, motion.Fy), excess, strict=True)
     Fx, Fy = (None if force is None else float(force + more) for force, more in given)
-    return replace(coarse, motion=replace(motion, Fx=Fx, Fy=Fy), carried=Carried(0.0 - correction, np.zeros(2)))
+    carried = PreviousStep(0.0 - correction, np.zeros(2))
+    return coarse.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=carried)
 
 
 def _defect(coarse: Discretisation, state: ContactState, fine: FineGrid, field: FineField) -> np.ndarray:
@@ -109,17 +110,17 @@ def _defect(coarse: Discretisation, state: ContactState, fine: FineGrid, field: 
 
 def _friction(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Coefficients on the elements, (ny, nx); under a law those found, continued beyond the contact."""
-    if disc.law is not None:
+    if disc.loading.law is not None:
         return continued(coefficient(disc, state), state.pressure > 0)
-    return np.broadcast_to(np.asarray(disc.coefficient, dtype=float), disc.grid.shape)
+    return np.broadcast_to(np.asarray(disc.loading.coefficient, dtype=float), disc.grid.shape)
 
 
 def _loads(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Fx, Fy and Mz of the elements, physical."""
-    return resultants(state.traction * disc.pressure, disc.grid)
+    return resultants(state.traction * disc.scales.pressure, disc.grid)
 
 
 def _creepages(disc: Discretisation, state: ContactState) -> np.ndarray:
     """vx and vy, given or found."""
-    assert disc.motion is not None
-    return np.asarray(disc.motion.rigid[:2] + state.rigid / unit_slip(disc))
+    assert disc.loading.motion is not None
+    return np.asarray(disc.loading.motion.rigid[:2] + state.rigid / unit_slip(disc))
