@@ -160,7 +160,7 @@ class GridOperator:
         return operator
 
     def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        """The same operator between some components of displacement and of traction only, remembered."""
+        """The same operator between some components of displacement (`rows`) and of traction (`columns`) only."""
         if (len(rows), len(columns)) == self.table.shape[:2]:
             return self
         parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
