@@ -25,7 +25,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.transient import Transient
 from varcontact.study.store import Table, plain_rows
 from varcontact.study.tables import columns_of_text
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.on_grid import THEORIES, why_not
 
 if TYPE_CHECKING:
     import pandas as pd

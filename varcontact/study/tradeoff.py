@@ -29,7 +29,7 @@ from varcontact.study.front import COLUMNS, TARGETS, WORDS, Tradeoff
 from varcontact.study.reference_scenes import Posed
 from varcontact.study.references import Reference, references, signature
 from varcontact.study.store import Table
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 SECOND_ORDER = (("slip_difference", "second-order"), ("spin_offset", None))
 REPEATED = 3

@@ -9,12 +9,11 @@ from varcontact.theories.fastsim import (
     fastsim,
     fastsim_field,
     fastsim_on_grid,
+    fastsim_under_law,
 )
-from varcontact.theories.fastsim_law import fastsim_under_law
-from varcontact.theories.inputs import Resultants
-from varcontact.theories.linear import linear_creepage, linear_forces
+from varcontact.theories.force_inversion import creepage_for_force
+from varcontact.theories.linear import Resultants, linear_creepage, linear_forces
 from varcontact.theories.polach import polach
-from varcontact.theories.prescribed import creepage_for_force
 from varcontact.theories.simplified import (
     flexibilities,
     flexibility,
@@ -23,8 +22,7 @@ from varcontact.theories.simplified import (
     simplified_traction,
 )
 from varcontact.theories.strip_theory import fastrip, strip
-from varcontact.theories.table import equivalent_ellipse, table_forces
-from varcontact.theories.table_book import TableBook
+from varcontact.theories.table_book import TableBook, equivalent_ellipse, table_forces
 from varcontact.theories.vermeulen_johnson import (
     VermeulenJohnsonCoefficients,
     vermeulen_johnson,
