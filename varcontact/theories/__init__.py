@@ -22,7 +22,8 @@ from varcontact.theories.simplified import (
     simplified_traction,
 )
 from varcontact.theories.strip_theory import fastrip, strip
-from varcontact.theories.table_book import TableBook, equivalent_ellipse, table_forces
+from varcontact.theories.table import equivalent_ellipse, table_forces
+from varcontact.theories.table_book import TableBook
 from varcontact.theories.vermeulen_johnson import (
     VermeulenJohnsonCoefficients,
     vermeulen_johnson,

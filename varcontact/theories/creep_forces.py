@@ -18,7 +18,8 @@ from varcontact.theories.linear import linear_resultants
 from varcontact.theories.polach import polach_forces
 from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.strip_theory import Strips, calibrated, fastrip_forces, strip_forces
-from varcontact.theories.table_book import TableBook, book_of, check_nu, interpolated, ratio_in_book
+from varcontact.theories.table import book_of, check_nu, interpolated, ratio_in_book
+from varcontact.theories.table_book import TableBook
 
 
 @dataclass(frozen=True, eq=False)

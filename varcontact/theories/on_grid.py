@@ -25,7 +25,7 @@ from varcontact.theories.force_inversion import creepage_carrying
 from varcontact.theories.polach import polach
 from varcontact.theories.simplified import PEAK, flexibilities_of, simplified_traction
 from varcontact.theories.strip_theory import SMALLEST, kalker_factors, slip_depth, strip_creepages
-from varcontact.theories.table_book import table_forces, why_not_in_book
+from varcontact.theories.table import table_forces, why_not_in_book
 from varcontact.theories.vermeulen_johnson import (
     vermeulen_johnson,
     vermeulen_johnson_creepage,

@@ -1,35 +1,28 @@
-"""A table book: forces of the exact theory, computed once for ellipses and creepages, and interpolated.
-
-Source: the table books of Kalker's program CONTACT (USETAB), in variables of our own.
-"""
+"""A table book: normalised variables, entries, the splines through them, and its file."""
 
 from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from importlib.resources import as_file, files
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, NdBSpline
 
 from varcontact import checks
-from varcontact.errors import OutputError, SceneError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.errors import OutputError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients
+from varcontact.reference.equal_splines import FOUR, near_splines
 from varcontact.system.reading import reading
-from varcontact.theories.linear import Resultants, creepage_triples
-
-if TYPE_CHECKING:
-    from varcontact.scene.grid import Grid
 
 FORMAT = "varcontact table 3"
-OUTSIDE = ("refuse", "clamp")
-NEAR = 0.01
-"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less than 1 % over it."""
+AT_ONCE = 512
+"""Creepages that are computed together: what they need stays in the processor's cache."""
 AT_FULL, MORE = 3, 2.0**15
 """B-splines of t that are not zero at full slip, and by what part finer than the others a file has them."""
 FEW = 64
@@ -41,189 +34,10 @@ KNEE, ROOM = 1.8, 0.35
 SPIN = 0.5
 """Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
 TINY = 1e-200
-
-
-def table_forces(
-    a: float,
-    b: float,
-    G: float,
-    friction_force: Any,
-    creepages: Any,
-    *,
-    nu: float | None = None,
-    book: TableBook | None = None,
-    outside: str = "refuse",
-) -> Resultants:
-    """Forces and moment by interpolation in a table of exact solutions.
-
-    Parameters
-    ----------
-    a, b : float
-        Semi-axes along the rolling direction and across it [length].
-    G : float
-        Combined modulus of rigidity [force/area].
-    friction_force : float or array_like
-        ``f Fz``, the most that friction can carry [force]; broadcasts with the leading shape of `creepages`.
-    creepages : array_like, shape (..., 3)
-        vx, vy [-] and spin [1/length].
-    nu : float, optional
-        Combined Poisson's ratio of the bodies, to be held against that of the book.
-    book : TableBook, optional
-        That of the package (nu = 0.28), if none is given.
-    outside : {"refuse", "clamp"}
-        What becomes of an a/b outside the book: an error, or the forces at the nearest a/b it has.
-
-    Returns
-    -------
-    Resultants
-        Force (..., 2) and moment (...) on body 1.
-
-    Raises
-    ------
-    SceneError
-        If a/b is outside the book, nu is not its, or a number is not finite, or not positive where it must be.
-
-    Notes
-    -----
-    The variables are those of `TableBook`. The slope at the origin is that of `linear_forces` with the coefficients of
-    `no_slip_coefficients`, and infinite creepage gives the forces of full slip. The force never exceeds ``f Fz``: it is
-    cut there.
-
-    Examples
-    --------
-    >>> force = table_forces(6e-3, 4e-3, 82e9, 30e3, [[1e-3, 0.0, 0.0], [1.0, 0.0, 0.0]], nu=0.28).force
-    >>> print((force[:, 0] / 30e3).round(2))
-    [-0.28 -1.  ]
-    """
-    book = book_of(book)
-    if nu is not None:
-        check_nu(book, checks.number("nu", nu))
-    a, b, G = checks.positive("a", a), checks.positive("b", b), checks.positive("G", G)
-    ratio = ratio_in_book(book, a / b, outside)
-    creepage = creepage_triples(creepages)
-    limit = checks.positives("friction_force", friction_force, "positive")
-    checks.broadcasting({"friction_force": limit, "vx": creepage[..., 0]})
-    size = math.sqrt(a * b)
-    coefficients = no_slip_coefficients(ratio, book.nu)
-    Fx, Fy, Mz = interpolated(book, ratio, size, G * a * b / limit, np.moveaxis(creepage, -1, 0), coefficients)
-    return Resultants(np.stack([limit * Fx, limit * Fy], axis=-1), np.asarray(limit * size * Mz))
-
-
-def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
-    """Semi-axes of the ellipse that stands for a contact area of another shape, for those who ask for it.
-
-    It has the area of the contact, and its ratio of the second moments about its centre, along x and across.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit, as `Solution.grid`.
-    pressure : array_like, shape (ny, nx)
-        Positive in contact.
-
-    Returns
-    -------
-    a, b : float
-        Along the rolling direction and across it [length].
-
-    Raises
-    ------
-    SceneError
-        If the pressure is not of the grid's shape, or contact is nowhere.
-
-    Examples
-    --------
-    >>> import varcontact as vc
-    >>> sol = vc.solve(vc.Scene(
-    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=2.0, b=1.0), normal_force=1.0,
-    ...     grid=vc.Grid(nx=40, ny=40)))
-    >>> a, b = equivalent_ellipse(sol.grid, sol.pressure)
-    >>> print(f"{a:.1f} {b:.1f}")
-    2.0 1.0
-    """
-    pressures = checks.array("pressure", pressure, 2)
-    if pressures.shape != grid.shape:
-        raise checks.wrong_shape("pressure", pressures.shape, f"of shape {grid.shape}")
-    contact = pressures > 0
-    if not contact.any():
-        raise SceneError("pressure", float(pressures.max()), "positive somewhere")
-    rows, columns = np.nonzero(contact)
-    sides = np.array(grid.sides)
-    spread = [
-        grid.x[columns].var() + sides[0] ** 2 / 12,
-        grid.y[rows].var() + sides[1] ** 2 / 12,
-    ]  # each is a rectangle
-    area, ratio = contact.sum() * grid.area, math.sqrt(spread[0] / spread[1])
-    return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
-
-
-def book_of(book: Any) -> TableBook:
-    """The book that is asked for, or that of the package."""
-    if book is None:
-        return shipped()
-    if not isinstance(book, TableBook):
-        raise SceneError("book", book, "a TableBook, as TableBook.read gives it")
-    return book
-
-
-def check_nu(book: TableBook, nu: Any) -> None:
-    """Refuse contacts whose Poisson's ratio is not that of the book."""
-    far = np.abs(np.asarray(nu) - book.nu) > NEAR
-    if far.any():
-        _refuse("nu", nu, far, f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own")
-
-
-def ratio_in_book(book: TableBook, ratio: Any, outside: str) -> Any:
-    """a/b within the book; elsewhere an error, or the nearest that it has."""
-    least, greatest = book.range
-    if isinstance(ratio, float) and least <= ratio <= greatest and outside in OUTSIDE:
-        return ratio
-    if checks.choice("outside", outside, OUTSIDE) == "refuse":
-        out = (np.asarray(ratio) < least * (1 - 1e-12)) | (np.asarray(ratio) > greatest * (1 + 1e-12))
-        if out.any():
-            hint = 'outside="clamp" takes the nearest'
-            _refuse("a/b", ratio, out, f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})")
-    inside = np.clip(ratio, least, greatest)
-    return inside if np.ndim(ratio) else float(inside)
-
-
-def _refuse(field: str, values: Any, bad: np.ndarray, allowed: str) -> NoReturn:
-    """The error of the first bad value, by its index where there are several."""
-    where = tuple(int(i) for i in np.argwhere(bad)[0])
-    raise SceneError(f"{field}{list(where)}" if where else field, float(np.asarray(values)[where]), allowed)
-
-
-def why_not_in_book(ratio: float, nu: float) -> str:
-    """Why the book of the package does not serve a contact, or nothing where it does."""
-    book = shipped()
-    least, greatest = book.range
-    if abs(nu - book.nu) > NEAR:
-        return f"its book is for nu = {book.nu:g}, and nu is {nu:.4g}; theories.table_forces takes books for others"
-    if not least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):
-        return f"its book has a/b from {least:.4g} to {greatest:.4g}, and a/b is {ratio:.4g}"
-    return ""
-
-
-def interpolated(
-    book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients
-) -> tuple[Any, Any, Any]:
-    """Normalised Fx, Fy and Mz in the shape of all arguments, which broadcast.
-
-    `size` is sqrt(ab), `unit` is G ab / (f Fz), `creepages` are vx, vy and spin.
-    """
-    C = coefficients
-    scale_x, scale_y, scale_z = reduced_scales(C, ratio)
-    vx, vy, spin = creepages
-    x, y, z = np.broadcast_arrays(unit * (scale_x * vx), unit * (scale_y * vy), unit * size * (scale_z * spin))
-    shape = x.shape
-
-    def each(value: Any) -> Any:
-        """One for each place, or one for all."""
-        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
-
-    C = CreepageCoefficients(*map(each, (C.C11, C.C22, C.C23, C.C33)))
-    Fx, Fy, Mz = book.normalised(x.ravel(), y.ravel(), z.ravel(), each(ratio), C)
-    return Fx.reshape(shape), Fy.reshape(shape), Mz.reshape(shape)
+NearSplines = tuple[Any, tuple[Any, ...]]
+"""The first of the splines that are not zero at a place, and their values there."""
+_SINGLE, _MANY = (math.sqrt, math.atan2, max), (np.sqrt, np.arctan2, np.maximum)
+"""The same functions, of floats and of arrays."""
 
 
 def reduced_scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any, Any, Any]:
@@ -288,40 +102,75 @@ class TableBook:
     splines: np.ndarray
     provenance: str
 
-    def normalised(
-        self, x: np.ndarray, y: np.ndarray, z: np.ndarray, ratio: Any, coefficients: CreepageCoefficients
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normalised Fx, Fy and Mz for reduced creepages (n,) along vx, vy and the spin; the force is cut at f Fz.
+    def normalised(self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, ...]:
+        """Normalised Fx, Fy and Mz for reduced creepages along vx, vy and the spin; the force is cut at f Fz.
 
-        The ratio a/b and its coefficients are one for all, or (n,).
+        Creepages are three floats, or arrays (n,) with a/b and its coefficients one for all or (n,).
         """
         linear = linear_part(x, y, z, ratio, coefficients)
+        if isinstance(x, float):
+            return self._normalised(x, y, z, linear, self._rows, self._near(ratio))
+        rows, several = self._rows, isinstance(ratio, np.ndarray)
+        near: NearSplines = (0, (1.0,))
+        if not several and len(x) > FEW:
+            rows = _rows_of(self, ratio)
+        elif not several:
+            near = self._near(ratio)
+        found = np.empty((3, len(x)))
+        for k in range(0, len(x), AT_ONCE):
+            part = slice(k, k + AT_ONCE)
+            there = self._near(ratio[part]) if several else near
+            found[:, part] = self._normalised(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
+        return tuple(found)
+
+    def _normalised(
+        self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: NearSplines
+    ) -> tuple[Any, ...]:
+        """The same by rows of all ratios or of one, at one place or some."""
+        sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
         across = y * y + z * z
-        rest = HALFWAY / (np.sqrt(x * x + across) + HALFWAY)
-        t, angle = 1 - rest, np.arctan2(z, y)
+        magnitude = sqrt(x * x + across)
+        rest = HALFWAY / (magnitude + HALFWAY)
+        t, angle = 1 - rest, atan2(z, y)
         other = (angle < 0) | (angle >= math.pi)
-        half_turn = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)
-        polar = np.arctan2(np.sqrt(across), np.abs(x)) * (2 / math.pi)
-        at = np.stack([places(t), polar, half_turn], axis=-1) * (np.array(self.splines.shape[1:4]) - 3)
-        if isinstance(ratio, float) and len(x) > FEW:
-            S = _splines_of(self, ratio)(at)
-        else:
-            S = self._spline(np.column_stack([np.broadcast_to(self._place(ratio), x.shape), at]))
+        turned = angle * (1 / math.pi) + (angle < 0) - (angle >= math.pi)
+        steps, polar, half_turn = (n - 3 for n in self.splines.shape[1:4])
+        ratio, in_ratio = near
+        i, in_t = near_splines(places(t) * steps, steps)
+        j, in_polar = near_splines(atan2(sqrt(across), abs(x)) * (polar * 2 / math.pi), polar)
+        k, in_angle = near_splines(turned * half_turn, half_turn)
+        first = ((ratio * (steps + 3) + i) * (polar + 3) + j) * (half_turn + 3) + k
+        count = 16 * len(in_ratio)
+        found = rows[np.asarray(first)[..., None] + self._offsets[:count]].view(float).reshape(-1, count, 12)
+        weights = (np.array(in_t)[:, None] * np.array(in_polar)).reshape(16, -1)
+        weights = (np.array(in_ratio).reshape(len(in_ratio), 1, -1) * weights).reshape(count, -1)
+        found = np.ascontiguousarray(weights.T)[:, None] @ found
+        found = np.array(in_angle).T[..., None, :] @ found.reshape(-1, 4, 3)
+        Sx, Sy, Sz = found.reshape(*np.shape(x), 3).T
         tt, rr, along, turn = t * t, rest * rest, 1 - 2 * (x < 0), 1 - 2 * other
-        Fx = along * tt * S[:, 0] + rr * linear[0]
-        Fy = turn * tt * S[:, 1] + rr * linear[1]
-        Mz = turn * tt * S[:, 2] + rr * linear[2]
-        cut = np.maximum(np.sqrt(Fx * Fx + Fy * Fy), 1.0)
+        Fx, Fy, Mz = (
+            along * tt * Sx + rr * linear[0],
+            turn * tt * Sy + rr * linear[1],
+            turn * tt * Sz + rr * linear[2],
+        )
+        cut = greater(sqrt(Fx * Fx + Fy * Fy), 1.0)
         return Fx / cut, Fy / cut, Mz
 
-    def _place(self, ratio: Any) -> Any:
-        """Where a/b stands among the splines."""
+    def _near(self, ratio: Any) -> NearSplines:
+        """The splines in log(a/b) that are not zero there."""
         least, greatest = self.range
-        return np.log(ratio / least) * ((len(self.splines) - 3) / math.log(greatest / least))
+        log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
+        return near_splines(log(ratio / least) * (intervals / math.log(greatest / least)), intervals)
 
     @cached_property
-    def _spline(self) -> NdBSpline:
-        return _spline_of(self.splines)
+    def _rows(self) -> np.ndarray:
+        return _in_rows(self.splines)
+
+    @cached_property
+    def _offsets(self) -> np.ndarray:
+        """Of the rows that a place needs: for each of four ratios four by t, for each of these four by the angle."""
+        t, polar, angle = self.splines.shape[1:4]
+        return np.asarray((((FOUR[:, None, None] * t + FOUR[:, None]) * polar + FOUR) * angle).ravel())
 
     @cached_property
     def range(self) -> tuple[float, float]:
@@ -440,16 +289,14 @@ def shipped() -> TableBook:
         return TableBook.read(path)
 
 
+def _in_rows(splines: np.ndarray) -> np.ndarray:
+    """A view of coefficients (..., 3) as overlapping rows of four neighbours, each an item: it is copied at once."""
+    each = np.ascontiguousarray(splines).reshape(-1, 3)
+    return np.ndarray(len(each) - 3, np.dtype((np.void, 4 * each.strides[0])), each.data, strides=each.strides[:1])
+
+
 @lru_cache(maxsize=32)
-def _splines_of(book: TableBook, ratio: float) -> NdBSpline:
-    """Those of one ratio."""
-    return _spline_of(BSpline(_knots(len(book.splines)), book.splines, 3)(book._place(ratio)))
-
-
-def _spline_of(coefficients: np.ndarray) -> NdBSpline:
-    """Cubic B-splines in the variables of all axes but the last, over intervals of one from 0."""
-    return NdBSpline(tuple(map(_knots, coefficients.shape[:-1])), coefficients, 3)
-
-
-def _knots(count: int) -> np.ndarray:
-    return np.arange(-3.0, count + 1)
+def _rows_of(book: TableBook, ratio: float) -> np.ndarray:
+    """The rows of one ratio."""
+    first, values = book._near(ratio)
+    return _in_rows(np.tensordot(values, book.splines[first : first + 4], 1))

@@ -1,0 +1,217 @@
+"""Forces by interpolation in a table book of the exact theory.
+
+Source: the table books of Kalker's program CONTACT (USETAB), in variables of our own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.theories.linear import Resultants, creepage_triples
+from varcontact.theories.table_book import TableBook, reduced_scales, shipped
+
+if TYPE_CHECKING:
+    from varcontact.scene.grid import Grid
+
+OUTSIDE = ("refuse", "clamp")
+NEAR = 0.01
+"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less than 1 % over it."""
+
+
+def table_forces(
+    a: float,
+    b: float,
+    G: float,
+    friction_force: Any,
+    creepages: Any,
+    *,
+    nu: float | None = None,
+    book: TableBook | None = None,
+    outside: str = "refuse",
+) -> Resultants:
+    """Forces and moment by interpolation in a table of exact solutions.
+
+    Parameters
+    ----------
+    a, b : float
+        Semi-axes along the rolling direction and across it [length].
+    G : float
+        Combined modulus of rigidity [force/area].
+    friction_force : float or array_like
+        ``f Fz``, the most that friction can carry [force]; broadcasts with the leading shape of `creepages`.
+    creepages : array_like, shape (..., 3)
+        vx, vy [-] and spin [1/length].
+    nu : float, optional
+        Combined Poisson's ratio of the bodies, to be held against that of the book.
+    book : TableBook, optional
+        That of the package (nu = 0.28), if none is given.
+    outside : {"refuse", "clamp"}
+        What becomes of an a/b outside the book: an error, or the forces at the nearest a/b it has.
+
+    Returns
+    -------
+    Resultants
+        Force (..., 2) and moment (...) on body 1.
+
+    Raises
+    ------
+    SceneError
+        If a/b is outside the book, nu is not its, or a number is not finite, or not positive where it must be.
+
+    Notes
+    -----
+    The variables are those of `TableBook`. The slope at the origin is that of `linear_forces` with the coefficients of
+    `no_slip_coefficients`, and infinite creepage gives the forces of full slip. The force never exceeds ``f Fz``: it is
+    cut there.
+
+    Examples
+    --------
+    >>> force = table_forces(6e-3, 4e-3, 82e9, 30e3, [[1e-3, 0.0, 0.0], [1.0, 0.0, 0.0]], nu=0.28).force
+    >>> print((force[:, 0] / 30e3).round(2))
+    [-0.28 -1.  ]
+    """
+    book = book_of(book)
+    if nu is not None:
+        check_nu(book, checks.number("nu", nu))
+    a, b, G = checks.positive("a", a), checks.positive("b", b), checks.positive("G", G)
+    ratio = ratio_in_book(book, a / b, outside)
+    creepage = creepage_triples(creepages)
+    limit: Any = friction_force
+    if type(limit) is not float or not 0 < limit <= checks.LARGE:
+        limit = checks.positives("friction_force", friction_force, "positive")
+        limit = limit if limit.ndim else float(limit)
+    if creepage.ndim > 1:
+        checks.broadcasting({"friction_force": limit, "vx": creepage[..., 0]})
+    size, unit, coefficients = math.sqrt(a * b), G * a * b / limit, no_slip_coefficients(ratio, book.nu)
+    apart = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
+    Fx, Fy, Mz = interpolated(book, ratio, size, unit, apart, coefficients)
+    force = np.empty((*np.shape(Fx), 2))
+    force[..., 0], force[..., 1] = limit * Fx, limit * Fy
+    return Resultants(force, limit * size * Mz)
+
+
+def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
+    """Semi-axes of the ellipse that stands for a contact area of another shape, for those who ask for it.
+
+    It has the area of the contact, and its ratio of the second moments about its centre, along x and across.
+
+    Parameters
+    ----------
+    grid : Grid
+        Explicit, as `Solution.grid`.
+    pressure : array_like, shape (ny, nx)
+        Positive in contact.
+
+    Returns
+    -------
+    a, b : float
+        Along the rolling direction and across it [length].
+
+    Raises
+    ------
+    SceneError
+        If the pressure is not of the grid's shape, or contact is nowhere.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> sol = vc.solve(vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=2.0, b=1.0), normal_force=1.0,
+    ...     grid=vc.Grid(nx=40, ny=40)))
+    >>> a, b = equivalent_ellipse(sol.grid, sol.pressure)
+    >>> print(f"{a:.1f} {b:.1f}")
+    2.0 1.0
+    """
+    pressures = checks.array("pressure", pressure, 2)
+    if pressures.shape != grid.shape:
+        raise checks.wrong_shape("pressure", pressures.shape, f"of shape {grid.shape}")
+    contact = pressures > 0
+    if not contact.any():
+        raise SceneError("pressure", float(pressures.max()), "positive somewhere")
+    rows, columns = np.nonzero(contact)
+    sides = np.array(grid.sides)
+    spread = [
+        grid.x[columns].var() + sides[0] ** 2 / 12,
+        grid.y[rows].var() + sides[1] ** 2 / 12,
+    ]  # each is a rectangle
+    area, ratio = contact.sum() * grid.area, math.sqrt(spread[0] / spread[1])
+    return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
+
+
+def book_of(book: Any) -> TableBook:
+    """The book that is asked for, or that of the package."""
+    if book is None:
+        return shipped()
+    if not isinstance(book, TableBook):
+        raise SceneError("book", book, "a TableBook, as TableBook.read gives it")
+    return book
+
+
+def check_nu(book: TableBook, nu: Any) -> None:
+    """Refuse contacts whose Poisson's ratio is not that of the book."""
+    if isinstance(nu, float) and abs(nu - book.nu) <= NEAR:
+        return
+    far = np.abs(np.asarray(nu) - book.nu) > NEAR
+    if far.any():
+        _refuse("nu", nu, far, f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own")
+
+
+def ratio_in_book(book: TableBook, ratio: Any, outside: str) -> Any:
+    """a/b within the book; elsewhere an error, or the nearest that it has."""
+    least, greatest = book.range
+    if isinstance(ratio, float) and least <= ratio <= greatest and outside in OUTSIDE:
+        return ratio
+    if checks.choice("outside", outside, OUTSIDE) == "refuse":
+        out = (np.asarray(ratio) < least * (1 - 1e-12)) | (np.asarray(ratio) > greatest * (1 + 1e-12))
+        if out.any():
+            hint = 'outside="clamp" takes the nearest'
+            _refuse("a/b", ratio, out, f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})")
+    inside = np.clip(ratio, least, greatest)
+    return inside if np.ndim(ratio) else float(inside)
+
+
+def _refuse(field: str, values: Any, bad: np.ndarray, allowed: str) -> NoReturn:
+    """The error of the first bad value, by its index where there are several."""
+    where = tuple(int(i) for i in np.argwhere(bad)[0])
+    raise SceneError(f"{field}{list(where)}" if where else field, float(np.asarray(values)[where]), allowed)
+
+
+def why_not_in_book(ratio: float, nu: float) -> str:
+    """Why the book of the package does not serve a contact, or nothing where it does."""
+    book = shipped()
+    least, greatest = book.range
+    if abs(nu - book.nu) > NEAR:
+        return f"its book is for nu = {book.nu:g}, and nu is {nu:.4g}; theories.table_forces takes books for others"
+    if not least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):
+        return f"its book has a/b from {least:.4g} to {greatest:.4g}, and a/b is {ratio:.4g}"
+    return ""
+
+
+def interpolated(
+    book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients
+) -> tuple[Any, Any, Any]:
+    """Normalised Fx, Fy and Mz in the shape of all arguments, which broadcast.
+
+    `size` is sqrt(ab), `unit` is G ab / (f Fz), `creepages` are vx, vy and spin.
+    """
+    x, y, z = (scale * creepage for scale, creepage in zip(reduced_scales(coefficients, ratio), creepages, strict=True))
+    x, y, z = unit * x, unit * y, unit * size * z
+    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
+        return book.normalised(x, y, z, ratio, coefficients)
+    shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
+
+    def each(value: Any) -> Any:
+        """One for each place, or one for all."""
+        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
+
+    c = coefficients
+    c = CreepageCoefficients(each(c.C11), each(c.C22), each(c.C23), each(c.C33))
+    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
+    Fx, Fy, Mz = book.normalised(x, y, z, each(ratio), c)
+    return Fx.reshape(shape), Fy.reshape(shape), Mz.reshape(shape)
