@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.scene.friction import BRANCHES, Law, kind_of
-from varcontact.scene.motion import Shift, Steady, TimeStep
-from varcontact.scene.transient import Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 
 if TYPE_CHECKING:
     from varcontact.results.history import History
     from varcontact.results.solution import Solution
-    from varcontact.solvers.tally import Calls
+    from varcontact.solvers.statistics import Calls
 
 
 def report(sol: Solution) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 
 from varcontact.checks import choice, moderate, named, positive, whole
 from varcontact.errors import SceneError
-from varcontact.scene import words
 
 Edge = Literal["centres", "touched", "softened"]
 """Which elements that the contact's edge cuts belong to it, see `Grid`."""
@@ -18,7 +17,15 @@ Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
 
 
-@named(words.GRID)
+@named(
+    {
+        "mx": "nx",
+        "my": "ny",
+        "xl": "x0",
+        "yl": "y0",
+        "n": "nx and ny",
+    }
+)
 @dataclass(frozen=True)
 class Grid:
     """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.

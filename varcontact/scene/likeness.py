@@ -6,8 +6,8 @@ import numpy as np
 
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 NEGLIGIBLE = 3e-4
 """The coupling is left out where it changes the forces by less, in parts of f Fz.

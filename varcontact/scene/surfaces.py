@@ -10,8 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.interpolation import Interpolation
-from varcontact.scene.smoothing import smoothed_field
+from varcontact.scene.interpolation import Interpolation, smoothed_field
 
 
 @dataclass(frozen=True)
