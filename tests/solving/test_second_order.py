@@ -10,10 +10,8 @@ from tests.benchmarks.coarse_forces import forces, read, scene
 from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact
-from varcontact.solving import subproblems
-from varcontact.theories.on_grid import no_slip_forces
 from varcontact.solving import contact_solver
-from varcontact.theories.no_slip import no_slip_forces
+from varcontact.theories.on_grid import no_slip_forces
 
 
 def errors(every, cells, second_order=True):

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
 from varcontact.reference.hertz import HertzContact
@@ -76,13 +75,13 @@ class _Contact:
 
     @cached_property
     def motion(self) -> Steady:
-        assert isinstance(self.disc.motion, Steady)
-        return self.disc.motion
+        assert isinstance(self.disc.loading.motion, Steady)
+        return self.disc.loading.motion
 
     @cached_property
     def friction(self) -> float:
-        assert isinstance(self.disc.coefficient, float)
-        return self.disc.coefficient
+        assert isinstance(self.disc.loading.coefficient, float)
+        return self.disc.loading.coefficient
 
     @cached_property
     def coefficients(self) -> CreepageCoefficients:
@@ -102,10 +101,10 @@ class _Contact:
         """Hertz's pressure, or a parabolic one with the same total."""
         inside = self.state.pressure
         if form == "elliptic":
-            return np.asarray(inside * self.disc.pressure)
+            return np.asarray(inside * self.disc.scales.pressure)
         (a, b, _), grid = self.ellipse, self.disc.grid
         height = np.maximum(1 - (grid.x[None, :] / a) ** 2 - (grid.y[:, None] / b) ** 2, 0.0) * (inside > 0)
-        return np.asarray(inside.sum() * self.disc.pressure * height / height.sum())
+        return np.asarray(inside.sum() * self.disc.scales.pressure * height / height.sum())
 
     def total(self, traction: np.ndarray) -> np.ndarray:
         """The force of tractions."""
@@ -124,7 +123,9 @@ class _Contact:
         """The state with dimensionless tractions, and with the rigid shift of creepages found in place of forces."""
         disc, step = self.disc, self.disc.step
         assert step is not None
-        rigid = np.asarray((creepage[:2] - np.array(self.motion.rigid[:2])) * step * disc.length / disc.displacement)
+        rigid = np.asarray(
+            (creepage[:2] - np.array(self.motion.rigid[:2])) * step * disc.scales.length / disc.scales.displacement
+        )
         return _closed_form(self.state, traction, rigid, slips & (self.state.pressure > 0))
 
 
@@ -159,11 +160,14 @@ def no_slip_forces(scene: Scene) -> tuple[np.ndarray, int]:
     both = np.ones((2, *scene.grid.shape))
     problem = disc.tangential_problem(disc.hertz.on_elements(scene.grid), acting=both)
     units = [replace(scene.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
-    shifts = [disc.moved(unit).rigid_shift.reshape(2, -1)[:, problem.operator.elements].ravel() for unit in units]
+    shifts = [
+        disc.with_loading(motion=unit).rigid_shift.reshape(2, -1)[:, problem.operator.elements].ravel()
+        for unit in units
+    ]
     tractions = np.linalg.solve(problem.operator.matrix, -np.transpose(shifts)).reshape(2, -1, 3)
     x, y = problem.points
-    moment = (x @ tractions[1] - y @ tractions[0]) * disc.length
-    return np.array([*tractions.sum(axis=1), moment]) * problem.area * disc.force, problem.size
+    moment = (x @ tractions[1] - y @ tractions[0]) * disc.scales.length
+    return np.array([*tractions.sum(axis=1), moment]) * problem.area * disc.scales.force, problem.size
 
 
 def _fastsim(
@@ -176,11 +180,11 @@ def _fastsim(
     def flexibilities(creepage: np.ndarray) -> np.ndarray:
         return flexibilities_of(a, b, G, creepage, contact.coefficients, flexibility)
 
-    if disc.law is not None:
+    if disc.loading.law is not None:
         creepage = np.array(contact.motion.rigid)
-        L, law, start = flexibilities(creepage), disc.law, state.branch
+        L, law, start = flexibilities(creepage), disc.loading.law, state.branch
         traction, slip = fastsim_on_grid_under_law(grid, a, b, L, pressure, creepage, law, start)
-        return contact.result(traction / disc.pressure, creepage, np.any(slip, axis=0))
+        return contact.result(traction / disc.scales.pressure, creepage, np.any(slip, axis=0))
     limits = contact.friction * pressure
 
     def tractions(creepage: np.ndarray) -> np.ndarray:
@@ -189,7 +193,7 @@ def _fastsim(
     carried = float(limits.sum()) * grid.area
     creepage = contact.creepage(lambda creepage: contact.total(tractions(creepage)), carried)
     traction = tractions(creepage)
-    return contact.result(traction / disc.pressure, creepage, _at_bound(traction, limits))
+    return contact.result(traction / disc.scales.pressure, creepage, _at_bound(traction, limits))
 
 
 def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState:
@@ -212,7 +216,7 @@ def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState
     carried = float(bound.sum()) * disc.grid.area
     creepage = contact.creepage(lambda creepage: contact.total(found(creepage)[0]), carried)
     traction, slips = found(creepage)
-    return contact.result(traction / disc.pressure, creepage, slips)
+    return contact.result(traction / disc.scales.pressure, creepage, slips)
 
 
 def _strip_tractions(
@@ -261,7 +265,7 @@ def _vermeulen_johnson(disc: Discretisation, state: ContactState) -> ContactStat
     stick = np.zeros(x.shape, dtype=bool)
     if r > 0:
         stick = ((x - a * (1 - r)) / a) ** 2 + (y / b) ** 2 < r**2
-    return contact.result(traction * scale / disc.pressure, creepage, ~stick)
+    return contact.result(traction * scale / disc.scales.pressure, creepage, ~stick)
 
 
 def _polach(disc: Discretisation, state: ContactState) -> ContactState:
@@ -292,7 +296,7 @@ def _polach(disc: Discretisation, state: ContactState) -> ContactState:
     total = shape.sum() * disc.grid.area
     traction = np.multiply.outer(carried / total if total > 0 else np.zeros(2), shape)
     bound = contact.friction * contact.pressure("elliptic")
-    return contact.result(traction / disc.pressure, creepage, shape >= bound * (1 - 1e-3))
+    return contact.result(traction / disc.scales.pressure, creepage, shape >= bound * (1 - 1e-3))
 
 
 def _table(disc: Discretisation, state: ContactState) -> ContactState:
@@ -306,7 +310,7 @@ def _table(disc: Discretisation, state: ContactState) -> ContactState:
     creepage = contact.creepage(lambda creepage: table_forces(a, b, G, limit, creepage).force, limit)
     found = table_forces(a, b, G, limit, creepage)
     vx, vy, spin = map(float, creepage)
-    free = disc.moved(replace(contact.motion, vx=vx, vy=vy, spin=spin, Fx=None, Fy=None))
+    free = disc.with_loading(motion=replace(contact.motion, vx=vx, vy=vy, spin=spin, Fx=None, Fy=None))
     traction = _fastsim(free, state, "elliptic").traction
     size = float(np.sqrt(a * b))
     wanted = np.array([*found.force, float(found.moment) / size]) / limit
