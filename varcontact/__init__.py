@@ -29,6 +29,7 @@ from varcontact.scene.units import MM_N, SI, Units
 
 if TYPE_CHECKING:
     from varcontact import kinematics, reference, wheel_rail
+    from varcontact.data.benchmark_scenes import standard_bank, unlike_bank
     from varcontact.discrete.certificate import Certificate
     from varcontact.io.contact_input import read_contact_input
     from varcontact.io.contact_output import ContactOutput, read_contact_output
@@ -47,16 +48,13 @@ if TYPE_CHECKING:
     from varcontact.results.stress import SubsurfaceStress, stress, stress_below
     from varcontact.solving.remeasured import load
     from varcontact.solving.solve import certify, solve
-    from varcontact.study.bank import standard_bank, unlike_bank
     from varcontact.study.compare import compare
     from varcontact.study.converge import converge
     from varcontact.study.convergence import Convergence
-    from varcontact.study.curve import creep_curve
-    from varcontact.study.front import Tradeoff
     from varcontact.study.references import Reference, references
-    from varcontact.study.scan import scan
+    from varcontact.study.scan import creep_curve, scan
     from varcontact.study.sweep import Standing, read_sweep, sweep
-    from varcontact.study.tradeoff import tradeoff
+    from varcontact.study.tradeoff import Tradeoff, tradeoff
     from varcontact.theories.creep_forces import CreepForces, creep_forces
 
 __version__ = "0.1.0"
@@ -157,16 +155,14 @@ _PLACES = {
     "varcontact.results.stress": ("SubsurfaceStress", "stress", "stress_below"),
     "varcontact.solving.remeasured": ("load",),
     "varcontact.solving.solve": ("certify", "solve"),
-    "varcontact.study.bank": ("standard_bank", "unlike_bank"),
+    "varcontact.data.benchmark_scenes": ("standard_bank", "unlike_bank"),
     "varcontact.study.compare": ("compare",),
     "varcontact.study.converge": ("converge",),
     "varcontact.study.convergence": ("Convergence",),
-    "varcontact.study.curve": ("creep_curve",),
-    "varcontact.study.front": ("Tradeoff",),
     "varcontact.study.references": ("Reference", "references"),
-    "varcontact.study.scan": ("scan",),
+    "varcontact.study.scan": ("creep_curve", "scan"),
     "varcontact.study.sweep": ("Standing", "read_sweep", "sweep"),
-    "varcontact.study.tradeoff": ("tradeoff",),
+    "varcontact.study.tradeoff": ("Tradeoff", "tradeoff"),
     "varcontact.theories.creep_forces": ("CreepForces", "creep_forces"),
 }
 _PACKAGES = ("kinematics", "reference", "theories", "wheel_rail")

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from varcontact.data.benchmark_scenes import Posed
 from varcontact.discrete.containment import Box
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
@@ -18,7 +19,6 @@ from varcontact.scene.transient import Transient
 from varcontact.solving.error_norm import values
 from varcontact.solving.solve import solve
 from varcontact.study.converge import contact_of, offset
-from varcontact.study.reference_scenes import Posed
 
 Edge = Literal["centres", "touched"]
 TOLERANCE = 1e-8
