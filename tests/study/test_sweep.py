@@ -140,7 +140,7 @@ class Beginning(ThreadPoolExecutor):
         self.left = 4
 
     @property
-    def beginning(self):
+    def starting(self):
         self.left -= 1
         return self.left >= 0
 
