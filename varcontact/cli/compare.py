@@ -49,7 +49,7 @@ def compare(
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.data.benchmark_scenes import standard_bank
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.picture_file import write_picture
     from varcontact.plotting.studies import plot_comparison
     from varcontact.study.compare import compare as compare_methods

@@ -15,17 +15,15 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.io.outputs import clear, replacing
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.study.csv_table import Table, identity
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
 from varcontact.study.parallel import opened, results
-from varcontact.system.locks import beside
+from varcontact.system.files import beside, clear, replacing
 
 if TYPE_CHECKING:
     from varcontact.study.comparison import Comparison

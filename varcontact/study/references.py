@@ -16,8 +16,8 @@ import numpy as np
 from varcontact import checks
 from varcontact.data.benchmark_scenes import Posed, reference_scenes
 from varcontact.errors import SceneError
+from varcontact.results.quantities_of_interest import error
 from varcontact.scene.scene import Scene
-from varcontact.solving.error_norm import error
 
 VERSION = 1
 """Version of the file of references."""
@@ -41,7 +41,8 @@ class Reference:
     bars : dict of str to float
         Half the widths of their 95 % intervals.
     units : dict of str to float
-        The size of an error of one, of the values that count (`varcontact.solving.error_norm`); areas do not.
+        The size of an error of one, of the values that count (`varcontact.results.quantities_of_interest`); not of
+        areas.
     kind : str
         Class of the scene.
     how : str
@@ -69,7 +70,7 @@ class Reference:
         Parameters
         ----------
         found : mapping of str to float
-            As `varcontact.solving.error_norm.values` gives them.
+            As `varcontact.results.quantities_of_interest.values` gives them.
 
         Returns
         -------

@@ -23,9 +23,9 @@ from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
+from varcontact.solving.discretisation_variants import Way, answer
 from varcontact.solving.options import polished_by
 from varcontact.solving.series import Series
-from varcontact.solving.ways import Way, answer
 from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
 from varcontact.study.parallel import alone, opened, results
@@ -289,7 +289,8 @@ class Tradeoff:
     Attributes
     ----------
     runs : pandas.DataFrame
-        A row per scene and way: outcome and reason; error in the norm of `varcontact.solving.error_norm`, and the
+        A row per scene and way: outcome and reason; error in the norm of
+        `varcontact.results.quantities_of_interest`, and the
         reference's own error bar; seconds, processor seconds, those of a repeat and of the set-up, memory [bytes];
         residual and relative gap, which bound the distance from the exact solution on the grid.
     classes : pandas.DataFrame
@@ -342,7 +343,7 @@ class Tradeoff:
         Parameters
         ----------
         targets : float or sequence of float
-            In the norm of `varcontact.solving.error_norm`.
+            In the norm of `varcontact.results.quantities_of_interest`.
 
         Returns
         -------
