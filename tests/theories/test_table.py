@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.data.make_table_book import DOUBT, GRIDS, HOW, make_table_book, stores
 from varcontact.reference import no_slip_coefficients
 from varcontact.study.table_make import (
     DOUBT,

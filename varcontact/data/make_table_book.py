@@ -1,4 +1,4 @@
-"""Making a table book: exact solutions of all its entries, by a sweep."""
+"""The maker of table books: exact solutions of all entries, by sweeps."""
 
 from __future__ import annotations
 
@@ -91,11 +91,11 @@ def make_table_book(
     executor, workers
         Where the entries are solved, as for `sweep`.
     out : str or Path, optional
-        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call goes on.
+        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call resumes.
     overwrite : bool
         Whether to replace a file that is no table book.
     progress : callable, optional
-        Told how far each of the sweeps is, of which there is one for each grid.
+        Called with the `Standing` of each sweep, of which there is one for each grid.
 
     Returns
     -------
@@ -163,33 +163,14 @@ def make_table_book(
 
 
 def check_out(field: str, path: Path, overwrite: bool) -> None:
-    """Refuse a file that a book cannot be written to, or that is something else.
-
-    Parameters
-    ----------
-    field : str
-        Its name, for the message.
-    path : Path
-    overwrite : bool
-        Whether a file that is no table book may be replaced.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Refuse a file to which a book cannot be written, or that is something else."""
     check_ending(field, path, ".nc")
     check_writable(field, path)
     check_replaceable(field, path, "table book", _is_book, overwrite)
 
 
 def stores(out: Path) -> tuple[Path, ...]:
-    """The stores of the sweeps, one for each grid, that stand beside a book while it is made.
-
-    Parameters
-    ----------
-    out : Path
-        The book's file.
-    """
+    """The stores of the sweeps, one for each grid, that stand beside a book while it is made."""
     return tuple(out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
 
 
