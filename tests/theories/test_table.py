@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.data.make_table_book import DOUBT, GRIDS, HOW, make_table_book, stores
-from varcontact.reference import no_slip_coefficients
-from varcontact.study.table_make import (
+from varcontact.data.make_table_book import (
     DOUBT,
     FULL,
     GRIDS,
@@ -20,6 +18,7 @@ from varcontact.study.table_make import (
     quadrature,
     stores,
 )
+from varcontact.reference import no_slip_coefficients
 from varcontact.theories import TableBook, equivalent_ellipse, linear_forces, table_forces
 from varcontact.theories.table_book import reduced_scales, shipped
 
