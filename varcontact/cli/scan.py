@@ -193,7 +193,7 @@ ROUNDING = 1e-13
 
 def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
     """The rows for people: what changes and what comes out."""
-    from varcontact.study.tables import columns_of_text
+    from varcontact.study.csv_table import columns_of_text
 
     names = [*list(rows[0])[:3], *PRINTED]
     cells = [
