@@ -18,7 +18,7 @@ ORDER = (
     {"planning"},
     {"results", "plotting", "io"},
     {"solving"},
-    {"study"},
+    {"study", "data"},
     {"kinematics"},
     {"wheel_rail"},
     {"energy", "cli", "__init__", "__main__"},
@@ -28,7 +28,7 @@ ORDER = (
 BACK = {
     # pictures take objects of later rooms, and need their types only
     ("plotting.studies", "study.convergence"),
-    ("plotting.tradeoff", "study.front"),
+    ("plotting.tradeoff", "study.tradeoff"),
     ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""
