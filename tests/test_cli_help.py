@@ -14,7 +14,7 @@ from varcontact.cli import app
 from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
 from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 METHODS_PAGE = (Path(__file__).parents[1] / "docs/methods.md").read_text()
 COMMANDS = sorted(typer.main.get_command(app).commands)

@@ -23,7 +23,7 @@ from varcontact.solvers.registry import (
     tangential_methods,
 )
 from varcontact.solving.series import solve_many
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (
     "convex",
