@@ -11,7 +11,7 @@ from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
 from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 
 def test_results_are_of_the_types_that_are_promised():

@@ -2,6 +2,7 @@
 
 from . import kinematics, reference, wheel_rail
 from . import theories as theories
+from .data.benchmark_scenes import standard_bank, unlike_bank
 from .discrete.certificate import Certificate
 from .errors import (
     Interrupted,
@@ -39,16 +40,13 @@ from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.units import MM_N, SI, Units
 from .solving.remeasured import load
 from .solving.solve import certify, solve
-from .study.bank import standard_bank, unlike_bank
 from .study.compare import compare
 from .study.converge import converge
 from .study.convergence import Convergence
-from .study.curve import creep_curve
-from .study.front import Tradeoff
 from .study.references import Reference, references
-from .study.scan import scan
+from .study.scan import creep_curve, scan
 from .study.sweep import Standing, read_sweep, sweep
-from .study.tradeoff import tradeoff
+from .study.tradeoff import Tradeoff, tradeoff
 from .theories.creep_forces import CreepForces, creep_forces
 
 __version__: str

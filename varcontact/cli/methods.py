@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
 from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 
 def listed(kind: str, names: Iterable[str]) -> str:

@@ -22,7 +22,7 @@ from varcontact.solvers.registry import (
     states_programs,
     tangential_methods,
 )
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.on_grid import THEORIES, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint", "newton")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")

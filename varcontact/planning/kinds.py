@@ -11,7 +11,7 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_johnson_coefficients
 
 

@@ -16,7 +16,7 @@ from varcontact.solvers.registry import (
     MATRIX_FREE,
     states_programs,
 )
-from varcontact.theories.methods import THEORIES, Theory
+from varcontact.theories.on_grid import THEORIES, Theory
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from varcontact.scene.scene import Scene
 from varcontact.study.method import Method
 from varcontact.study.scan import scan
 from varcontact.theories.creep_forces import VECTORISED, creep_forces
-from varcontact.theories.methods import why_not
+from varcontact.theories.on_grid import why_not
 
 if TYPE_CHECKING:
     import xarray as xr

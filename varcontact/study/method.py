@@ -12,7 +12,7 @@ from varcontact.planning.plan import Plan
 from varcontact.planning.roads import ROADS
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import available, normal_methods, states_programs, tangential_methods
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from varcontact.scene.motion import Steady
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.fine_grid import FineField, FineGrid, resultants
 from varcontact.solving.defect_correction.reconstruction import continued, held_behind
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 
 DAMPING = np.array([1.0, 1.0, 0.7, 0.7])
 """Part of its defect that each pass adds: later ones would move to and fro."""
