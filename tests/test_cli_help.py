@@ -11,9 +11,8 @@ from typer.testing import CliRunner
 
 import varcontact as vc
 from varcontact.cli import app
-from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
-from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
+from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
 from varcontact.theories.methods import THEORIES
 
 COMMANDS = sorted(typer.main.get_command(app).commands)
@@ -56,7 +55,7 @@ def test_help_names_all_methods(command):
         *THEORIES,
         *COUPLING_METHODS,
         *FORMULATIONS,
-        *ROADS,
+        *PRESETS,
         "auto",
     }
 

@@ -33,17 +33,17 @@ if TYPE_CHECKING:
     from varcontact.io.contact_output import ContactOutput, read_contact_output
     from varcontact.io.contact_results import ContactResult, read_contact_result
     from varcontact.io.scene_file import read_scene
-    from varcontact.planning.plan import Plan, plan
-    from varcontact.planning.sizes import Matrix, Sizes
     from varcontact.plotting.curve import plot_curve
     from varcontact.plotting.stress import plot_stress
     from varcontact.plotting.studies import plot_comparison
     from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
     from varcontact.results.error_estimate import ErrorEstimate
     from varcontact.results.history import History
+    from varcontact.results.plan import Matrix, Plan, Sizes
     from varcontact.results.refinement import Refinement
     from varcontact.results.solution import Solution
     from varcontact.results.stress import SubsurfaceStress, stress, stress_below
+    from varcontact.solving.plan_report import plan
     from varcontact.solving.remeasured import load
     from varcontact.solving.solve import certify, solve
     from varcontact.study.bank import standard_bank, unlike_bank
@@ -142,8 +142,6 @@ _PLACES = {
     "varcontact.io.contact_output": ("ContactOutput", "read_contact_output"),
     "varcontact.io.contact_results": ("ContactResult", "read_contact_result"),
     "varcontact.io.scene_file": ("read_scene",),
-    "varcontact.planning.plan": ("Plan", "plan"),
-    "varcontact.planning.sizes": ("Matrix", "Sizes"),
     "varcontact.plotting.curve": ("plot_curve",),
     "varcontact.plotting.stress": ("plot_stress",),
     "varcontact.plotting.studies": ("plot_comparison",),
@@ -151,9 +149,11 @@ _PLACES = {
     "varcontact.reference.creepage_coefficients": ("CreepageCoefficients", "no_slip_coefficients"),
     "varcontact.results.error_estimate": ("ErrorEstimate",),
     "varcontact.results.history": ("History",),
+    "varcontact.results.plan": ("Matrix", "Plan", "Sizes"),
     "varcontact.results.refinement": ("Refinement",),
     "varcontact.results.solution": ("Solution",),
     "varcontact.results.stress": ("SubsurfaceStress", "stress", "stress_below"),
+    "varcontact.solving.plan_report": ("plan",),
     "varcontact.solving.remeasured": ("load",),
     "varcontact.solving.solve": ("certify", "solve"),
     "varcontact.study.bank": ("standard_bank", "unlike_bank"),

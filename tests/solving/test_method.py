@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.planning.roads import TOLERANCE
+from varcontact.solving.options import TOLERANCE
 from varcontact.study.bank import unlike_bank
 
 CONIC = {"clarabel", "splitting"}

@@ -34,8 +34,8 @@ from varcontact.io.outputs import (
 from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.solution_file import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
-from varcontact.planning.plan import Plan
 from varcontact.results.history import History
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient

@@ -20,8 +20,8 @@ from varcontact.io.parts_record import ON_PARTS, PRESSURE, pressure_to, refineme
 from varcontact.io.plausible import check_plausible
 from varcontact.io.scene_file import scene_from, scene_to
 from varcontact.io.seal import sealed, unsealed
-from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution, plain_calls
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid

@@ -11,9 +11,9 @@ from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretise import discretise
 from varcontact.discrete.slip import EXTERIOR, SLIP, STICK, unit_slip
 from varcontact.html import html_table
-from varcontact.planning.plan import Plan
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid

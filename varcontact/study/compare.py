@@ -307,7 +307,7 @@ def attempted(
         return "unavailable", str(error), []
     except SceneError as error:
         return "refused", str(error), []
-    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
+    formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
     outcome = "approximate" if formula or plan.one_pass else "solved"
     solutions: list[Solution] = []
     try:

@@ -16,12 +16,12 @@ from varcontact import checks
 from varcontact.discrete.contact_grid import within
 from varcontact.discrete.containment import Box, contact_box
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
-from varcontact.planning.expectations import check_fits
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.selection import check_fits
 from varcontact.solving.solve import solve
 from varcontact.study.compare import attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence

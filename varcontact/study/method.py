@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 from varcontact import checks
 from varcontact.errors import SceneError, SolverUnavailable
-from varcontact.planning.choice import FORMULATIONS, make_plan
-from varcontact.planning.plan import Plan
-from varcontact.planning.roads import ROADS
+from varcontact.results.plan import Plan
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import available, normal_methods, states_programs, tangential_methods
+from varcontact.solving.selection import FORMULATIONS, PRESETS, select
 from varcontact.theories.methods import THEORIES
 
 
@@ -61,7 +60,7 @@ class Method:
         rest, _, formulation = rest.partition("/")
         if formulation:
             checks.choice("methods", formulation, FORMULATIONS)
-        if rest in ROADS and rest != "auto":
+        if rest in PRESETS and rest != "auto":
             if plus:
                 raise SceneError(
                     "methods",
@@ -77,7 +76,7 @@ class Method:
             _known("methods", tangential, every)
         else:
             only_normal = [known for known in normal_methods() if known not in every]
-            _known("methods", rest, list(dict.fromkeys([*every, *ROADS, *only_normal])))
+            _known("methods", rest, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
             takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
             normal, tangential = _partner(rest), rest if takes_cones else ""
         return cls(str(name).strip(), normal, tangential, formulation or "auto", bool(plus))
@@ -104,8 +103,8 @@ class Method:
                 "a pair of methods",
                 message=f'"{self.name}" is for normal problems; add a tangential method, as "{self.name}|clarabel"',
             )
-        normal = self.normal if make_plan(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
-        plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
+        normal = self.normal if select(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
+        plan = select(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
         if self.polish and not (plan.programs or states_programs(plan.normal)):
             raise SceneError(
                 "methods",

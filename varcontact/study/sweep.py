@@ -31,13 +31,12 @@ from varcontact.io.sweep_file import (
     record_type,
     sealed,
 )
-from varcontact.planning.plan import Plan
-from varcontact.planning.roads import TOLERANCE
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
-from varcontact.solving.options import SolveOptions
+from varcontact.solving.options import TOLERANCE, SolveOptions
 from varcontact.solving.series import Series
 from varcontact.solving.target import BY_DEFAULT
 from varcontact.study.compare import carried
@@ -359,7 +358,7 @@ def _note(record: np.void, sol: Solution, plan: Plan) -> None:
         figures |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
     for name in figures.keys() & set(record.dtype.names or ()):
         record[name] = figures[name]
-    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
+    formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
     record["outcome"] = OUTCOMES.index("approximate" if formula or plan.one_pass else "solved")
 
 

@@ -15,13 +15,12 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
-from varcontact.planning.choice import make_plan
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
 from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Answered, Way, answer
-from varcontact.solving.options import polished_by
+from varcontact.solving.options import TOLERANCE, polished_by
+from varcontact.solving.selection import select
 from varcontact.solving.series import Series
 from varcontact.study.compare import neighbour
 from varcontact.study.engine import alone, opened, results
@@ -247,7 +246,7 @@ def _repeat(reference: Reference, way: Way) -> float:
     seconds = 0.0
     for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
         posed = way.of(scene, n)
-        plan = make_plan(posed, tangential=options.get("tangential", "auto"))
+        plan = select(posed, tangential=options.get("tangential", "auto"))
         series = Series(TOLERANCE, polished_by(plan, None))
         series.solve(posed, plan)
         assert isinstance(posed.motion, Steady | Shift)
