@@ -159,8 +159,7 @@ def _sizes(scene: Scene, plan: Plan) -> Sizes:
         elements["tangential"] = count
         unknowns["tangential"] = round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
     matrices = _matrices(scene, plan, shape, unknowns, exact)
-    tables = sum(matrix.bytes for matrix in matrices if matrix.kind == "table")
-    needed = {name: tables + peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
+    needed = {name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
     mirrored = plan.solves and not plan.matrix_free and own_image(scene)
     return Sizes(shape, grid.sides if grid.explicit else None, elements, unknowns, mirrored, matrices, needed, exact)
 
@@ -218,5 +217,4 @@ def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
         factor, exponent = SECONDS[kind]
         seconds += factor * elements**exponent
         needed = max(needed, peak(solver, plan.formulation, unknowns))
-    tables = sum(matrix.bytes for matrix in sizes.matrices if matrix.kind == "table")
-    return Cost(plan.method, plan.normal, plan.tangential, seconds, tables + needed)
+    return Cost(plan.method, plan.normal, plan.tangential, seconds, needed)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.checks import choice
-from varcontact.discrete.contact_grid import given_grid
+from varcontact.discrete.contact_grid import given_grid, wanted_grid
 from varcontact.discrete.on_parts import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
@@ -206,7 +206,7 @@ def _chosen(scene: Scene, wanted: dict[str, str], preset: Preset) -> tuple[Plan,
     tangential, reasons["tangential"] = _tangential(scene, wanted["tangential"], preset)
     plan = Plan(normal, tangential, "none", method=method)
     coupling, reasons["coupling"] = _coupling(scene, wanted, plan)
-    allowed, default, _ = _formulations(scene, plan)
+    allowed, default, _ = _formulations(scene, plan, wanted["formulation"])
     formulation, reasons["formulation"] = allowed[0], default
     if wanted["formulation"] != "auto":
         formulation, reasons["formulation"] = wanted["formulation"], "requested"
@@ -283,9 +283,10 @@ def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str
     return f'it needs "newton" for both problems, not {" and ".join(others)}' if others else ""
 
 
-def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str, str]:
+def _formulations(scene: Scene, plan: Plan, formulation: str) -> tuple[tuple[str, ...], str, str]:
     """Formulations that a plan may have, the default first; why this; and what is wrong with others."""
     steady, tangential = isinstance(scene.motion, Steady), plan.tangential
+    wanted = f'formulation = "{formulation}"'
     if states_programs(tangential) and steady:
         return (
             ("gap", "marching"),
@@ -295,11 +296,15 @@ def _formulations(scene: Scene, plan: Plan) -> tuple[tuple[str, ...], str, str]:
     if states_programs(tangential):
         return ("complementary", "potential", "gap"), "the fewest unknowns", '"marching" is for steady rolling only'
     if tangential in ("none", "no-slip") and states_programs(plan.normal):
-        return ("complementary", "potential"), "the fewest unknowns", "only the normal problem is a program here"
+        return (
+            ("complementary", "potential"),
+            "the fewest unknowns",
+            f"{wanted}: only the normal problem is a program here",
+        )
     if tangential in TANGENTIAL and steady:
         why = f"{tangential} does not solve a program"
-        return ("none", "marching"), why, why
-    return ("none",), "no program", "no program is solved here"
+        return ("none", "marching"), why, f"{wanted}: {why}"
+    return ("none",), "no program", f"{wanted}: no program is solved here"
 
 
 def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[SceneError]:
@@ -339,13 +344,11 @@ def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[Scen
             'a march goes from one step to the next; use "auto"'
         )
         yield SceneError("formulation", formulation, '"auto" or "gap"', message=message)
-    allowed, _, others = _formulations(scene, plan)
+    allowed, _, others = _formulations(scene, plan, formulation)
     if formulation not in ("auto", *allowed):
         choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
         last = f"{', '.join(choices[:-1])} or {choices[-1]}" if choices[1:] else choices[0]
-        yield SceneError(
-            "formulation", formulation, last, message=f'formulation = "{formulation}": {others}; use {last}'
-        )
+        yield SceneError("formulation", formulation, last, message=f"{others}; use {last}")
 
 
 def _not_of_the_method(method: str, field: str, name: str, allowed: tuple[str, ...]) -> Iterator[SceneError]:
@@ -437,6 +440,7 @@ def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
 
 def check_fits(scene: Scene, plan: Plan) -> None:
     """Refuse a contact that is known not to fit into memory before any work; of others each problem as it is posed."""
+    wanted_grid(scene)
     if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
         unknowns = tangential_unknowns(scene, plan, _elements_in_contact(scene)[0])
         check_memory("tangential", plan.tangential, plan.formulation, unknowns)
