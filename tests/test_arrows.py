@@ -17,7 +17,7 @@ ORDER = (
     {"theories"},
     {"results", "plotting", "io"},
     {"solving"},
-    {"study"},
+    {"study", "data"},
     {"kinematics"},
     {"wheel_rail"},
     {"energy", "cli", "__init__", "__main__"},
@@ -33,8 +33,8 @@ BACK = {
     ("reference.line_contact", "scene.bodies"),
     ("reference.spence", "scene.bodies"),
     ("plotting.studies", "study.convergence"),
-    ("plotting.tradeoff", "study.front"),
-    ("scene.scene", "io.scene_text"),  # a scene writes itself to a file
+    ("plotting.tradeoff", "study.tradeoff"),
+    ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""
 

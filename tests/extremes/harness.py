@@ -22,8 +22,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.selection import select
-from varcontact.study.store import Table, plain_rows
-from varcontact.study.tables import columns_of_text
+from varcontact.study.csv_table import Table, columns_of_text, plain_rows
 from varcontact.theories.methods import THEORIES, why_not
 
 if TYPE_CHECKING:

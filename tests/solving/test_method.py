@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.solving.options import TOLERANCE
-from varcontact.study.bank import unlike_bank
 
 CONIC = {"clarabel", "splitting"}
 ACTIVE = {"norm", "tang-safeguarded", "tang", "splitting"}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.registry import counted, tangential_solver
 from varcontact.solvers.settings import Settings

@@ -7,8 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.coarse_forces import forces, read, scene
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.softening import softening
+from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact
 from varcontact.solving import contact_solver
@@ -78,7 +77,9 @@ def test_softening_is_in_the_matrix(rolling):
     np.testing.assert_allclose(
         operator.apply(traction).ravel(), operator.matrix @ traction.ravel(), rtol=1e-11, atol=1e-13
     )
-    np.testing.assert_allclose(softening(np.array([1.0, 0.3, 0.0]))[[0, 1]], [0, softening(np.array([0.0]))[0]])
+    np.testing.assert_allclose(
+        edge_compliance(np.array([1.0, 0.3, 0.0]))[[0, 1]], [0, edge_compliance(np.array([0.0]))[0]]
+    )
 
 
 # ----------------------------------------------------------------------------- what it gains
@@ -272,7 +273,7 @@ def test_the_default_is_contacts(rolling):
     disc = discretise(rolling(), rolling().grid.spread((-1.2, 1.2, -0.9, 0.9)))
     here, ahead = disc.operators.tangential(), disc.operators.carrying(disc.step)
     np.testing.assert_array_equal(disc.tangential_operator.table, here.table - ahead.table)
-    assert disc.softening is None
+    assert disc.edge_compliance is None
 
 
 def test_the_preset(rolling):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import residuals as residuals_of
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.residuals import residuals as residuals_of
 from varcontact.discrete.state import unloaded
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.conic.joint import solve_joint
@@ -91,7 +91,7 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     bearing = dataclasses.replace(start, bearing=start.pressure)
     reference = steps.together(disc, dataclasses.replace(bearing, passes=((1.0, 1e-10),)))
     normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), start.pressure)
-    bodies = disc.traction_to_distance.between((0,), tangential.directions)
+    bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
     blocks = bodies.dense(normal.operator.elements, tangential.operator.elements)
     pressed, rubbed = solve_joint("clarabel", normal, tangential, blocks, Settings(tol=1e-8))
     assert pressed.solved
@@ -256,11 +256,11 @@ def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
         sol = vc.solve(shift)
         disc = discretise(shift, sol.grid)
         bumps = 1 + 1e-9 * np.cos(np.arange(sol.pressure.size)).reshape(sol.pressure.shape)
-        pressure, approach = sol.pressure / disc.pressure, (sol.approach - disc.base) / disc.displacement
+        pressure, approach = sol.pressure / disc.scales.pressure, (sol.approach - disc.base) / disc.scales.displacement
         steps = ContactSolver(select(shift), 1e-14, True, SolveStats())
         state = dataclasses.replace(unloaded(sol.grid), pressure=pressure * bumps, approach=approach)
         state = steps.traction(disc, state)
-        normal, tangential, whole = residuals_of(disc, state.pressure, approach, state.traction, state.rigid)
+        normal, tangential, whole = residuals_of(disc, state)
         assert normal < 2e-8
         assert tangential < 1e-12
         residuals.append(whole)

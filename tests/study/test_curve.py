@@ -83,9 +83,9 @@ def test_the_command(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({}, "give one range .* not none"),
-        ({"vx": 0.1}, "give one range"),
-        ({"vx": [0.0, 0.1], "vy": [0.0, 0.1, 0.2]}, r"not vx \(2,\), vy \(3,\)"),
+        ({}, "give a range .* given: none"),
+        ({"vx": 0.1}, "give a range"),
+        ({"vx": [0.0, 0.1], "vy": [0.0, 0.1, 0.2]}, r"given: vx \(2,\), vy \(3,\)"),
         ({"vx": [0.0, np.nan]}, r"vx\[1\] = nan"),
         ({"vx": VX, "methods": ["fastsim", "fastsim"]}, "none of them twice"),
         ({"vx": VX, "methods": "fastsym"}, "fastsym"),

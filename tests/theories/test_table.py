@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.data.make_table_book import DOUBT, GRIDS, HOW, make_table_book, stores
 from varcontact.reference import no_slip_coefficients
-from varcontact.study.table_make import DOUBT, GRIDS, HOW, make_table_book, stores
 from varcontact.theories import TableBook, equivalent_ellipse, linear_forces, table_forces
 from varcontact.theories.table_book import shipped
 from varcontact.theories.table_nodes import direction_nodes, magnitudes, spin_scale

@@ -48,14 +48,14 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
-    from varcontact.io.scene_file import read_scene
+    from varcontact.data.benchmark_scenes import standard_bank
+    from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.picture_file import write_picture
     from varcontact.plotting.studies import plot_comparison
-    from varcontact.study.bank import standard_bank
-    from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
-    from varcontact.study.store import as_json as table_as_json
-    from varcontact.study.tables import summary
+    from varcontact.study.comparison import summary
+    from varcontact.study.csv_table import as_json as table_as_json
+    from varcontact.study.methods import DEFAULT_METHODS
 
     files = scenes or []
     check_outputs(out, plot, files, force)

@@ -35,7 +35,7 @@ def plan(
 
     Methods, elements, matrices, memory.
     """
-    from varcontact.io.scene_file import read_sweep_scene
+    from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.solving.plan_report import check_planned
     from varcontact.solving.plan_report import plan as plan_scene
 

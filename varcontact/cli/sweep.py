@@ -64,7 +64,7 @@ def sweep(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve a scene for all combinations of values, in several processes or on a cluster."""
-    from varcontact.io.scene_file import read_sweep_scene
+    from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.study.sweep import sweep as sweep_over
 
     check_outputs(out, None, [scene], False, ".nc")
@@ -98,14 +98,14 @@ def _table(swept: xr.Dataset) -> pd.DataFrame:
 
 
 def _json(swept: xr.Dataset) -> str:
-    from varcontact.study.store import plain_rows
+    from varcontact.study.csv_table import plain_rows
 
     return json.dumps(plain_rows(_table(swept)), indent=2, allow_nan=False)
 
 
 def _report(swept: xr.Dataset) -> str:
     """The first scenes as a table, how many came to what, and why those that failed did."""
-    from varcontact.study.tables import columns_of_text
+    from varcontact.study.csv_table import columns_of_text
 
     table, names = _table(swept), list(swept.dims)
     counts = table["outcome"].value_counts()

@@ -40,7 +40,7 @@ def make(
     force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
 ) -> None:
     """Compute a table book. What is finished is kept beside it, and the same command resumes from there."""
-    from varcontact.study.table_make import check_out, make_table_book, stores
+    from varcontact.data.make_table_book import check_out, make_table_book, stores
 
     check_out("--out", out, force)
     try:

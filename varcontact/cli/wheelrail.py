@@ -79,7 +79,7 @@ def wheelrail(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
-    from varcontact.study.store import as_json as table_as_json
+    from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case
     from varcontact.wheel_rail.contact_input import read_contact_input
     from varcontact.wheel_rail.series import solve_cases
@@ -131,7 +131,7 @@ def _draw(
 
 def _report(table: pd.DataFrame) -> str:
     """The patches, and what is wrong with those wheels where something is."""
-    from varcontact.study.tables import columns_of_text
+    from varcontact.study.csv_table import columns_of_text
 
     solved = table[table["outcome"] == "solved"]
     cells = [[_cell(row[name], row.get(f"error_{name}")) for name in PRINTED] for row in solved.to_dict("records")]

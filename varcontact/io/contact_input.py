@@ -15,8 +15,22 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_geometry import POTENTIAL, Given, Row, counts, elements, read_distance, sampled
-from varcontact.io.contact_words import SUPPORTED, WORDS, Group, Lines, number_of, skip_iterations, skip_stresses
+from varcontact.io.contact_words import (
+    POTENTIAL,
+    SUPPORTED,
+    WORDS,
+    Given,
+    Group,
+    Lines,
+    Row,
+    counts,
+    elements,
+    number_of,
+    read_distance,
+    sampled,
+    skip_iterations,
+    skip_stresses,
+)
 from varcontact.reference.hertz import hertz_ellipse
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling

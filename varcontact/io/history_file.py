@@ -23,24 +23,25 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
-from varcontact.io.outputs import (
-    PATIENCE,
-    check_ending,
-    check_replaceable,
-    check_writable,
-    only_writer,
-    replacing,
-)
-from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
-from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
+from varcontact.io.scene_toml import scene_from, scene_to
+from varcontact.io.solution import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
+from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.system.reading import first_line, reading
+from varcontact.system.files import (
+    PATIENCE,
+    check_ending,
+    check_replaceable,
+    check_writable,
+    first_line,
+    only_writer,
+    reading,
+    replacing,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,8 +125,7 @@ class Stored(Sequence[Solution]):
             parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
             record = json.loads(file.variables["record"][k].tobytes())
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
-            step, share = self.scene.step(k, grid), parts.get("bound_share", 1.0)
-            sol = assembled(step, grid, self.plan, fields, approach, creepage, record, share)
+            sol = assembled(self.scene.step(k, grid), grid, self.plan, fields, approach, creepage, record)
             sol = with_pressure(sol, _native(file.variables[PRESSURE][k]) if PRESSURE in file.variables else None)
             if "refinement" in record:
                 sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))

@@ -15,9 +15,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from varcontact.io.parts_record import pressure_to, refinement_to
-from varcontact.io.scene_file import scene_to
-from varcontact.io.solution_file import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
+from varcontact.io.scene_toml import scene_to
+from varcontact.io.solution import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
+from varcontact.io.subgrid_fields import pressure_to, refinement_to
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient

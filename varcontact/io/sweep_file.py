@@ -22,8 +22,7 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.io.history_record import COUNT_AT, MAGIC
-from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
-from varcontact.system.reading import reading
+from varcontact.system.files import check_ending, check_writable, only_writer, reading, replacing
 
 FORMAT = "varcontact sweep 1"
 OUTCOMES = ("", "solved", "approximate", "not converged", "refused", "unavailable", "failed")

@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.system.reading import SCENE_BYTES, first_line, regular, text_of
+from varcontact.system.files import SCENE_BYTES, first_line, regular, text_of
 
 MOST_VALUES = 1_000_000
 """Values of an entry that varies."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from varcontact.discrete.on_parts import cells_of
+from varcontact.discrete.subgrid import cells_of
 from varcontact.html import html_table
 from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene

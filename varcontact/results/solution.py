@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.slip import EXTERIOR, SLIP, STICK, unit_slip
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK, unit_slip
 from varcontact.html import html_table
 from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
@@ -303,9 +303,12 @@ class Solution(Delivered):
         if rolls == 0 or self.scene.bodies.K == 0 or self.plan.left_out or not self.traction.any():
             return 0.0
         disc = discretise(self.scene, self.grid)
-        operator, pressure = disc.operators.pressure_to_shift(disc.step, disc.difference), self.pressure[None]
+        operator, pressure = (
+            disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
+            self.pressure[None],
+        )
         twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
-        slip = 0.5 * twice / (disc.pressure * unit_slip(disc))
+        slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
         return 0.0 - float(rolls * np.sum(self.traction * slip) * self.grid.area)
 
     def report(self) -> str:

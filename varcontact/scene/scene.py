@@ -368,7 +368,7 @@ class Scene(Generic[MotionT_co]):
         Rx = 0.46
         Ry = 0.3
         """
-        from varcontact.io.scene_text import scene_text
+        from varcontact.io.scene_toml import scene_text
 
         return scene_text(self)
 
@@ -389,7 +389,7 @@ class Scene(Generic[MotionT_co]):
         SceneError
             As `to_toml`.
         """
-        from varcontact.io.scene_text import save_scene
+        from varcontact.io.scene_toml import save_scene
 
         save_scene(self, path, overwrite)
 

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 from varcontact import checks
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded

@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import project, residuals
+from varcontact.discrete.contact_grid import no_element_in_contact
+from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.mirror import mirror_of
-from varcontact.discrete.on_parts import cells_of, parted
-from varcontact.discrete.out_of_reach import out_of_reach
-from varcontact.discrete.parts import means
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
+from varcontact.discrete.subgrid import cells_of, divided, means
 from varcontact.errors import NotConverged, Saturated
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -104,7 +103,7 @@ class ContactSolver:
             problem = disc.normal_problem(state.traction if coupled else None).reachable()
             elements = problem.operator.elements
             if elements.size == 0:
-                raise out_of_reach(disc.surface, disc.approach, disc.grid)
+                raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
             check_memory("normal", self.plan.normal, self.plan.formulation, elements.size)
             start = None
             if np.any(state.pressure):
@@ -139,12 +138,12 @@ class ContactSolver:
             With its means.
         """
         cells = cells_of(disc.grid.edge, disc.line)
-        parts = parted(disc, cells)
+        parts = divided(disc, cells)
         begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
-        higher = (disc.base - parts.base) / disc.displacement
+        higher = (disc.base - parts.base) / disc.scales.displacement
         solved = self.pressure(parts, replace(state, pressure=begun, approach=state.approach + higher))
         found = replace(solved, pressure=means(solved.pressure, cells), approach=solved.approach - higher)
-        return replace(disc, pressure_on_parts=solved.pressure, parts=parts), found
+        return replace(disc, subgrid=Subgrid(parts, solved.pressure)), found
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions that go with its pressure.
@@ -170,12 +169,18 @@ class ContactSolver:
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
-            _check_force(problem, disc.force)
+            _check_force(problem, disc.scales.force)
             enough = enough_traction(self.plan, disc, state, self.tol)
             settings = self._settings(enough, in_passes(self.plan, disc))
             raw = self._tractions(problem, state, settings)
-            if isinstance(disc.motion, Steady) and disc.difference == "second-order" and not raw.solved:
-                first = disc.moved(replace(disc.motion, slip_difference="first-order", spin_offset=None))
+            if (
+                isinstance(disc.loading.motion, Steady)
+                and disc.loading.slip_difference == "second-order"
+                and not raw.solved
+            ):
+                first = disc.with_loading(
+                    motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
+                )
                 easier = first.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
                 raw = self._from_first_order(easier, problem, settings, raw)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
@@ -224,13 +229,13 @@ class ContactSolver:
         nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bearing[None])
         normal = disc.normal_problem()  # the pressures are unknowns: tractions can arise wherever they shift particles
         tangential = disc.tangential_problem(nothing.pressure, state.bearing, acting=shifted)
-        _check_force(tangential, disc.force)
+        _check_force(tangential, disc.scales.force)
         if tangential.size == 0:  # no friction where there is contact: no cones, and only the pressure is left
             return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
         check_memory("joint", self.plan.tangential, "complementary", size)
         with self.stats.stage("joint"):
-            bodies = disc.traction_to_distance.between((0,), tangential.directions)
+            bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
             pressed, rubbed = solve_joint_program(
                 normal, tangential, coupling, self.plan, self.polish, self._settings(self.tol)
@@ -287,7 +292,7 @@ def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> 
     """
     if not steps.plan.has_friction:
         return start
-    if disc.law is None:
+    if disc.loading.law is None:
         return _coupled(disc, steps, start, WHOLE * steps.tol)
     if steps.plan.theory is not None:
         return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
@@ -296,7 +301,7 @@ def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> 
         return _coupled(disc, steps, state, tol)
 
     judge = _tangential if not steps.plan.loops else _whole
-    begin, remembered = steps.start, disc.law.continuous and isinstance(disc.motion, TimeStep)
+    begin, remembered = steps.start, disc.loading.law.continuous and isinstance(disc.loading.motion, TimeStep)
     if steps.continuum and begin is None and not remembered:
         start, begin = replace(start, friction=None), "slip"
     return under_law(disc, solve, judge, start, begin, tol=WHOLE * steps.tol)
@@ -319,12 +324,12 @@ def _coupled(disc: Discretisation, steps: ContactSolver, start: ContactState, to
 
 def _whole(disc: Discretisation, state: ContactState) -> float:
     """The residual of the whole problem in a state, by FFT."""
-    return max(residuals(disc, state.pressure, state.approach, state.traction, state.rigid))
+    return max(residuals(disc, state))
 
 
 def _tangential(disc: Discretisation, state: ContactState) -> float:
     """The residual of the tangential problem alone, under the pressure as it is."""
-    return residuals(disc, state.pressure, state.approach, state.traction, state.rigid)[1]
+    return residuals(disc, state)[1]
 
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.certificate import Certificate, certify_problems
+from varcontact.discrete.certificate import Certificate, certificate_of
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import normal_residual
-from varcontact.discrete.parts import means
+from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.subgrid import means
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
@@ -57,18 +57,17 @@ def finish(
     """
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
-    if disc.law is not None and plan.has_friction:
-        disc = disc.rubbing(coefficient(disc, state))
-    fields = state.pressure, state.approach, state.traction, state.rigid
+    if disc.loading.law is not None and plan.has_friction:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
     lazily = plan.matrix_free and steps.certify == "auto"
     with steps.stats.stage("certificate"):
-        certificate = certify_problems(disc, *fields, plan.closed_form, steps.certify, lazily)
+        certificate = certificate_of(disc, state, plan.closed_form, steps.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
     if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
-        certificate = certify_problems(disc, *fields, plan.closed_form, "full", lazily)
+        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
-    if not isinstance(disc.motion, TimeStep):  # the steps of a history share its plan
+    if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, reasons=plan.reasons | found)
     stats = steps.stats
@@ -97,14 +96,14 @@ def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, steps
     steps : Steps
     """
     plan, stats = steps.plan, steps.stats
-    if plan.loops or plan.marches or disc.law is not None or not all(state.solved.values()):
+    if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
         return finish(scene, disc, state, steps)
     return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
 
 
 def _check_rounding(disc: Discretisation, state: ContactState) -> None:
     """Refuse distances that count from so far away that their rounding is seen in the contact."""
-    approach = state.approach * disc.displacement
+    approach = state.approach * disc.scales.displacement
     if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
         raise SceneError(
             "surface.h",

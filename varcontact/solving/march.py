@@ -15,11 +15,10 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import enlarged
-from varcontact.discrete.containment import outside
-from varcontact.discrete.discretisation import Carried, Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.on_parts import parted, unpressed
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import divided, without_pressure
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
@@ -125,7 +124,7 @@ class March:
         state = begun(state_of(disc, before), steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):
-            return without_contact(scene, disc if cells == (1, 1) else unpressed(disc), steps)
+            return without_contact(scene, disc if cells == (1, 1) else without_pressure(disc), steps)
         if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
@@ -150,7 +149,7 @@ class March:
         scene = self.scene.step(k, self.disc.grid)
         return scene, self.disc.at_step(scene, self._carried(scene, before))
 
-    def _carried(self, scene: Scene, before: Solution | None) -> Carried | None:
+    def _carried(self, scene: Scene, before: Solution | None) -> PreviousStep | None:
         """Displacement differences that the particles bring along: u' = C p'."""
         if before is None:
             return None
@@ -161,10 +160,10 @@ class March:
             fields = np.concatenate([fields, before.pressure[None]])
         if not fields.any():
             return None
-        distance = motion.direction * motion.dq / disc.length
-        force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
-        fields = fields / disc.pressure
-        return Carried(disc.operators.carrying(distance).apply(fields), force, fields)
+        distance = motion.direction * motion.dq / disc.scales.length
+        force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
+        fields = fields / disc.scales.pressure
+        return PreviousStep(disc.operators.carrying(distance).apply(fields), force, fields)
 
 
 def _motion(scene: Scene) -> Transient:
@@ -178,7 +177,7 @@ def _discretisation(scene: Scene, grid: Grid, coupled: bool) -> Discretisation:
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
     disc = discretise(replace(scene, grid=grid), grid, coupled=coupled)
-    return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
+    return replace(disc, scales=replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure)))))
 
 
 def state_of(disc: Discretisation, before: Solution | None) -> ContactState:
@@ -192,16 +191,18 @@ def state_of(disc: Discretisation, before: Solution | None) -> ContactState:
     """
     if before is None:
         return unloaded(disc.grid)
-    motion, was = disc.motion, before.scene.motion
+    motion, was = disc.loading.motion, before.scene.motion
     rigid = np.zeros(2)
     assert motion is not None
     if motion.rolls and isinstance(was, TimeStep) and was.rolls:
         assert disc.step is not None
-        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.length / disc.displacement
+        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.scales.length / disc.scales.displacement
         prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
         rigid = np.where(prescribed, creepage, 0.0)
-    approach = (before.approach - disc.base) / disc.displacement if np.isfinite(before.approach) else 0.0
-    state = ContactState(before.pressure / disc.pressure, approach, before.traction / disc.pressure, rigid)
+    approach = (before.approach - disc.base) / disc.scales.displacement if np.isfinite(before.approach) else 0.0
+    state = ContactState(
+        before.pressure / disc.scales.pressure, approach, before.traction / disc.scales.pressure, rigid
+    )
     known = remembered(disc, before)
     return state if known is None else replace(state, friction=known, branch="history")
 
@@ -255,9 +256,9 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
     cells : tuple of int
         Parts of an element along y and x on which the pressure is solved for.
     """
-    if disc.approach is None:
-        return disc.normal_force == 0
-    if disc.approach <= (disc if cells == (1, 1) else parted(disc, cells)).base:
+    if disc.loading.approach is None:
+        return disc.loading.normal_force == 0
+    if disc.loading.approach <= (disc if cells == (1, 1) else divided(disc, cells)).base:
         return True
     if not closed_form:
         return False
@@ -285,7 +286,7 @@ def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) ->
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
     if size > 0:
         raise Saturated(size, 0.0)
-    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
-    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
+    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
+    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
     return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)

@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import enlarged, known_grid, wanted_grid
-from varcontact.discrete.containment import outside
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.out_of_reach import out_of_reach
+from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, wanted_grid
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.errors import SceneError
 from varcontact.results.plan import Cost, Matrix, Plan, Sizes
@@ -171,7 +170,7 @@ def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
         return np.ones(grid.shape, dtype=bool)
     assert disc.hertz is not None
     if not disc.hertz.on_elements(grid).any():
-        raise out_of_reach(scene.surface, scene.approach, grid)
+        raise no_element_in_contact(scene.surface, scene.approach, grid)
     state = hertz_pressure(disc, unloaded(grid))
     overlap = outside(disc, state, closed_form=True)
     if overlap is not None:

@@ -10,13 +10,21 @@ from itertools import product
 import numpy as np
 
 from varcontact.checks import LARGE
-from varcontact.discrete.contact_grid import across, clipped, enlarged, fitted, if_noise, known_grid, within
-from varcontact.discrete.containment import contact_box, outside
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.contact_grid import (
+    across,
+    clipped,
+    contact_box,
+    enlarged,
+    fitted,
+    if_noise,
+    known_grid,
+    within,
+)
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
@@ -176,12 +184,14 @@ class _Found:
     @classmethod
     def of(cls, disc: Discretisation, state: ContactState) -> _Found:
         """That of a state on a discretisation."""
-        return cls(disc.grid, state.pressure * disc.pressure, state.approach * disc.displacement + disc.base)
+        return cls(
+            disc.grid, state.pressure * disc.scales.pressure, state.approach * disc.scales.displacement + disc.base
+        )
 
     def on(self, disc: Discretisation) -> ContactState:
         """Its pressure on the elements of another grid."""
-        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.pressure
-        approach = (self.approach - disc.base) / disc.displacement if np.isfinite(self.approach) else 0.0
+        pressure = interpolated(self.grid, self.pressure[None], disc.grid)[0] / disc.scales.pressure
+        approach = (self.approach - disc.base) / disc.scales.displacement if np.isfinite(self.approach) else 0.0
         return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
@@ -194,10 +204,10 @@ def _near(scene: Scene, found: _Found) -> tuple[Grid, _Found]:
 
 def _rubbing_as(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
     """The state with the tractions of a solution on another grid; under a law of friction they choose no branch."""
-    motion = disc.motion
-    if motion is None or disc.law is not None:
+    motion = disc.loading.motion
+    if motion is None or disc.loading.law is not None:
         return state
-    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.pressure
+    traction = interpolated(near.grid, near.traction, disc.grid) * (state.pressure > 0) / disc.scales.pressure
     found = np.nan_to_num(near.creepage[:2]) * unit_slip(disc)
     given = [motion.Fx is None, motion.Fy is None]
     return replace(state, traction=traction, rigid=np.where(given, 0.0, found))

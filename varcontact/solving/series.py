@@ -115,13 +115,13 @@ class Series:
             return None
         assert not isinstance(scene.motion, Transient)
         state = replace(state, iterations={}, status={}, solved={}, friction=None)
-        return disc.moved(scene.motion), state
+        return disc.with_loading(motion=scene.motion), state
 
     def _begun(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions of the solved scene with the nearest creepages, if it has as many elements."""
         found = [(at, traction) for at, traction in self._found if traction.shape == state.traction.shape]
         if (
-            not found or disc.motion is None or disc.K != 0
+            not found or disc.loading.motion is None or disc.K != 0
         ):  # of unlike bodies, the pressure without tractions comes first
             return state
         distances = [float(np.linalg.norm(at - _creepages(disc))) for at, _ in found]
@@ -224,5 +224,5 @@ def _same(one: Any, other: Any) -> bool:
 
 def _creepages(disc: Discretisation) -> np.ndarray:
     """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
-    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
-    return np.array([along_x, along_y, about_z * disc.length / 2])
+    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.loading.motion is None else disc.loading.motion.rigid
+    return np.array([along_x, along_y, about_z * disc.scales.length / 2])

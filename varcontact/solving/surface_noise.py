@@ -86,7 +86,7 @@ def noise_warning(
         return _look(posed, pressure_on(posed))
 
     try:
-        found = look(0.0) if disc.K != 0 or disc.pressure_on_parts is not None else _look(disc, state)
+        found = look(0.0) if disc.K != 0 or disc.subgrid is not None else _look(disc, state)
         without = look(SHORTEST * element)
         if found.apart(without) < RULES:
             return ""
@@ -100,22 +100,22 @@ def _look(disc: Discretisation, state: ContactState) -> Look:
     from scipy.ndimage import label
 
     patches = label(state.pressure > 0, structure=np.ones((3, 3)))[1]
-    return Look(float(state.pressure.max()) * disc.pressure, int(patches))
+    return Look(float(state.pressure.max()) * disc.scales.pressure, int(patches))
 
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:
     """The undeformed distance without shorter waves, cut off where it is far above the contact."""
     touching = disc.distance[state.pressure > 0]
     least = float(disc.distance.min())
-    reach = ABOVE * (float(touching.max()) - least) + disc.displacement
+    reach = ABOVE * (float(touching.max()) - least) + disc.scales.displacement
     return smoothed_field(np.minimum(disc.distance, least + reach), disc.grid.x, disc.grid.y, wavelength)
 
 
 def _shortest(disc: Discretisation, state: ContactState, wavelength: float) -> float:
     """Dimensionless pressure that presses the waves flat that are shorter, those within the contact."""
     waves = (disc.distance - _without(disc, state, wavelength))[state.pressure > 0]
-    amplitude = math.sqrt(2) * float(np.std(waves)) / disc.displacement
-    return math.pi * amplitude * disc.length / ((1 - disc.bodies.combined_nu) * wavelength)
+    amplitude = math.sqrt(2) * float(np.std(waves)) / disc.scales.displacement
+    return math.pi * amplitude * disc.scales.length / ((1 - disc.bodies.combined_nu) * wavelength)
 
 
 def _wavelengths(disc: Discretisation, element: float) -> Iterator[float]:

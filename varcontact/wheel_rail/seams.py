@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.problem import NormalProblem, RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.errors import NotConverged
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
@@ -86,11 +86,11 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
     for _ in range(ROUNDS):
         raw = _pressed(replace(problem, distance=problem.distance - taken.ravel()), raw)
         pressure, before = raw.traction.reshape(grid.shape), taken
-        parts = [disc.normal_operator.apply((pressure * (part == j)[:, None])[None])[0] for j in range(len(missing))]
+        parts = [disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0] for j in range(len(missing))]
         taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
-        change = float(np.abs(taken - before).max()) * disc.displacement / scene.approach
+        change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
         if change <= CLOSE:
-            return replace(scene, surface=SampledDistance(surface.h - taken * disc.displacement))
+            return replace(scene, surface=SampledDistance(surface.h - taken * disc.scales.displacement))
     raise NotConverged("the parts of a patch were not brought to rest", change)
 
 

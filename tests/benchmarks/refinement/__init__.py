@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import unloaded
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver

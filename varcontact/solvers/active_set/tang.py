@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude, project, tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import magnitude, project, tangential_residual
 from varcontact.solvers.active_set.equations import Equations, Point, moved, shift_of, turns
 from varcontact.solvers.settings import Settings, check_time
 from varcontact.solvers.splitting import Splitting

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.gap import normal_gap, normal_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution
+from varcontact.discrete.problems import NormalProblem, RawSolution
+from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.newton.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.newton.kernel import Kernel, kernel, unit

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.gap import gap, project, tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.newton.drive import COARSE_TOL, check_start, driven, not_a_number

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from varcontact.discrete.contact_grid import across
-from varcontact.discrete.discretisation import Carried, Discretisation
+from varcontact.discrete.discretisation import Discretisation, PreviousStep
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.parts import means
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import means
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
@@ -86,9 +86,9 @@ class PartsMarch:
         assert isinstance(motion, TimeStep)
         came, force = np.zeros((2, *self.operators.lattice.shape)), np.zeros(2)
         if before is not None and before.any():
-            came = self.operators.carrying(motion.direction * motion.dq / disc.length).apply(before)
+            came = self.operators.carrying(motion.direction * motion.dq / disc.scales.length).apply(before)
             force = loads(before, self.operators.lattice)[:2]
-        posed = replace(disc, carried=Carried(means(came, self.cells), force))
+        posed = disc.with_loading(previous_step=PreviousStep(means(came, self.cells), force))
         return scene, posed, Brought(came, self.operators)
 
     def pressed(self, scene: Scene, disc: Discretisation, start: ContactState, steps: ContactSolver) -> ContactState:
@@ -225,7 +225,7 @@ class CorrectedMarch:
         was = None if before is None else before.refinement
         with steps.stats.stage("carried"):
             scene, disc, brought = self.on.problem(
-                k, None if was is None else was.traction / self.on.march.disc.pressure
+                k, None if was is None else was.traction / self.on.march.disc.scales.pressure
             )
         touches = not without_load(disc, closed_form=steps.plan.closed_form)
         if touches:

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import across, within
-from varcontact.discrete.containment import contact_box
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.contact_grid import across, contact_box, within
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.quantities_of_interest import creepage_names, units, units_of
@@ -97,22 +95,22 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
     Refinement
         In physical units.
     """
-    rolled, carried, last = unit_slip(found.disc), found.disc.carried, found.forces[-1]
+    rolled, carried, last = unit_slip(found.disc), found.disc.loading.previous_step, found.forces[-1]
     assert carried is not None
-    prescribed = [getattr(found.parts.disc.motion, name) for name in ("Fx", "Fy")]
+    prescribed = [getattr(found.parts.disc.loading.motion, name) for name in ("Fx", "Fy")]
     posed = [F if given is None else given for F, given in zip(last, [*prescribed, None], strict=True)]
     of_forces = np.max([np.abs(last - forces), found.unsettled(found.forces), np.abs(last - posed)], axis=0)
     of_creepages = np.maximum(np.abs(found.creepages[-1] - creepages), found.unsettled(found.creepages))
     if found.stuck:
         of_creepages, of_forces = SAFETY * of_creepages, SAFETY * of_forces
         if posed[:2] == list(last[:2]) and not found.disc.line:  # given forces are met, whatever the moment is
-            arm = found.disc.length * math.sqrt(math.prod(found.parts.axes))
+            arm = found.disc.scales.length * math.sqrt(math.prod(found.parts.axes))
             size = np.hypot(np.hypot(*of_forces[:2]), of_forces[2] / arm)
             of_forces = np.array([size, 0.0, size * arm])
     return Refinement(
         kind=KINDS[0],
         grid=found.parts.grid,
-        traction=found.traction * found.disc.pressure,
+        traction=found.traction * found.disc.scales.pressure,
         slip=found.shift / rolled,
         correction=-carried.displacement / rolled,
         share=found.share,
@@ -275,7 +273,7 @@ def finer_pressure(scene: Scene, disc: Discretisation, steps: ContactSolver) -> 
     posed = discretise(replace(scene, grid=grid, friction=None, motion=None), grid)
     quick = replace(steps, plan=replace(steps.plan, normal="newton"), stats=SolveStats(), setups=None, refined=False)
     try:
-        return quick.pressure(posed, unloaded(grid)).pressure * (posed.pressure / disc.pressure)
+        return quick.pressure(posed, unloaded(grid)).pressure * (posed.scales.pressure / disc.scales.pressure)
     finally:
         posed.operators.forget()
 
@@ -301,9 +299,9 @@ def from_a_depth(scene: Scene, disc: Discretisation) -> Scene:
     disc : Discretisation
     """
     surface = scene.surface
-    if not disc.afloat or isinstance(surface, Paraboloids | Ellipse):
+    if not disc.undetermined_constant or isinstance(surface, Paraboloids | Ellipse):
         return scene
-    return replace(scene, surface=replace(surface, reference_depth=disc.operators.depth * disc.length))
+    return replace(scene, surface=replace(surface, reference_depth=disc.operators.depth * disc.scales.length))
 
 
 def friction_on(scene: Scene, grid: Grid, other: Grid) -> Any:

@@ -1,4 +1,4 @@
-"""Making a table book: exact solutions of all its entries, by a sweep."""
+"""The maker of table books: exact solutions of all entries, by sweeps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
-from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
@@ -22,6 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
+from varcontact.system.files import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.system.threads import one_blas_thread
 from varcontact.theories.table_book import TableBook, packed, unpacked
 from varcontact.theories.table_nodes import HALFWAY, direction_nodes, magnitudes, ratio_nodes, spin_scale
@@ -75,11 +75,11 @@ def make_table_book(
     executor, workers
         Where the entries are solved, as for `sweep`.
     out : str or Path, optional
-        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call goes on.
+        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call resumes.
     overwrite : bool
         Whether to replace a file that is no table book.
     progress : callable, optional
-        Told how far each of the sweeps is, of which there is one for each grid.
+        Called with the `Standing` of each sweep, of which there is one for each grid.
 
     Returns
     -------
@@ -147,33 +147,14 @@ def make_table_book(
 
 
 def check_out(field: str, path: Path, overwrite: bool) -> None:
-    """Refuse a file that a book cannot be written to, or that is something else.
-
-    Parameters
-    ----------
-    field : str
-        Its name, for the message.
-    path : Path
-    overwrite : bool
-        Whether a file that is no table book may be replaced.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Refuse a file to which a book cannot be written, or that is something else."""
     check_ending(field, path, ".nc")
     check_writable(field, path)
     check_replaceable(field, path, "table book", _is_book, overwrite)
 
 
 def stores(out: Path) -> tuple[Path, ...]:
-    """The stores of the sweeps, one for each grid, that stand beside a book while it is made.
-
-    Parameters
-    ----------
-    out : Path
-        The book's file.
-    """
+    """The stores of the sweeps, one for each grid, that stand beside a book while it is made."""
     return tuple(out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
 
 

@@ -11,17 +11,21 @@ from __future__ import annotations
 
 import os
 import re
+import socket
 import stat
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
 from pathlib import Path
 from typing import BinaryIO
 from uuid import uuid4
 
+from filelock import FileLock, Timeout
+
 from varcontact import checks
-from varcontact.errors import OutputError
-from varcontact.system.locks import Held, beside, locked
+from varcontact.errors import OutputError, SceneError, shortened
 
 FORMATS = {
     ".nc": "sweeps, table books, solutions and histories are written as netCDF",
@@ -176,3 +180,95 @@ def _sync_folder(folder: Path) -> None:
 
 def _unwritable(field: str, path: Path, error: Exception) -> OutputError:
     return OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})")
+
+
+LONGEST = 200
+"""Bytes of a file's name up to which it is part of the names beside it; file systems take 255."""
+
+
+class Held(Exception):
+    """Somebody else holds the lock."""
+
+    def __init__(self, holder: str) -> None:
+        self.holder = holder
+        super().__init__(holder)
+
+
+def beside(path: Path, ending: str) -> Path:
+    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``.
+
+    A long name is replaced by its digest, so that the hidden one is not too long for the file system.
+    """
+    name = path.name if len(os.fsencode(path.name)) <= LONGEST else sha256(os.fsencode(path.name)).hexdigest()
+    return path.with_name(f".{name}.{ending}")
+
+
+@contextmanager
+def locked(path: Path, patience: float = 0.0) -> Iterator[None]:
+    """Hold the lock that goes with a file, named without symbolic links, while a block runs.
+
+    The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile.
+    """
+    lock, name = beside(path, "lock"), f"{os.getpid()} on {socket.gethostname()}"
+    kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
+    try:
+        kernel.acquire()
+    except (Timeout, RuntimeError):  # RuntimeError: held by this thread
+        holder = ""
+        with suppress(OSError):
+            holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
+        raise Held("this process" if holder == name else f"process {holder}" if holder else "another process") from None
+    try:
+        lock.write_text(name, encoding="utf-8")
+        yield
+    finally:
+        if sys.platform != "win32":  # removed while it is held: who opened it before finds it to be of no name
+            lock.unlink(missing_ok=True)
+        kernel.release()
+
+
+SCENE_BYTES = 2**24
+"""Bytes of a scene file at most. Larger fields belong into files of their own, which it names."""
+
+
+@contextmanager
+def reading(path: str | Path, wrong: str = "is damaged") -> Iterator[None]:
+    """Whatever the contents of a file make of the code that reads them becomes an error that names the file."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except Exception as error:  # HDF5, netCDF and JSON raise what they like where bytes were changed
+        raise OutputError("path", path, f"{wrong} ({first_line(error)})") from None
+
+
+def first_line(error: Exception) -> str:
+    """The first line of what an error says; its name where it says nothing."""
+    return str(error).split("\n")[0] or type(error).__name__
+
+
+def regular(path: Path) -> bool:
+    """Whether there is no device or pipe at `path`, which may never end, or never begin."""
+    return not path.exists() or path.is_file() or path.is_dir()
+
+
+def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text file") -> str:
+    """The text in a regular file, in UTF-8 with or without its mark."""
+    try:
+        if not regular(path):
+            raise _unreadable(field, path, "is not a regular file")
+        size = path.stat().st_size
+        if most is not None and size > most:
+            reason = f"has {size / 2**20:.1f} MiB, and may have {most / 2**20:.0f} MiB at most"
+            raise _unreadable(field, path, f"{reason}; name large fields by {{file = ...}}")
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise _unreadable(field, path, f"is not {kind} (it is not UTF-8 text)") from None
+    except OSError as error:
+        raise _unreadable(field, path, f"cannot be read ({error.strerror})") from None
+    except ValueError as error:  # a null character in the name
+        raise _unreadable(field, path, f"cannot be read ({error})") from None
+
+
+def _unreadable(field: str, path: Path, reason: str) -> SceneError:
+    return SceneError(field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}")

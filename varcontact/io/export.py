@@ -101,7 +101,7 @@ def _to_mat(sol: Solution) -> bytes:
     """Variables of MATLAB: axes, fields (ny, nx), single numbers, units and the scene."""
     from scipy.io import savemat
 
-    from varcontact.io.scene_file import scene_to
+    from varcontact.io.scene_toml import scene_to
 
     fields = {name: column.reshape(sol.grid.shape) for name, column in _columns(sol).items()}
     variables: dict[str, Any] = {**fields, "x": sol.grid.x, "y": sol.grid.y}

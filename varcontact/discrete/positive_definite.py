@@ -41,65 +41,24 @@ class PositiveDefinite(Protocol):
         ...
 
     def energies(self, right: np.ndarray) -> np.ndarray:
-        """Upper bounds on ``b'S^-1 b``.
-
-        Parameters
-        ----------
-        right : ndarray, shape (k, c, n)
-            Several b, dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (k,)
-        """
+        """Upper bounds on ``b'S^-1 b``."""
         ...
 
 
 def positive_definite(operator: RestrictedOperator, dense_limit: int | None = None) -> PositiveDefinite | None:
-    """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be positive definite.
-
-    Parameters
-    ----------
-    operator : RestrictedOperator
-        M on n elements, with c components. Its dense matrix is assembled up to `dense_limit` elements only.
-    dense_limit : int, optional
-        `DENSE_LIMIT` where it is not given.
-
-    Examples
-    --------
-    >>> from varcontact.elasticity.operators import influence_operator
-    >>> from varcontact.scene.grid import Grid
-    >>> lattice = Grid(nx=6, ny=6, dx=0.1, dy=0.1, x0=0.0, y0=0.0)
-    >>> rolled = influence_operator(lattice, "xy", "xy", nu=0.28, lag=0.1).on(np.arange(36))
-    >>> uniform = np.array([np.ones((2, 36))])
-    >>> by_factor, by_fft = (positive_definite(rolled, limit).energies(uniform) for limit in (36, 0))
-    >>> bool(by_factor <= by_fft <= 1.01 * by_factor)
-    True
-    """
+    """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be positive definite."""
     if operator.elements.size <= (DENSE_LIMIT if dense_limit is None else dense_limit):
         return _factored(operator.matrix)
     return _iterated(replace(operator, grid_operator=symmetric_part(operator.grid_operator)))
 
 
 def symmetric_part(operator: GridOperator) -> GridOperator:
-    """``(M + M')/2`` of a square grid operator: the transpose of a Toeplitz operator mirrors its table.
-
-    Parameters
-    ----------
-    operator : GridOperator
-        As many rows as columns.
-    """
+    """``(M + M')/2`` of a square grid operator: the transpose of a Toeplitz operator mirrors its table."""
     return GridOperator(operator.shape, (operator.table + _transposed(operator)) / 2)
 
 
 def skew_part(operator: GridOperator) -> GridOperator:
-    """``(M - M')/2`` of a square grid operator.
-
-    Parameters
-    ----------
-    operator : GridOperator
-        As many rows as columns.
-    """
+    """``(M - M')/2`` of a square grid operator."""
     return GridOperator(operator.shape, (operator.table - _transposed(operator)) / 2)
 
 
@@ -108,17 +67,7 @@ def _transposed(operator: GridOperator) -> np.ndarray:
 
 
 def norm(operator: GridOperator) -> float:
-    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the periodic box.
-
-    Parameters
-    ----------
-    operator : GridOperator
-
-    Returns
-    -------
-    float
-        In the unit of the influence numbers.
-    """
+    """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the periodic box."""
     from scipy import fft
 
     rows, columns = (fft.next_fast_len(size, real=True) for size in operator.table.shape[2:])

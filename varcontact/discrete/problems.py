@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from varcontact.discrete.symmetric import PositiveDefinite, positive_definite
+from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
 from varcontact.elasticity.operators import RestrictedOperator
 
 

@@ -1,4 +1,4 @@
-"""The duality gap and the residuals of given tractions (paper, section 4).
+"""Residuals, duality gap and energies of given tractions (paper, section 4).
 
 Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
 no solver's word enters.
@@ -7,12 +7,15 @@ no solver's word enters.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.on_parts import normal_as_solved
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.state import ContactState
+from varcontact.discrete.subgrid import normal_as_solved
+from varcontact.errors import SceneError
 from varcontact.system.threads import one_blas_thread
 
 ROUNDING = 4 * float(np.finfo(float).eps)
@@ -21,147 +24,84 @@ FAINT = 1e-6
 """Part of the traction bound below which tractions are measured by the bound, as to what wrong pressures do to them."""
 
 
-def residuals(
-    disc: Discretisation, pressure: np.ndarray, approach: float, traction: np.ndarray, rigid: np.ndarray
-) -> tuple[float, float, float]:
+def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, float]:
     """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions.
 
-    The third is what the normal one does to the tractions of unlike bodies.
-
-    Parameters
-    ----------
-    disc : Discretisation
-    pressure : ndarray, shape (ny, nx)
-        Dimensionless, as all that follow.
-    approach : float
-    traction : ndarray, shape (2, ny, nx)
-    rigid : ndarray, shape (2,)
-        Unknown part of the rigid shift.
-
-    Returns
-    -------
-    normal, tangential, handed_on : float
-        Relative to the largest pressure or traction.
+    The third is what the normal one does to the tractions of unlike bodies. All are relative to the largest pressure
+    or traction.
     """
-    normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
-    normal_error = normal_residual(normal, pressed, level)
-    tangential_error = _of_tractions(disc, pressure, traction, rigid)
-    return normal_error, tangential_error, handed_on(disc, normal, pressure, level, traction, rigid)
+    normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
+    tangential = disc.tangential_problem(state.pressure, acting=state.traction)
+    return (
+        normal_residual(normal, pressure, approach),
+        residual_on_grid(tangential, state),
+        coupling_residual(disc, normal, tangential, state, approach),
+    )
 
 
-def _of_tractions(disc: Discretisation, pressure: np.ndarray, traction: np.ndarray, rigid: np.ndarray) -> float:
-    """Residual of the tangential problem under a pressure (ny, nx)."""
-    tangential = disc.tangential_problem(pressure, acting=traction)
-    size = magnitude(traction.reshape(2, -1))
-    stray = np.delete(size, tangential.operator.elements).max(initial=0.0)  # where no friction can carry it
+def residual_on_grid(problem: TangentialProblem, state: ContactState) -> float:
+    """Residual of the tangential problem, in which tractions where no friction can carry them are all error."""
+    size = magnitude(state.traction.reshape(2, -1))
+    stray = np.delete(size, problem.operator.elements).max(initial=0.0)
     error = relative(float(stray), float(size.max()))
-    if tangential.size:
-        error = worst(error, tangential_residual(tangential, *tangential.of_grid(traction, rigid)))
+    if problem.size:
+        error = worst(error, tangential_residual(problem, *problem.of_grid(state.traction, state.rigid)))
     return error
 
 
-def handed_on(
+def coupling_residual(
     disc: Discretisation,
     normal: NormalProblem,
-    pressure: np.ndarray,
-    level: np.ndarray,
-    traction: np.ndarray,
-    rigid: np.ndarray,
+    tangential: TangentialProblem,
+    state: ContactState,
+    approach: np.ndarray,
 ) -> float:
-    """What the residual of the normal problem does to the tractions of unlike bodies.
+    """What the residual of the normal problem does to the tractions of unlike bodies; 0 for like bodies.
 
     A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as large a part of the
     tractions: the less friction, the more exact the pressures have to be. So the tractions are judged under the
     pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
     that moves the elements that stick, in the mean: that changes the creepage, and no traction. Tractions of less than
     `FAINT` of what friction bears are measured by that: where hardly anything rubs, they may be nothing but rounding.
-
-    Parameters
-    ----------
-    disc : Discretisation
-    normal : NormalProblem
-    pressure : ndarray, shape (ny, nx)
-        Dimensionless, as all that follow.
-    level : ndarray, shape (1,)
-        The approach.
-    traction : ndarray, shape (2, ny, nx)
-    rigid : ndarray, shape (2,)
-        Unknown part of the rigid shift.
-
-    Returns
-    -------
-    float
-        Residual, relative to the largest traction; 0 for like bodies.
     """
-    if disc.K == 0 or not np.any(traction):
+    if disc.K == 0 or not np.any(state.traction):
         return 0.0
-    image = _normal_image(normal, pressure.ravel(), level).reshape(pressure.shape)
-    tangential = disc.tangential_problem(pressure, acting=traction)
+    pressure, rigid = state.pressure, state.rigid
+    image = _normal_image(normal, pressure.ravel(), approach).reshape(pressure.shape)
     if tangential.size and tangential.free:
-        tractions, shifts = tangential.of_grid(traction, rigid)
+        tractions, shifts = tangential.of_grid(state.traction, rigid)
         trial = tractions - tangential.shift(tractions, shifts) / tangential.operator.diagonal
         sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
         free = [tangential.directions[i] for i in tangential.free]
         if sticks.size:
             moved = disc.pressure_to_shift.apply((image - pressure)[None]).reshape(2, -1)[:, sticks].mean(axis=1)
             rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
-    largest, bound = float(magnitude(traction.reshape(2, -1)).max()), float(tangential.bound.max(initial=0.0))
+    largest = float(magnitude(state.traction.reshape(2, -1)).max())
+    bound = float(tangential.bound.max(initial=0.0))
     part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
-    return part * _of_tractions(disc, image, traction, rigid)
+    under_image = disc.tangential_problem(image, acting=state.traction)
+    return part * residual_on_grid(under_image, replace(state, rigid=rigid))
 
 
 def magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors.
-
-    Parameters
-    ----------
-    vectors : ndarray, shape (c, n)
-        Of one or two components, in any unit.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
+    """Lengths of vectors."""
     return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
 
 
 def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Projection of tractions on the disks, or the intervals, that the bound leaves.
-
-    Parameters
-    ----------
-    traction : ndarray, shape (c, n)
-        Dimensionless, as the bound.
-    bound : ndarray, shape (n,)
-        Radii, not negative; ``inf`` for no bound.
-
-    Returns
-    -------
-    ndarray, shape (c, n)
-    """
+    """Projection of tractions on the disks, or the intervals, that the bound leaves."""
     size = magnitude(traction)
     beyond = size > bound
     return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
 
 
 def relative(value: float, scale: float) -> float:
-    """A value by a scale; zero where there is no scale.
-
-    Parameters
-    ----------
-    value, scale : float
-        In one unit.
-    """
+    """A value by a scale; zero where there is no scale."""
     return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN
 
 
 def worst(*values: float) -> float:
-    """The largest, and NaN where one is: so that NaN never passes for a small residual.
-
-    Parameters
-    ----------
-    *values : float
-    """
+    """The largest, and NaN where one is: so that NaN never passes for a small residual."""
     return float(np.max(values))
 
 
@@ -278,16 +218,6 @@ def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.nda
 
     It is ``(g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the shift, the second part is the square
     of their vector product by ``|p| |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one.
-
-    Parameters
-    ----------
-    bound : ndarray, shape (n,)
-        Traction bound g.
-    traction, shift : ndarray, shape (c, n)
-
-    Returns
-    -------
-    ndarray, shape (n,)
     """
     size, length = magnitude(traction), magnitude(shift)
     with np.errstate(invalid="ignore"):  # infinite bounds
@@ -336,3 +266,83 @@ def normal_gap(
             (approach - float(problem.distance.min())) / least, total
         )
     return value * problem.area, relative(value, float(pressure @ elastic))
+
+
+# ----------------------------------------------------------------------------- energies
+
+
+def complementary_energy(problem: NormalProblem | TangentialProblem, traction: np.ndarray) -> float:
+    """C of pressures, or of the tractions of a shift (215), dimensionless.
+
+    Parameters
+    ----------
+    problem : NormalProblem or TangentialProblem
+    traction : ndarray, shape (n,) or (c, n)
+        Admissible: pressures that are zero or positive, or tractions within the bound; with the prescribed force.
+
+    Returns
+    -------
+    float
+        ``-(1/2 p'A p + (h - d)'p)`` times the element's area, or ``-(1/2 p'A p + W'p)``; h or W alone where the force
+        is prescribed.
+
+    Raises
+    ------
+    SceneError
+        In steady rolling, which has no energy.
+    """
+    _refuse_rolling(problem)
+    elastic = problem.operator.apply(np.atleast_2d(traction))
+    if isinstance(problem, TangentialProblem):
+        known = problem.rigid_shift
+    else:
+        known = problem.distance - (problem.approach or 0.0)
+    return -problem.area * float(np.sum(traction * (0.5 * elastic + known)))
+
+
+@one_blas_thread()
+def potential_energy(
+    problem: NormalProblem | TangentialProblem, traction: np.ndarray, rigid: np.ndarray | None = None
+) -> float:
+    """U of the displacements that pressures, or the tractions of a shift, cause (214), dimensionless.
+
+    Parameters
+    ----------
+    problem : NormalProblem or TangentialProblem
+    traction : ndarray, shape (n,) or (c, n)
+        Any: the displacements are ``A p``.
+    rigid : ndarray, shape (c,), optional
+        Of a tangential problem, the rigid shift that was found where a force is prescribed; zero if not given.
+
+    Returns
+    -------
+    float
+        ``1/2 p'A p`` times the element's area. Under a prescribed normal force less its work ``F d``, with the largest
+        approach d without overlap; under a given approach, displacements that leave an overlap are not admissible, and
+        U is not a bound. Of a shift with ``sum(g |E|)``, and under a prescribed force its work by `rigid` in addition.
+
+    Raises
+    ------
+    SceneError
+        In steady rolling, which has no energy.
+    """
+    _refuse_rolling(problem)
+    elastic = problem.operator.apply(np.atleast_2d(traction))
+    stored = 0.5 * problem.area * float(np.sum(traction * elastic))
+    if isinstance(problem, NormalProblem):
+        level = float(np.min(problem.distance + elastic[0]))
+        return stored - (0.0 if problem.force is None else problem.force * level)
+    free = np.zeros(problem.components) if rigid is None else rigid
+    shift = magnitude(elastic + problem.rigid_shift + free[:, None])
+    lost = 0.0 if problem.no_slip else problem.area * float(problem.bound @ shift)
+    return stored + lost + sum(float(free[i]) * (problem.force[i] or 0.0) for i in problem.free)
+
+
+def _refuse_rolling(problem: NormalProblem | TangentialProblem) -> None:
+    if isinstance(problem, TangentialProblem) and not problem.symmetric:
+        raise SceneError(
+            "problem",
+            "steady rolling",
+            "of a shift, or of a step",
+            message="problem: steady rolling has a gap, and no energy; give the problem of a shift or a step",
+        )

@@ -8,17 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import undeformed_distance
-from varcontact.discrete.on_parts import as_solved
+from varcontact.discrete.contact_grid import Box, contact_box
+from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import as_solved
 from varcontact.elasticity.halfspace import influence_numbers
 from varcontact.elasticity.plane_strain import strip_influence_numbers
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
-Box = tuple[float, float, float, float]
-"""Left, right, bottom, top."""
 BLOCKS, BLUR = 16, 0.5
 """Blocks of elements across the grid that samples are sorted out by first; and the error of such displacements by the
 greatest depth, by one over the blocks across: four times what was measured."""
@@ -32,13 +30,6 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     Looked for on the lattice one element further, where the contact reaches the potential contact's edge; and
     at all samples that lie outside, where a sampled distance has its own coordinates. Where the pressure was solved for
     on parts of the elements, the next parts are looked at.
-
-    Parameters
-    ----------
-    disc : Discretisation
-    state : ContactState
-    closed_form : bool
-        Whether the pressure is Hertz's: then his ellipse tells.
     """
     lattice, solved = _as_solved(disc, state)
     found = _beyond(lattice, solved, closed_form)
@@ -49,7 +40,7 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
 
 def _as_solved(disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
     """The same on parts of the elements, where the pressure was solved for on these."""
-    if disc.pressure_on_parts is None:
+    if disc.subgrid is None:
         return disc, state
     parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
     return parts, replace(unloaded(parts.grid), pressure=pressure, approach=approach)
@@ -91,12 +82,12 @@ def _rim(grid: Grid) -> np.ndarray:
 
 def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
     """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
-    wider = disc.extended(_distance_beyond(disc, grid))
-    distance = (wider.distance - disc.base) / disc.displacement - state.approach
+    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid), operators=disc.operators.around)
+    distance = (wider.distance - disc.base) / disc.scales.displacement - state.approach
     around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
-    distance = distance + wider.normal_operator.apply(np.pad(state.pressure[None], around))[0]
+    distance = distance + wider.operators.normal.apply(np.pad(state.pressure[None], around))[0]
     if disc.K != 0 and np.any(state.traction):
-        distance = distance + wider.traction_to_distance.apply(np.pad(state.traction, around))[0]
+        distance = distance + wider.operators.traction_to_distance.apply(np.pad(state.traction, around))[0]
     return distance
 
 
@@ -105,13 +96,13 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     surface = disc.surface
     if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
-    distance = (surface.samples - disc.base) / disc.displacement - state.approach
+    distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
     suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
     if not suspects.any():
         return None
     iy, ix = np.nonzero(suspects)
     (all_x, all_y), below = surface.coordinates, distance[iy, ix]
-    x, y = all_x[ix] / disc.length, all_y[iy] / disc.length
+    x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
     deepest, elements = float(np.abs(below).max()), max(disc.grid.shape)
     for across in sorted({min(BLOCKS, elements), elements}):
         raised = below + _raised_about(disc, *_in_blocks(disc, state, across), x, y)
@@ -122,7 +113,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
     if not over.any():
         return None
-    x, y = x[over] * disc.length, y[over] * disc.length
+    x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
     return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
 
@@ -198,33 +189,6 @@ def _raised_about(
             if K != 0:
                 raised[part] += K * (load_x @ (from_x / square) + load_y @ (from_y / square))
     return raised / np.pi
-
-
-def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
-    """Bounding box of marked elements, with a margin of elements around.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit.
-    mask : ndarray, shape (ny, nx)
-        Positive where marked: a pressure, for one. At least one element.
-    around : int
-        The margin on every side.
-
-    Returns
-    -------
-    tuple of float
-        left, right, bottom, top, in the grid's unit of length.
-    """
-    rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
-    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
-    return (
-        x0 + (columns[0] - around) * dx,
-        x0 + (columns[-1] + 1 + around) * dx,
-        y0 + (rows[0] - around) * dy,
-        y0 + (rows[-1] + 1 + around) * dy,
-    )
 
 
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.discrete.gap import ROUNDING, magnitude, project, shares
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
-from varcontact.discrete.symmetric import PositiveDefinite, norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.residuals import ROUNDING, magnitude, project, shares
 from varcontact.elasticity.operators import RestrictedOperator
 
 EPS = float(np.finfo(float).eps)
@@ -31,18 +31,6 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
     Infinite where the symmetric part is not found to be positive definite. Tractions that are not admissible are
     first made so; what that changes is added.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-    traction : ndarray, shape (c, n)
-        Dimensionless.
-    rigid : ndarray, shape (c,)
-        Unknown part of the rigid shift, dimensionless.
-
-    Returns
-    -------
-    ndarray, shape (3,)
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:
@@ -56,36 +44,14 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:
-    """What Fx, Fy and Mz count of each traction component: nothing, where it cannot contribute.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-        With n elements and c components.
-
-    Returns
-    -------
-    ndarray, shape (3, c, n)
-        Dimensionless; without the area of an element.
-    """
+    """What Fx, Fy and Mz count of each traction component: nothing, where it cannot contribute."""
     x, y = problem.points
     one, zero = np.ones(problem.size), np.zeros(problem.size)
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
 
 
 def unknown(outputs: np.ndarray) -> np.ndarray:
-    """Infinite bounds, for the outputs that exist.
-
-    Parameters
-    ----------
-    outputs : ndarray, shape (3, c, n)
-        As `outputs_of` gives them.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Infinite, or 0 where nothing contributes.
-    """
+    """Infinite bounds, for the outputs that exist."""
     return np.where(outputs.any(axis=(1, 2)), np.inf, 0.0)
 
 
@@ -149,15 +115,7 @@ def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class PressureError:
-    """How far a pressure is from the exact one of the discrete normal problem, dimensionless.
-
-    Attributes
-    ----------
-    size : float
-        A bound on the Euclidean norm of ``p - p*``.
-    possible : bool ndarray, shape (n,)
-        The elements with pressure, and those where the exact one may have some.
-    """
+    """How far a pressure is from the exact one of the discrete normal problem, dimensionless."""
 
     size: float
     possible: np.ndarray
@@ -168,18 +126,6 @@ def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float
 
     Where the pressure is small beside the distance, ``p e`` is that element's share of the gap; elsewhere the distance
     is taken for a change of the undeformed one, of which the pressure then is the solution.
-
-    Parameters
-    ----------
-    problem : NormalProblem
-    pressure : ndarray, shape (n,)
-        Dimensionless.
-    approach : float
-        Dimensionless.
-
-    Returns
-    -------
-    PressureError or None
     """
     definite = positive_definite(problem.operator, dense_limit=0)
     if definite is None:
@@ -210,16 +156,6 @@ def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
     """What a change of the traction bound by `spread` (2-norm) changes of Fx, Fy, Mz at most, (3,), dimensionless.
 
     The creepages are given, and the problem has all elements that may come to bear.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-    spread : float
-        Bound on the change of the traction bound, 2-norm, dimensionless.
-
-    Returns
-    -------
-    ndarray, shape (3,)
     """
     outputs, definite = outputs_of(problem), problem.symmetric_part
     if definite is None:

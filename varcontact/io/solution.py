@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import sys
@@ -12,14 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.certificate import Certificate, ForceBounds
+from varcontact.discrete.certificate import LEVELS, Certificate, ForceBounds
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.errors import OutputError
-from varcontact.io.elements import EXPORTS
-from varcontact.io.outputs import check_one_of_endings, check_replaceable, check_writable, write_whole
-from varcontact.io.parts_record import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
-from varcontact.io.plausible import check_plausible
-from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.seal import sealed, unsealed
+from varcontact.io.export import EXPORTS
+from varcontact.io.scene_toml import scene_from, scene_to
+from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution, plain_calls
@@ -28,8 +27,16 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
 from varcontact.solvers.statistics import Calls
+from varcontact.system.files import (
+    check_one_of_endings,
+    check_replaceable,
+    check_writable,
+    first_line,
+    reading,
+    regular,
+    write_whole,
+)
 from varcontact.system.memory import need
-from varcontact.system.reading import first_line, reading, regular
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -180,7 +187,7 @@ def _data(path: str | Path, content: bytes) -> xr.Dataset:
     import xarray as xr
 
     with reading(path):
-        whole = unsealed(content)
+        whole = without_checksum(content)
     _check_opens(path, whole)
     with (
         reading(path, "cannot be read as netCDF"),
@@ -212,7 +219,7 @@ def solution_to_bytes(sol: Solution) -> bytes:
     """A solution's file, in memory."""
     buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
     dataset(sol).to_netcdf(buffer, engine="h5netcdf")
-    return sealed(buffer.getvalue())
+    return with_checksum(buffer.getvalue())
 
 
 def solution_from_bytes(path: Path, content: bytes) -> Solution:
@@ -225,8 +232,7 @@ def solution_from(data: xr.Dataset) -> Solution:
     record = json.loads(str(data["record"].values))
     fields = {name: data[name].values for name in ON_ELEMENTS if name in data}
     scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
-    creepage, share = data["creepage"].values, data["bound_share"].values if "bound_share" in data else 1.0
-    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), creepage, record, share)
+    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
     sol = with_pressure(sol, data[PRESSURE].values if PRESSURE in data else None)
     if "refinement" in record:
         parts = {name: data[name].values for name in ON_PARTS if name in data}
@@ -242,31 +248,12 @@ def assembled(
     approach: float,
     creepage: np.ndarray,
     record: dict[str, Any],
-    share: np.ndarray | float = 1.0,
 ) -> Solution:
     """A solution from what a file holds."""
     certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in creepage)
-    shapes = {name: (2, *grid.shape) if name in ("traction", "slip") else grid.shape for name in fields}
-    if any(field.shape != shapes[name] for name, field in fields.items()):
-        raise ValueError("fields that are not of the grid's shape")
-    known = [field for name, field in fields.items() if plan.has_moment or name != "power_density"]
-    if any(field.dtype.kind not in "iuf" for field in fields.values()) or not all(
-        np.isfinite(each).all() for each in known
-    ):
-        raise ValueError("fields that are not finite numbers")
     fields = {"power_density": np.full(grid.shape, np.nan)} | fields
-    if any(bound.shape != (3,) for bound in bounds):
-        raise ValueError("a bound on the forces that is not three numbers")
-    kinds = {"converged": bool, "iterations": dict, "status": dict, "timing": dict}
-    if any(not isinstance(record[name], kind) for name, kind in kinds.items()):
-        raise ValueError(f"{', '.join(kinds)} that are of other types")
-    counted = [*record["timing"].values(), *record["iterations"].values()]
-    if any(isinstance(value, bool) or not isinstance(value, (int, float)) for value in counted):
-        raise ValueError("times or iterations that are not numbers")
-    if record.get("branch", "") not in ("", *BRANCHES):
-        raise ValueError("a branch that there is not")
     sol = Solution(
         scene=scene,
         grid=grid,
@@ -274,7 +261,7 @@ def assembled(
         **fields,
         approach=approach,
         creepage=(vx, vy, spin),
-        certificate=Certificate(**certificate, bounds=ForceBounds.known(*bounds)),
+        certificate=Certificate(**certificate, bounds=ForceBounds(*bounds)),
         converged=record["converged"],
         iterations=record["iterations"],
         status=record["status"],
@@ -291,5 +278,61 @@ def assembled(
         if record.get("error_estimate") is None
         else ErrorEstimate.from_plain(record["error_estimate"]),
     )
-    check_plausible(sol, share)
+    check_schema(sol)
     return sol
+
+
+def check_schema(sol: Solution) -> None:
+    """Refuse fields and entries of other shapes, types or ranges than a solution has; `load` certifies the values."""
+    shape, certificate = sol.grid.shape, sol.certificate
+    fields = {name: getattr(sol, name) for name in ON_ELEMENTS if getattr(sol, name) is not None}
+    if any(each.shape != ((2, *shape) if name in ("traction", "slip") else shape) for name, each in fields.items()):
+        raise ValueError("fields that are not of the grid's shape")
+    if any(each.dtype.kind not in "iuf" for each in fields.values()):
+        raise ValueError("fields that are not numbers")
+    if any(not np.isfinite(each).all() for name, each in fields.items() if name != "power_density"):
+        raise ValueError("fields that are not finite numbers")
+    if max(float(np.abs(each).max()) for name, each in fields.items() if name != "power_density") > checks.LARGE**2:
+        raise ValueError("numbers beyond those that can be computed with")
+    if not np.isin(sol.state, (EXTERIOR, STICK, SLIP)).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
+        raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
+    open_ended = sol.scene.line and sol.scene.reference_depth is None
+    if not (open_ended or np.isfinite(sol.approach)):
+        raise ValueError("an approach that is not finite")
+    if sol.motion and not (
+        open_ended or sol.scene.frictionless or np.isfinite(sol.creepage).all() or not sol.pressure.any()
+    ):
+        raise ValueError("creepages that are not finite")
+    values = [np.ravel(value) for name, value in certificate.plain().items() if name != "level"]
+    numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
+    if certificate.level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
+        raise ValueError("a certificate, times or iterations that are not numbers, zero or positive")
+    if "total" not in sol.timing or not isinstance(sol.converged, bool) or sol.branch not in ("", *BRANCHES):
+        raise ValueError("no total time, or a branch that there is not")
+
+
+MARK = b"\nvarcontact sha256 "
+"""Between a file's bytes and their checksum, where netCDF and HDF5 do not look: HDF5 has none over the whole file."""
+
+
+def with_checksum(content: bytes) -> bytes:
+    """The bytes of a file with their checksum behind them."""
+    return content + MARK + _digest(content)
+
+
+def without_checksum(content: bytes) -> bytes:
+    """The bytes of a file without the checksum, which they have to fit; as they are, where there is none.
+
+    A file that another program has written anew has none.
+    """
+    own, digest = content[:-64], content[-64:]
+    if not own.endswith(MARK):
+        return content
+    own = own.removesuffix(MARK)
+    if _digest(own) != digest:
+        raise ValueError("its bytes are not those that were written")
+    return own
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()
