@@ -11,6 +11,7 @@ from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
 from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
 from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 
 def test_results_are_of_the_types_that_are_promised():

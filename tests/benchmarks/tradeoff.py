@@ -12,7 +12,7 @@ import pandas as pd
 
 import varcontact as vc
 from varcontact.study.tradeoff import TARGETS, Tradeoff
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 

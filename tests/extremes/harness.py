@@ -23,7 +23,7 @@ from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.selection import select
 from varcontact.study.csv_table import Table, columns_of_text, plain_rows
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.on_grid import THEORIES, why_not
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact
 from varcontact.solving import contact_solver
-from varcontact.theories.no_slip import no_slip_forces
+from varcontact.theories.on_grid import no_slip_forces
 
 
 def errors(every, cells, second_order=True):

@@ -88,7 +88,7 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     disc = discretise(shift, vc.Grid(nx=30, dx=0.002, x0=-0.03))
     steps = ContactSolver(select(shift, "norm", "tang-safeguarded", "joint"), 1e-12, True, SolveStats())
     start = steps.pressure(disc, unloaded(disc.grid))
-    bearing = dataclasses.replace(start, bearing=start.pressure)
+    bearing = dataclasses.replace(start, bound_pressure=start.pressure)
     reference = steps.together(disc, dataclasses.replace(bearing, passes=((1.0, 1e-10),)))
     normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), start.pressure)
     bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)

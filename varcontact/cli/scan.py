@@ -165,7 +165,7 @@ def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json
 
 def _row(solution: Solution) -> dict[str, Any]:
     """The figures of a solution, under the names of its motion; None where nothing is known."""
-    from varcontact.results.solution import known
+    from varcontact.results.report import known
 
     assert solution.motion is not None
     names = ROLLING if solution.motion.rolls else SHIFTING

@@ -22,6 +22,8 @@ from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, pressure_to, refine
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution, plain_calls
+from varcontact.results.report import plain_calls
+from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene

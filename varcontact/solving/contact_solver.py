@@ -168,7 +168,7 @@ class ContactSolver:
                 with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
-            problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
+            problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
             _check_force(problem, disc.scales.force)
             enough = enough_traction(self.plan, disc, state, self.tol)
             settings = self._settings(enough, in_passes(self.plan, disc))
@@ -181,7 +181,7 @@ class ContactSolver:
                 first = disc.with_loading(
                     motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
                 )
-                easier = first.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
+                easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
                 raw = self._from_first_order(easier, problem, settings, raw)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
@@ -206,7 +206,7 @@ class ContactSolver:
         return replace(raw if raw.solved else missed, iterations=count)
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with pressure and tractions of each other, under the traction bound of its `bearing`.
+        """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.
 
         One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
         two problems in turn.
@@ -215,7 +215,7 @@ class ContactSolver:
         ----------
         disc : Discretisation
         state : ContactState
-            With its `bearing`, dimensionless.
+            With its `bound_pressure`, dimensionless.
         """
         if self.plan.formulation == "complementary" and self.plan.programs:
             state = self._joint_program(disc, state)
@@ -225,10 +225,10 @@ class ContactSolver:
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
 
     def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
-        assert state.bearing is not None
-        nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bearing[None])
+        assert state.bound_pressure is not None
+        nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bound_pressure[None])
         normal = disc.normal_problem()  # the pressures are unknowns: tractions can arise wherever they shift particles
-        tangential = disc.tangential_problem(nothing.pressure, state.bearing, acting=shifted)
+        tangential = disc.tangential_problem(nothing.pressure, state.bound_pressure, acting=shifted)
         _check_force(tangential, disc.scales.force)
         if tangential.size == 0:  # no friction where there is contact: no cones, and only the pressure is left
             return self.pressure(disc, self.traction(disc, state))

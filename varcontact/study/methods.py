@@ -22,7 +22,7 @@ from varcontact.solvers.registry import (
 )
 from varcontact.solving.selection import FORMULATIONS, PRESETS, select
 from varcontact.solving.series import solve_many
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (
     "convex",

@@ -20,7 +20,7 @@ from varcontact.solving.series import solve_many
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.theories.creep_forces import VECTORISED, creep_forces
-from varcontact.theories.methods import why_not
+from varcontact.theories.on_grid import why_not
 
 if TYPE_CHECKING:
     import xarray as xr

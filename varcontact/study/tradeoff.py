@@ -29,7 +29,7 @@ from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
 from varcontact.study.parallel import alone, opened, results
 from varcontact.study.references import Reference, references, signature
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 if TYPE_CHECKING:
     import pandas as pd
