@@ -13,7 +13,6 @@ import varcontact as vc
 from varcontact.cli import app
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
-from varcontact.theories.methods import THEORIES
 from varcontact.theories.on_grid import THEORIES
 
 COMMANDS = sorted(typer.main.get_command(app).commands)

@@ -10,7 +10,6 @@ from tests import typed
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
 from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
-from varcontact.theories.methods import THEORIES
 from varcontact.theories.on_grid import THEORIES
 
 

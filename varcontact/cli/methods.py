@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
-from varcontact.theories.methods import THEORIES
 from varcontact.theories.on_grid import THEORIES
 
 

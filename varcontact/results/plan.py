@@ -11,7 +11,7 @@ from varcontact.scene.grid import Cells
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
 from varcontact.system import memory
-from varcontact.theories.methods import THEORIES, Theory
+from varcontact.theories.on_grid import THEORIES, Theory
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from varcontact.solvers.registry import (
     tangential_methods,
 )
 from varcontact.solving.pipeline import check_memory
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.theories.on_grid import THEORIES, why_not
 
 COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint", "newton")
 FORMULATIONS = ("complementary", "potential", "gap", "marching")
