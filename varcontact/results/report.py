@@ -310,6 +310,8 @@ def report_history(history: History) -> str:
     columns = [history.rolled, history.normal_force, *history.force.T, history.moment, history.dissipation]
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
+    warned = [k for k in shown[:-1] if history.scene.under_law and history[k].warnings][-1:]
+    lines += ["", *(f"WARNING: step {k}: {history[k].warnings[0]}" for k in warned)] if warned else []
     lines += _estimate_of_all(history)
     return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 

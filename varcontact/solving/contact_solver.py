@@ -25,7 +25,7 @@ from varcontact.solvers.settings import Settings
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
-from varcontact.solving.friction_loop import branch_of, under_law
+from varcontact.solving.friction_law import branch_of, under_law
 from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.pipeline import (
     check_memory,

@@ -21,7 +21,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.road import estimated
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 
 ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""

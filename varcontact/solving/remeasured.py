@@ -30,7 +30,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.passes import of_elements, with_forces
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 from varcontact.solving.march import March, marching_on, without_load
 from varcontact.solving.transient import largest_contacts
 from varcontact.system.files import reading

@@ -22,7 +22,7 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
 from varcontact.solving.potential_contact import first_grid
