@@ -147,7 +147,7 @@ def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     state = _state(disc, sol)
     density = _check_fields(disc, sol, state)
     stored = replace(stored, power_density=density) if np.isnan(sol.power_density).any() else stored
-    if disc.loading.law is not None and sol.plan.rubs:
+    if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     if _deserved(disc, sol, state):
         return stored
