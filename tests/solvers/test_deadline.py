@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
 from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
@@ -25,7 +25,7 @@ def problems(rolling):
     """The normal and the tangential problem of a scene."""
     sol = vc.solve(rolling(grid=vc.Grid(nx=16, ny=16)))
     disc = discretise(sol.scene, sol.grid)
-    return disc.normal_problem(), disc.tangential_problem(sol.pressure / disc.pressure)
+    return disc.normal_problem(), disc.tangential_problem(sol.pressure / disc.scales.pressure)
 
 
 def unsolved(problem):

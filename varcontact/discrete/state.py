@@ -6,42 +6,31 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.out_of_reach import out_of_reach
+from varcontact.reference.line_contact import line_contact
 from varcontact.scene.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Pressures and tractions on the whole grid, dimensionless.
+    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers came to them.
 
     Attributes
     ----------
-    pressure : ndarray, shape (ny, nx)
-    approach : float
-    traction : ndarray, shape (2, ny, nx)
     rigid : ndarray, shape (2,)
         Uniform rigid shift where a force is prescribed, else 0.
-    iterations : dict
-        Solver iterations by problem, summed over the passes.
-    status : dict
-        The solvers' own words on the last pass, by problem.
-    solved : dict
-        What those mean, by problem: whether the solver says that it reached all it was asked for.
-    solved_by : dict
-        Whose answer it is, by problem, on the last pass.
-    reasons : dict
-        By problem, why that is another solver than the plan's, where there was no choice; else empty words.
+    iterations, status, solved, solved_by, reasons : dict
+        By problem: solver iterations, summed over the passes; on the last pass the solver's own words, whether they
+        say that it reached all it was asked for, whose answer it is, and why that is another solver than the plan's.
     passes : tuple of (float, float)
         Of each pass of a coupling loop: its change, and the residual of the whole after it.
-    bearing : ndarray, shape (ny, nx), optional
+    bound_pressure : ndarray, shape (ny, nx), optional
         The pressure that the traction bound counts with, where that is not `pressure`: within a joint pass.
     slips : bool ndarray, shape (ny, nx), optional
         The slip area where a theory tells it; otherwise the natural map does.
-    friction : ndarray, shape (ny, nx), optional
-        Under a law of friction: the coefficient of the next pass.
-    branch : str
-        Under a law of friction: where the search began.
+    friction, branch : ndarray, shape (ny, nx), optional; str
+        Under a law of friction: the coefficient of the next pass, and where the search began.
     """
 
     pressure: np.ndarray
@@ -54,49 +43,27 @@ class ContactState:
     solved_by: dict[str, str] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     passes: tuple[tuple[float, float], ...] = ()
-    bearing: np.ndarray | None = None
+    bound_pressure: np.ndarray | None = None
     slips: np.ndarray | None = None
     friction: np.ndarray | None = None
     branch: str = ""
 
 
 def unloaded(grid: Grid) -> ContactState:
-    """Bodies without pressure or traction.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit.
-
-    Returns
-    -------
-    ContactState
-    """
+    """Bodies without pressure or traction."""
     return ContactState(np.zeros(grid.shape), 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Of a Hertzian surface.
-    state : ContactState
-
-    Returns
-    -------
-    ContactState
-
-    Raises
-    ------
-    NoContact, SceneError
-        If no element's centre is in contact.
-    """
+    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
-        raise out_of_reach(disc.surface, disc.approach, disc.grid)
+        raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
-    approach = (disc.hertz_approach - disc.base) / disc.displacement
-    return replace(state, pressure=pressure / disc.pressure, approach=approach)
+    approach = disc.hertz.approach
+    if disc.line:  # from the depth that its influence numbers have
+        cylinders = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a)
+        approach = cylinders.approach(disc.operators.depth * disc.scales.length)
+    approach = (approach - disc.base) / disc.scales.displacement
+    return replace(state, pressure=pressure / disc.scales.pressure, approach=approach)

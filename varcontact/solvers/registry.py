@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 from varcontact import checks
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
@@ -86,7 +86,7 @@ def tangential_solver(name: str) -> TangentialSolver:
 
 
 def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.tally`.
+    """A solver whose calls are counted in `settings.stats`.
 
     Parameters
     ----------
@@ -98,9 +98,9 @@ def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
         check_time(settings.deadline)
-        with settings.tally.called(name):
+        with settings.stats.called(name):
             raw = solver(problem, settings, start)
-            settings.tally.iterated(name, raw.iterations)
+            settings.stats.iterated(name, raw.iterations)
         return replace(raw, solver=raw.solver or name)
 
     return solve

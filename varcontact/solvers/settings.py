@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass, field
 
 from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.tally import Tally
+from varcontact.solvers.statistics import SolveStats
 
 LONGEST = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -46,7 +46,7 @@ class Settings:
         The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
     setups : Setups, optional
         Where solvers keep their set-ups for the next problem of the same structure.
-    tally : Tally
+    stats : SolveStats
         Where their calls are counted.
     rough : bool
         Whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use.
@@ -57,7 +57,7 @@ class Settings:
     tol: float = 1e-8
     formulation: str = "auto"
     setups: Setups | None = None
-    tally: Tally = field(default_factory=Tally)
+    stats: SolveStats = field(default_factory=SolveStats)
     rough: bool = False
     deadline: float = math.inf
 

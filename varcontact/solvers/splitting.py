@@ -18,8 +18,8 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.discrete.gap import normal_residual, project, tangential_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.residuals import normal_residual, project, tangential_residual
 from varcontact.solvers.settings import Settings, check_time
 from varcontact.system.interrupts import interruptible
 

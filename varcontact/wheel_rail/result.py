@@ -13,6 +13,9 @@ from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
 from varcontact.solving.error_norm import units
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
+from varcontact.results.quantities_of_interest import units
+from varcontact.results.report import with_bar
+from varcontact.results.solution import Solution
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,6 +14,7 @@ from varcontact import checks
 from varcontact.discrete.discretise import discretise
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
@@ -29,6 +30,10 @@ from varcontact.solving.solve import solve
 from varcontact.solving.target import BY_DEFAULT
 from varcontact.theories.methods import THEORIES
 from varcontact.wheel_rail.patches import Seams
+from varcontact.solving.options import CertifyName
+from varcontact.solving.solve import solve
+from varcontact.solving.target import BY_DEFAULT
+from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import gap, normal_residual, project, tangential_residual
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.residuals import gap, normal_residual, project, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.conic.programs import normal_potential, normal_program
 from varcontact.solvers.conic.setups import Setups

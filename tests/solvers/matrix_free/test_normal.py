@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.gap import normal_gap, normal_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.errors import SceneError
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.newton import krylov

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.gap import gap, tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged, SceneError
 from varcontact.solvers.active_set.tang import tang_safeguarded
@@ -163,7 +163,7 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     settings = Settings(1e-8)
     raw = newton_tangential(problem, settings)
     assert (raw.solver, raw.status) == ("", "Solved")
-    assert settings.tally.calls["tseng"].count > 1 and set(settings.tally.calls) == {"tseng"}
+    assert settings.stats.calls[""]["tseng"].count > 1 and set(settings.stats.calls[""]) == {"tseng"}
     check_exact(problem, raw)
 
     monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)
@@ -224,7 +224,7 @@ def test_forms_no_matrix(rolling, monkeypatch, name):
         raise AssertionError("a dense matrix was assembled")
 
     monkeypatch.setattr(GridOperator, "dense", refuse)
-    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", 0)
     scene = rolling(grid=vc.Grid(nx=26, ny=25), **NO_MATRIX[name])
     found = vc.solve(scene, normal="newton", tangential="newton")
     for sol in found if name == "history" else [found]:

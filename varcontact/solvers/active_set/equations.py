@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude
-from varcontact.discrete.problem import TangentialProblem
+from varcontact.discrete.problems import TangentialProblem
+from varcontact.discrete.residuals import magnitude
 from varcontact.system.interrupts import interruptible
 
 

@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude, project, tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import magnitude, project, tangential_residual
 from varcontact.solvers.active_set.equations import Equations, Point, moved, shift_of, turns
 from varcontact.solvers.settings import Settings, check_time
 from varcontact.solvers.splitting import Splitting
@@ -128,7 +128,7 @@ def tang_safeguarded(
     if problem.no_slip:
         return no_slip(problem)
     settings = settings or Settings()
-    deadline, tally = settings.deadline, settings.tally
+    deadline, stats = settings.deadline, settings.stats
     if start is not None:
         return _descend(problem, Point(project(start.traction, problem.bound), start.rigid), max_steps, deadline)
     sticking = no_slip(problem)
@@ -140,9 +140,9 @@ def tang_safeguarded(
         return best
     newton = best.iterations
     if problem.free:
-        with tally.called("tang"):
+        with stats.called("tang"):
             rough = tang(problem, deadline=deadline)
-            tally.iterated("tang", rough.iterations)
+            stats.iterated("tang", rough.iterations)
         raw = _descend(problem, Point(rough.traction, rough.rigid), max_steps, deadline)
         newton += rough.iterations + raw.iterations
         if raw.solved:
@@ -155,9 +155,9 @@ def tang_safeguarded(
         best = _better(problem, best, Point(raw.traction, raw.rigid))
     splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
-        with tally.called("splitting"):
+        with stats.called("splitting"):
             at = _split(problem, splitting, at, rounds, deadline)
-            tally.iterated("splitting", rounds)
+            stats.iterated("splitting", rounds)
         raw = _descend(problem, at, max_steps, deadline)
         newton += raw.iterations
         if raw.solved:

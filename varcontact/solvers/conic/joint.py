@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic.programs import ConicProgram, normal_program, normal_scales, shift_program, shift_scale
 from varcontact.solvers.conic.solvers import solve_program
 from varcontact.solvers.settings import Settings

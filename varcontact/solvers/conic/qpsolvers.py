@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.conic.accuracy import options
 from varcontact.solvers.conic.programs import ConicProgram
 from varcontact.solvers.settings import Settings

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.conic.accuracy import BACKENDS
 from varcontact.solvers.conic.programs import ConicProgram
 from varcontact.solvers.settings import Settings

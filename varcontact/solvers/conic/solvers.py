@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic import clarabel, cvxpy, osqp, qpsolvers, scs
 from varcontact.solvers.conic.programs import (
     ConicProgram,

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from varcontact.checks import wrong_shape
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.newton.newton import MAX_STEPS
 from varcontact.solvers.newton.safeguard import Point
 from varcontact.solvers.settings import Settings

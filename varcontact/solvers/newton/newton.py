@@ -25,7 +25,7 @@ from varcontact.solvers.newton.safeguard import (
     searched,
 )
 from varcontact.solvers.settings import Settings, check_time
-from varcontact.solvers.tally import Tally
+from varcontact.solvers.statistics import SolveStats
 
 MAX_STEPS = 100
 ROUGH, FINE = 0.3, 1e-2
@@ -226,7 +226,7 @@ def newton(
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count)
         ny, nx = at.traction.shape[1:]
-        settings.tally.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
+        settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         if now.residual < least:
             best, least = at, now.residual
         if now.residual <= goal:
@@ -238,7 +238,7 @@ def newton(
             now = _measured(conditions, at)
         if idle >= STUCK:
             guards, idle, damping = guards + 1, 0, GUARD_DAMPING
-            at = _guarded(conditions, best, GUARD_STEPS * guards, settings.tally, finest)
+            at = _guarded(conditions, best, GUARD_STEPS * guards, settings.stats, finest)
             continue
         step = _step(conditions, at, now, goal, damping, room, now.residual / before if before else 1.0)
         before = now.residual
@@ -288,12 +288,12 @@ def _step(
     return system.bent(at.traction, krylov.gcr(system, system.right, conditions.forces, lacking, enough, room))
 
 
-def _guarded(conditions: Conditions, at: Point, steps: int, tally: Tally, finest: Finest | None) -> Point:
+def _guarded(conditions: Conditions, at: Point, steps: int, stats: SolveStats, finest: Finest | None) -> Point:
     """After steps that converge wherever M is monotone."""
     shift = _shift(conditions) if finest is None else finest.shift
-    with tally.called("tseng"):
+    with stats.called("tseng"):
         at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
-        tally.iterated("tseng", steps)
+        stats.iterated("tseng", steps)
     return replace(at, noise=NOISE if finest is None else EXACT)
 
 

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.gap import normal_gap, normal_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution
+from varcontact.discrete.problems import NormalProblem, RawSolution
+from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.newton.drive import COARSE_TOL, check_start, driven, not_a_number
 from varcontact.solvers.newton.kernel import Kernel, kernel, unit
@@ -58,10 +58,10 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
         return RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")
 
     def dense(near: RawSolution) -> RawSolution:
-        with settings.tally.called("norm"):
+        with settings.stats.called("norm"):
             raw = norm(problem, near, deadline=settings.deadline)
             raw = raw if raw.solved else norm(problem, exchange="one", deadline=settings.deadline)
-            settings.tally.iterated("norm", raw.iterations)
+            settings.stats.iterated("norm", raw.iterations)
         return replace(raw, solver="norm")
 
     def residual(raw: RawSolution) -> float:

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.gap import gap, project, tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.newton.drive import COARSE_TOL, check_start, driven, not_a_number
@@ -64,9 +64,9 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
         return tangential_residual(problem, raw.traction, raw.rigid)
 
     def dense(near: RawSolution) -> RawSolution:
-        with settings.tally.called("tang-safeguarded"):
+        with settings.stats.called("tang-safeguarded"):
             raw = tang_safeguarded(problem, settings=settings)
-            settings.tally.iterated("tang-safeguarded", raw.iterations)
+            settings.stats.iterated("tang-safeguarded", raw.iterations)
         return replace(raw, solver="tang-safeguarded")
 
     return driven(posed, start, settings, problem.size, dense, residual, PATIENCE)

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.newton.kernel import kernel, unit, wrapped_transform
 from varcontact.solvers.newton.krylov import Forces

@@ -10,12 +10,11 @@ from varcontact.discrete.contact_grid import known_grid, wanted_grid
 from varcontact.discrete.operators import KEPT_DISTANCES
 from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import SceneError
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.defect_correction.passes import PARTS
 from varcontact.solving.defect_correction.pressed import FINER
 from varcontact.system.memory import SMALLER, need

@@ -1,0 +1,154 @@
+"""The inverse of a theory: creepages for prescribed forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.checks import number, positive
+from varcontact.errors import NotConverged, Saturated
+from varcontact.theories.fastsim import fastsim
+from varcontact.theories.linear import creepage_or_force
+from varcontact.theories.simplified import PEAK
+from varcontact.theories.strip_theory import printed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+FARTHEST = 1e12
+"""Farthest creepage looked for, in units of the one where friction is used up without spin."""
+HYBRID = {"maxfev": 60}
+
+
+def creepage_for_force(
+    a: float,
+    b: float,
+    G: float,
+    friction_force: float,
+    coefficients: CreepageCoefficients,
+    *,
+    vx: float | None = None,
+    vy: float | None = None,
+    spin: float = 0.0,
+    Fx: float | None = None,
+    Fy: float | None = None,
+    m: int = 10,
+    n: int = 10,
+    bound: str = "parabolic",
+    flexibility: str = "separate",
+) -> np.ndarray:
+    """Creepages for which `fastsim` gives the prescribed forces.
+
+    Parameters
+    ----------
+    a, b, G, friction_force, coefficients, m, n, bound, flexibility
+        As for `fastsim`, all single.
+    vx, vy : float, optional
+        Creepages that are given [-]; 0 where neither the creepage nor its force is given.
+    spin : float
+        Spin [1/length].
+    Fx, Fy : float, optional
+        Force on body 1 in place of vx and of vy.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        vx, vy, spin. As the weighted L depends on the creepages, another triple may give the same force with it.
+
+    Raises
+    ------
+    SceneError
+        As `fastsim`, or if a creepage and its force are both given.
+    Saturated
+        If the prescribed force is not below the sum of the traction bound over the points (near
+        ``friction_force``, see `fastsim`).
+    NotConverged
+        If no creepages are found.
+
+    Examples
+    --------
+    >>> from varcontact.reference import creepage_coefficients
+    >>> contact = (6.8, 6.5, 8e4, 45000.0)
+    >>> table = creepage_coefficients(6.8, 6.5, 0.25)
+    >>> creepage = creepage_for_force(*contact, table, Fx=20000.0, Fy=0.0, spin=0.00054)
+    >>> print(fastsim(*contact, creepage, table).force.round(3) + 0.0)
+    [20000.     0.]
+    """
+    given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
+    given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
+    spin = number("spin", spin)
+    strips = printed(m, n, bound)
+    a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
+    across = np.sum(strips.width * strips.edge * strips.peak)
+    carried = friction_force * float(PEAK[bound] * across * strips.step * np.sum(strips.bounds))  # sum of the bound
+    unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
+    options: dict[str, Any] = {"m": m, "n": n, "bound": bound, "flexibility": flexibility}
+
+    def force(creepage: np.ndarray) -> np.ndarray:
+        return fastsim(a, b, G, friction_force, creepage, coefficients, **options).force
+
+    return creepage_carrying(force, np.array([given_x, given_y, spin]), (Fx, Fy), unit, friction_force, carried)
+
+
+def creepage_carrying(
+    force: Callable[[np.ndarray], np.ndarray],
+    creepage: np.ndarray,
+    prescribed: tuple[float | None, float | None],
+    unit: float,
+    friction_force: float,
+    carried: float,
+) -> np.ndarray:
+    """A creepage (3,) with vx and vy changed to where a theory gives the prescribed forces, of `carried` at most.
+
+    The forces fall with vx and vy; at a creepage of about `unit` all slips.
+    """
+    Fx, Fy = prescribed
+    size = float(np.hypot(Fx or 0.0, Fy or 0.0))
+    if size >= carried:
+        raise Saturated(size, carried)
+    vx, vy, spin = (float(value) for value in creepage)
+
+    def at(x: float, y: float) -> np.ndarray:
+        return force(np.array([x, y, spin]))
+
+    def lateral(x: float) -> float:
+        return vy if Fy is None else _root(lambda y: float(at(x, y)[1]) - Fy, unit)
+
+    if Fx is not None and Fy is not None:
+        from scipy.optimize import root
+
+        # both at once by Powell's hybrid method, which may fail near saturation
+        quick = root(lambda v: (at(*(unit * v)) - (Fx, Fy)) / friction_force, np.zeros(2), tol=1e-13, options=HYBRID)
+        if np.all(np.abs(quick.fun) < 1e-11):
+            return np.array([*(unit * quick.x), spin])
+    x = vx if Fx is None else _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
+    y = lateral(x)
+    found = at(x, y)
+    miss = max((abs(found[i] - F) for i, F in enumerate(prescribed) if F is not None), default=0.0)
+    if miss > 1e-9 * friction_force:
+        raise NotConverged("no creepages found for the prescribed force", miss / friction_force)
+    return np.array([x, y, spin])
+
+
+def _root(excess: Callable[[float], float], unit: float) -> float:
+    """Where a function that falls from positive to negative is 0; it starts from ``[-unit, unit]``.
+
+    Forces fall with their creepages from one limit of friction to the other, so that there is a root whatever
+    the spin. One direction inside the other is slower than Newton's method in both, but it cannot get lost where
+    slip sets in or the force is nearly saturated.
+    """
+    from scipy.optimize import brentq
+
+    low, high = -unit, unit
+    while excess(low) < 0:
+        low *= 4
+        if low < -FARTHEST * unit:
+            raise NotConverged("no creepage found for the prescribed force", abs(excess(low)))
+    while excess(high) > 0:
+        high *= 4
+        if high > FARTHEST * unit:
+            raise NotConverged("no creepage found for the prescribed force", abs(excess(high)))
+    return float(brentq(excess, low, high, xtol=1e-15 * unit, rtol=1e-14, maxiter=500))
