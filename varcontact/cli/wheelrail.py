@@ -58,10 +58,8 @@ def wheelrail(
     as_json: AsJson = False,
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
-    from varcontact.study.store import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.study.csv_table import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import CaseFile, read_case
+    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.contact_input import read_contact_input
 
     check_outputs(out, plot, [case], force)

@@ -15,8 +15,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
-from varcontact.io.scene_file import bodies_from, solve_table
-from varcontact.errors import SceneError
 from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction import LAWS

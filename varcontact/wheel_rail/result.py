@@ -9,13 +9,10 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.results.report import with_bar
-from varcontact.results.solution import Solution
-from varcontact.solving.error_norm import units
-from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
+from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
@@ -24,16 +24,11 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.newton.drive import DENSE
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.settings import Settings
-from varcontact.solving.error_norm import units
-from varcontact.solving.options import CertifyName
-from varcontact.solving.solve import solve
-from varcontact.solving.target import BY_DEFAULT
-from varcontact.theories.methods import THEORIES
-from varcontact.wheel_rail.patches import Seams
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.solving.target import BY_DEFAULT
 from varcontact.theories.on_grid import THEORIES
+from varcontact.wheel_rail.patches import Seams
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
