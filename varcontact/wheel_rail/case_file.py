@@ -274,13 +274,8 @@ def _solved_rows(
     if solved is not None:
         solved(found)
     texts = [str(each.message) for each in caught] + [text for each in found.patches for text in each.solution.warnings]
-    row: dict[str, Any] = {
-        "side": case.side,
-        "outcome": "solved",
-        "reason": "",
-        "warnings": "; ".join(dict.fromkeys(texts)),
-    }
-    row = row | _place(case) | {"z": found.z}
+    row: dict[str, Any] = {"side": case.side, "outcome": "solved", "reason": "", **_place(case), "z": found.z}
+    row["warnings"] = "; ".join(dict.fromkeys(texts))
     return [{**row, "patch": k, **_figures(each)} for k, each in enumerate(wear(found, file.archard).patches, 1)]
 
 

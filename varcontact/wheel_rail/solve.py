@@ -83,6 +83,9 @@ def solve_wheel_on_rail(
     tol = checks.positive("tol", tol)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], message="store must be left out: it is for histories of steps")
+    if methods.get("refine") is not None:
+        reason = "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead"
+        raise SceneError("refine", methods["refine"], message=reason)
     target = _target(case, methods)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     if target:
@@ -104,9 +107,8 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     for name, value in target.items():
         checks.positive(name, value)
-        for other in (*(set(target) - {name}), "refine"):
-            if methods.get(other) is not None:
-                raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
+        for other in set(target) - {name}:
+            raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
         for side in ("dx", "dy"):
             if getattr(case, side) is not None:
                 reason = f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
@@ -119,7 +121,7 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
 
 def _by_default(case: WheelOnRail, methods: dict[str, Any]) -> bool:
     """Whether no argument determines the grid, and the answer of a grid has an error."""
-    given = (case.dx, case.dy, methods.get("refine"), methods.get("start"))
+    given = (case.dx, case.dy, methods.get("start"))
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
     has_friction = isinstance(case.friction, Law) or 0 < case.friction < np.inf
     return exact and all(each is None for each in given) and has_friction
@@ -130,7 +132,7 @@ def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, met
 
     @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
-        found = [(patch, _solve_patch(patch, certify, methods)) for patch in _with_elements(case, z, methods)]
+        found = [(patch, _solve_patch(patch, certify, methods)) for patch in case.patches(z)]
         return tuple(PatchSolution(*each, _load_error(case, found)) for each in found)
 
     def vertical(z: float) -> float:
@@ -215,21 +217,6 @@ def _load_error(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -
     # tangential forces grow with the normal force: it changes until all of the load is borne again
     lifting = abs(np.sin(patch.angle)) * estimate.errors["Fy"] * units(solution)["Fy"]
     return float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))
-
-
-def _with_elements(case: WheelOnRail, z: float, methods: dict[str, Any]) -> list[ContactPatch]:
-    """The patches on elements of dx and dy; for refinement with samples that are known between their centres, too."""
-    patches = list(case.patches(z))
-    if methods.get("refine") is None:
-        return patches
-    for k, (patch, scene) in enumerate(_sampled_scenes(case, z)):
-        assert isinstance(scene.surface, SampledDistance)
-        grid = patches[k].scene.grid
-        assert isinstance(grid, Grid)
-        beyond = np.array(grid.box) - np.array(scene.surface.box)
-        if np.all(beyond * [1, -1, 1, -1] >= 0):  # the samples cover the elements, unless these are too few
-            patches[k] = replace(patch, scene=replace(scene, grid=grid), seams=())
-    return patches
 
 
 def _sampled_scenes(case: WheelOnRail, z: float) -> list[tuple[ContactPatch, Scene]]:
@@ -354,11 +341,11 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
         found = norm(near, raw) if few else None
         raw = found if found is not None and found.solved else newton_normal(near, Settings(rough=True), raw)
         pressure, before = raw.traction.reshape(grid.shape), taken
-        parts = [disc.normal_operator.apply((pressure * (part == j)[:, None])[None])[0] for j in range(count)]
+        parts = [disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0] for j in range(count)]
         taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
-        change = float(np.abs(taken - before).max()) * disc.displacement / scene.approach
+        change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
         if change <= WEAK_CLOSE:
-            return replace(scene, surface=SampledDistance(surface.h - taken * disc.displacement))
+            return replace(scene, surface=SampledDistance(surface.h - taken * disc.scales.displacement))
     raise NotConverged("the pressures of the parts of a patch did not settle", change)
 
 
@@ -385,9 +372,8 @@ def _warn(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
                 reason = f"too few for its pressures; give a smaller {name}, for {FEWEST} elements or more"
                 elements = f"{count} element{'s' * (count > 1)} {size}"
                 warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
-        if min(counts) >= FEWEST * (1 + len(patch.seams)) and any(
-            text.lower().startswith("noise") for text in solution.warnings
-        ):
+        noisy = any(text.lower().startswith("noise") for text in solution.warnings)
+        if noisy and min(counts) >= FEWEST * (1 + len(patch.seams)):
             reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
             warn(f"noise dominates {where}: {reason}", RoughProfile)
         across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
