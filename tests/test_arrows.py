@@ -34,7 +34,7 @@ BACK = {
     ("reference.line_contact", "scene.bodies"),
     ("reference.spence", "scene.bodies"),
     ("plotting.studies", "study.convergence"),
-    ("plotting.tradeoff", "study.tradeoff"),
+    ("plotting.studies", "study.tradeoff"),
     ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""

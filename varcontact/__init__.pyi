@@ -22,9 +22,8 @@ from .io.contact_results import ContactResult, read_contact_result
 from .io.scene_toml import read_scene
 from .planning.plan import Plan, plan
 from .planning.sizes import Matrix, Sizes
-from .plotting.curve import plot_curve
 from .plotting.stress import plot_stress
-from .plotting.studies import plot_comparison
+from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.history import History

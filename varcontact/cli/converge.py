@@ -35,7 +35,7 @@ def converge(
 ) -> None:
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.style import write_picture
     from varcontact.study.converge import converge as converge_on
 
     check_outputs(store, plot, [scene], force, name_of_out="--store")

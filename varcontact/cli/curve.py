@@ -39,8 +39,8 @@ def curve(
     What is not given of vx, vy and spin is the scene's own.
     """
     from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.curve import plot_curve
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.studies import plot_curve
+    from varcontact.plotting.style import write_picture
     from varcontact.study.scan import creep_curve
     from varcontact.system.files import write_whole
 

@@ -144,8 +144,8 @@ def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Print a `solution`, or `as_json`, and write it to `out` and its picture to `plot`; `force` replaces any file."""
     from varcontact.io.solution import save
-    from varcontact.plotting.animation import animate
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.history import animate
+    from varcontact.plotting.style import write_picture
     from varcontact.results.history import History
 
     try:
@@ -163,8 +163,8 @@ def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_
 
 def _check_moving(plot: Path, scene: Scene, inputs: list[Path], force: bool) -> None:
     """Refuse a file to which a history cannot be written as a moving picture, or anything else as a still one."""
-    from varcontact.plotting.animation import check_animation
-    from varcontact.plotting.picture_file import check_picture
+    from varcontact.plotting.history import check_animation
+    from varcontact.plotting.style import check_picture
     from varcontact.scene.motion import Transient
 
     if isinstance(scene.motion, Transient):

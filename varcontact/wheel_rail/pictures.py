@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.plotting.maps import box_of
-from varcontact.plotting.quantities import measure
+from varcontact.plotting.fields import box_of
 from varcontact.plotting.style import PAGE, colour, colour_bar, legend_below, new_figure, settle, styled
+from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
     Figure
         Outside pyplot: a notebook shows it, ``savefig`` writes it.
     """
-    from varcontact.plotting.picture import empty_figure
+    from varcontact.plotting.style import empty_figure
 
     count = len(solution.patches)
     with styled():
