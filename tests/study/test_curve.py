@@ -77,7 +77,7 @@ def test_the_command(tmp_path):
     assert picture.stat().st_size > 5_000
     refused = run("curve", str(path), "--vx", "0:0.2", folder=tmp_path)
     assert refused.returncode == 2
-    assert "--vx = '0:0.2' is not allowed: must be FROM:TO:NUMBER" in refused.stderr
+    assert "--vx = '0:0.2' is not allowed: must be FROM:TO:N" in refused.stderr
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,7 @@ def plot_passes(sol: Solution) -> Figure:
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:
         shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
-        changed = "pressure" if sol.plan.joint else "tractions"
+        changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
     with styled():
         figure, (ax,) = new_figure(1, 1, (COLUMN, 2.6))
         changes, residuals = np.array(sol.passes).T

@@ -1,0 +1,204 @@
+"""What "auto" stands for: active sets, and Newton's method without a matrix where many elements are in contact."""
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.solving.selection import MANY, own_image
+
+MANY_CELLS = vc.Grid(nx=40, ny=40)
+UNLIKE, BALL = vc.Bodies(G=(1.0, 3.0), nu=0.3), vc.Paraboloids(1.0, 1.0)
+TWO_ARCS = np.minimum((np.linspace(-2, 2, 15) - 0.5) ** 2, (np.linspace(-2, 2, 15) + 0.5) ** 2)
+SAMPLES = vc.SampledDistance(
+    TWO_ARCS[:, None] + np.linspace(-2, 2, 15) ** 2 / 2, x=np.linspace(-2, 2, 15), y=np.linspace(-2, 2, 15)
+)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"grid": MANY_CELLS},
+        {"grid": MANY_CELLS, "motion": vc.Shift(ux=0.01)},
+        {"grid": MANY_CELLS, "motion": vc.Steady(Fx=-0.1)},
+        {"grid": vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)},
+        {"grid": MANY_CELLS, "friction": np.inf},
+        {"surface": vc.Cylinders(R=1.0), "motion": vc.Steady(vx=0.01), "grid": vc.Grid(nx=2 * MANY + 1)},
+    ],
+)
+def test_auto_with_many_elements(rolling, changes):
+    plan = vc.plan(rolling(**changes))
+    assert (plan.normal, plan.tangential, plan.fallback) == ("hertz", "newton", "clarabel")
+    assert plan.matrix_free
+    assert "without a matrix" in plan.reasons["tangential"]
+    assert "a symmetric contact as a whole" in plan.reasons["tangential"]
+    assert not plan.sizes.mirrored
+
+
+@pytest.mark.parametrize(
+    ("changes", "normal", "kind"),
+    [
+        ({"bodies": UNLIKE}, "newton", {"coupling": "newton"}),
+        ({"bodies": UNLIKE, "motion": vc.Shift(ux=0.01)}, "newton", {"coupling": "newton"}),
+        ({"bodies": UNLIKE, "friction": np.inf}, "newton", {"coupling": "panagiotopoulos"}),
+        ({"friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, "hertz", {"friction": "static-kinetic"}),
+        ({"surface": BALL, "motion": vc.Transient(steps=2, vx=0.01)}, "hertz", {"motion": "transient"}),
+        ({"surface": BALL, "bodies": UNLIKE, "motion": vc.Transient(steps=2, vx=0.01)}, "newton", {"bodies": "unlike"}),
+        (
+            {"surface": BALL, "normal_force": None, "motion": vc.Transient(steps=2, vx=0.01, normal_force=[1.0, 2.0])},
+            "hertz",
+            {"motion": "transient"},
+        ),
+    ],
+)
+@pytest.mark.parametrize("grid", [MANY_CELLS, vc.Grid(nx=80, ny=80, dx=0.05, dy=0.05, x0=-2.0, y0=-2.0)])
+def test_auto_with_many_elements_in_loops(rolling, changes, normal, kind, grid):
+    """Unlike bodies, laws of friction and histories, too."""
+    plan = vc.plan(rolling(grid=grid, **changes))
+    assert (plan.normal, plan.tangential) == (normal, "newton")
+    assert {name: getattr(plan, name) for name in kind} == kind
+    assert "the fastest for so many elements" in plan.reasons["tangential"]
+    assert "newton: Newton's method without a matrix" in str(plan)
+
+
+@pytest.mark.parametrize(
+    ("changes", "choices", "words"),
+    [
+        ({"friction": np.inf}, {}, "infinite friction has no traction bound that follows the pressure"),
+        ({}, {"normal": "norm"}, 'it needs "newton" for both problems, not normal = "norm"; use "panagiotopoulos"'),
+        ({}, {"method": "active-set"}, 'not normal = "norm" and tangential = "tang-safeguarded"'),
+        ({}, {"formulation": "marching", "tangential": "newton", "normal": "newton"}, "a march solves its steps in"),
+    ],
+)
+def test_newton_for_both_is_refused_with_the_reason(rolling, changes, choices, words):
+    with pytest.raises(vc.SceneError, match='coupling = "newton": ') as refused:
+        vc.plan(rolling(bodies=UNLIKE, **changes), coupling="newton", **choices)
+    assert words in str(refused.value)
+
+
+def test_newton_for_both_brings_its_solvers_along(rolling):
+    plan = vc.plan(rolling(bodies=UNLIKE), coupling="newton")
+    assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "newton")
+    assert "pressure and tractions together, and in turn where that fails" in plan.reasons["coupling"]
+
+
+def test_auto_with_many_elements_jointly(rolling):
+    plan = vc.plan(rolling(grid=MANY_CELLS, bodies=UNLIKE), coupling="joint")
+    assert (plan.normal, plan.tangential, plan.coupling) == ("newton", "newton", "joint")
+    few = vc.plan(rolling(bodies=UNLIKE), coupling="joint")
+    assert (few.normal, few.tangential) == ("clarabel", "clarabel")
+
+
+@pytest.mark.parametrize(
+    ("changes", "choices"),
+    [
+        ({"grid": vc.Grid(nx=15, ny=15)}, {}),
+        ({"grid": vc.Grid(nx=80, ny=80, dx=0.25, dy=0.25, x0=-10.0, y0=-10.0)}, {}),  # of which few are in contact
+        ({"grid": vc.Grid(nx=10, ny=10), "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {}),
+        ({"grid": vc.Grid(nx=15, ny=15), "friction": vc.StaticKinetic(static=0.4, kinetic=0.3)}, {}),
+        ({"grid": MANY_CELLS, "bodies": vc.Bodies(G=(1.0, 3.0), nu=0.3)}, {"method": "active-set"}),
+        ({"grid": MANY_CELLS}, {"method": "active-set"}),
+        ({"grid": MANY_CELLS}, {"formulation": "marching", "tangential": "tang-safeguarded"}),
+    ],
+)
+def test_with_few_elements_or_where_it_is_not_asked_for(rolling, changes, choices):
+    assert vc.plan(rolling(**changes), **choices).tangential == "tang-safeguarded"
+
+
+@pytest.mark.parametrize(
+    ("motion", "halved"),
+    [
+        (vc.Steady(vx=0.01), True),
+        (vc.Steady(vy=0.01, spin=0.02), True),
+        (vc.Steady(Fx=-0.1), True),
+        (vc.Steady(Fy=-0.1, spin=0.02), True),
+        (vc.Shift(ux=0.01), True),
+        (vc.Shift(uy=0.01, rotation=0.02), True),
+        (vc.Steady(vx=0.01, spin=0.02), False),
+        (vc.Steady(vx=0.01, vy=0.01), False),
+        (vc.Steady(Fx=-0.1, vy=0.01), False),
+        (vc.Shift(Fx=0.1, Fy=0.1), False),
+    ],
+)
+@pytest.mark.parametrize("cells", [16, 17, 20, 22])
+def test_what_is_its_own_mirror_image_counts_half(rolling, motion, halved, cells):
+    """Active sets solve for half of it, and are the fastest for twice as many elements, if rows come in pairs."""
+    scene = rolling(surface=vc.Ellipse(1.2, 1.0), motion=motion, grid=vc.Grid(nx=cells, ny=cells))
+    pairs = halved and cells % 2 == 0
+    assert own_image(scene) == pairs == vc.plan(scene, method="active-set").sizes.mirrored
+    few = np.pi / 4 * cells**2 <= MANY * (2 if pairs else 1)
+    assert vc.plan(scene).tangential == ("tang-safeguarded" if few else "newton")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"grid": vc.Grid(nx=16, ny=16, dx=0.2, dy=0.2, x0=-1.5, y0=-1.5)},
+        {"grid": vc.Grid(nx=16, ny=16), "bodies": UNLIKE, "surface": BALL},
+        {"grid": vc.Grid(nx=16, ny=16), "surface": SAMPLES},
+        {"grid": "auto"},
+    ],
+)
+def test_what_may_have_no_mirror_image_counts_in_full(rolling, changes):
+    assert not own_image(rolling(motion=vc.Steady(vx=0.01), **changes))
+
+
+@pytest.mark.parametrize(("cells", "solver"), [(17, "tang-safeguarded"), (18, "newton")])
+def test_steps_of_a_history_begin_near_their_ends(rolling, cells, solver):
+    """Active sets keep them up to 250 elements."""
+    motion = vc.Transient(steps=2, vx=0.01, vy=0.01)
+    scene = rolling(surface=BALL, motion=motion, grid=vc.Grid(nx=cells, ny=cells))
+    assert vc.plan(scene).tangential == solver
+
+
+@pytest.mark.parametrize(("cells", "vy", "solver"), [(200, 0.0, "tang-safeguarded"), (200, 0.01, "newton")])
+def test_strips_by_directions(rolling, cells, vy, solver):
+    scene = rolling(surface=vc.Cylinders(R=1.0), motion=vc.Steady(vx=0.01, vy=vy), grid=vc.Grid(nx=cells))
+    assert vc.plan(scene).tangential == solver
+
+
+@pytest.mark.parametrize(
+    ("cells", "dq", "solver"), [(40, 2e-3, "tang-safeguarded"), (40, 4e-3, "newton"), (60, 2e-3, "newton")]
+)
+def test_short_steps_belong_to_active_sets_where_these_are_not_too_slow(rolling, cells, dq, solver):
+    scene = rolling(surface=vc.Ellipse(1.0, 1.0), motion=vc.Steady(vx=0.01, dq=dq), grid=vc.Grid(nx=cells, ny=cells))
+    assert vc.plan(scene).tangential == solver
+
+
+@pytest.mark.parametrize(
+    ("cells", "friction", "methods"),
+    [
+        (15, 0.3, ("norm", "tang-safeguarded")),
+        (16, 0.3, ("norm", "newton")),
+        (22, 0.3, ("norm", "newton")),
+        (23, 0.3, ("newton", "newton")),
+        (22, None, ("norm", "none")),
+        (23, None, ("newton", "none")),
+    ],
+)
+def test_samples_by_elements(rolling, cells, friction, methods):
+    """Pressures by active sets up to 400 elements in contact, tractions up to 180."""
+    motion = {} if friction is None else {"motion": vc.Steady(vx=0.01)}
+    plan = vc.plan(
+        rolling(**{"motion": None} | motion, surface=SAMPLES, friction=friction, grid=vc.Grid(nx=cells, ny=cells))
+    )
+    assert (plan.normal, plan.tangential) == methods
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"motion": vc.Steady(Fx=-0.2, spin=0.05)},
+        {"motion": vc.Shift(ux=0.05, uy=-0.02)},
+        {"surface": SAMPLES},
+        {"bodies": UNLIKE},
+        {"friction": vc.ExponentialFalling(static=0.4, kinetic=0.3, half_velocity=0.05)},
+    ],
+)
+def test_both_have_the_same_answer(rolling, monkeypatch, changes):
+    monkeypatch.setattr("varcontact.solving.selection.MANY", 100)
+    scene = rolling(grid=vc.Grid(nx=16, ny=16), **changes)
+    many, few = vc.solve(scene), vc.solve(scene, method="active-set")
+    assert many.solved_by["tangential"] == "newton"
+    np.testing.assert_allclose(many.traction, few.traction, rtol=0, atol=1e-7 * few.traction_bound.max())
+    np.testing.assert_allclose(many.force, few.force, rtol=0, atol=1e-8 * 0.3 * few.normal_force)

@@ -1,0 +1,239 @@
+"""Friction laws: an outer loop of problems with a given coefficient of friction in each element (paper, 1.7).
+
+A pass solves the contact with the coefficients as they are, then gives each element that slips the coefficient that
+the law has at its slip. An element that sticks keeps its own: where ``|p| <= f pz`` and nothing slips, any larger
+coefficient has the same tractions, the static one too.
+
+The less friction, the more slip, and the less friction: solutions may be several. From stick all over (the static
+coefficient) the passes come down to one with much friction, from slip all over (the kinetic one) they rise to one with
+little. With a static and a kinetic coefficient an element changes from static to kinetic once and for all, so that the
+passes are no more than there are elements; and the solution for the kinetic one alone is always one of the solutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.residuals import magnitude, project
+from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
+from varcontact.errors import Saturated, SceneError
+from varcontact.results.solution import Solution
+from varcontact.scene.friction import BRANCHES, Law
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
+from varcontact.scene.scene import Scene
+from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
+
+Contact = Callable[[Discretisation, ContactState, float], ContactState]
+Judge = Callable[[Discretisation, ContactState], float]
+
+PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 500
+"""Passes without acceleration before the residual is so small, and all passes, under a law that is continuous.
+
+Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
+"""
+POWER_STEPS = 15
+"""Iterations for the largest eigenvalue, to a few per cent."""
+
+
+def under_law(
+    disc: Discretisation, solve: Contact, judge: Judge, state: ContactState, start: str | Solution | None, tol: float
+) -> ContactState:
+    """The contact under the law of its scene: the state of the least residual, from `start` or what `state` knows.
+
+    `solve` and `judge` take given coefficients. `Saturated` if a pass cannot carry a prescribed force.
+    """
+    law = _law(disc)
+
+    def one_pass(state: ContactState) -> ContactState:
+        assert state.friction is not None
+        trial = disc.with_loading(coefficient=state.friction)
+        enough = max(tol, 0.01 * state.passes[-1][1] if state.passes else 1e-3)  # the next pass sees no more
+        after = solve(trial, state, enough)
+        shift, areas = shift_and_areas(trial, after)
+        return replace(after, friction=np.where(areas == SLIP, _at_slip(trial, shift), state.friction))
+
+    def residual(state: ContactState) -> float:
+        return judge(disc.with_loading(coefficient=coefficient(disc, state)), state)
+
+    coefficients = Unknown("friction", law.kinetic, law.static)
+    elements = int(np.count_nonzero(state.pressure)) + 2
+    limits = Limits(tol, elements, patience=elements, plain=elements)
+    if law.continuous:
+        limits = Limits(tol, MAX_PASSES, patience=MAX_PASSES, plain=PLAIN, near=NEAR)
+    if state.friction is None:
+        state = replace(state, friction=_start(law, disc.grid, start), branch=branch_of(start))
+    try:
+        return fixed_point(one_pass(replace(state, passes=())), one_pass, coefficients, residual, limits)
+    except Saturated as error:
+        raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[state.branch]})") from None
+
+
+def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """The law's own coefficient (ny, nx) at the slip of a state from any source; the static one where it sticks.
+
+    An element slips where its traction is nearer to the law's at its shift than its shift is to none; and where it
+    would slip even under the static coefficient: then that is not what it should have.
+    """
+    law = _law(disc)
+    shift, _ = shift_and_areas(disc, replace(state, slips=None))
+    moved = shift / own_influence(disc)
+    own = _at_slip(disc, shift)
+    trial, size = (state.traction - moved).reshape(2, -1), magnitude(moved.reshape(2, -1))
+    beyond = magnitude(trial) > law.static * state.pressure.ravel() * (1 + 1e-8) + 1e-12 * magnitude(trial).max()
+    image = project(trial, (own * state.pressure).ravel())
+    nearer = magnitude(state.traction.reshape(2, -1) - image) < size
+    return np.where((beyond | nearer).reshape(own.shape), own, law.static)
+
+
+def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
+    """Refuse a start that is not valid, or that the scene, or a theory of its tractions, has no use for."""
+    if start is None:
+        return
+    if not scene.under_law:
+        raise SceneError("start", start, "left out: it chooses between the solutions under a law of friction")
+    if isinstance(scene.motion, Transient):
+        raise SceneError("start", start, "left out: in a history each particle goes on as it did in the step before")
+    if isinstance(start, Solution) and not theory:
+        return
+    if not (isinstance(start, str) and start in ("stick", "slip")):
+        raise SceneError("start", start, '"stick" or "slip"' + ("" if theory else ", or a Solution"))
+
+
+def branch_of(start: str | Solution | None) -> str:
+    """The key of `BRANCHES` for a start."""
+    return "solution" if isinstance(start, Solution) else start or "stick"
+
+
+def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
+    """The coefficients (ny, nx) that particles bring along into a step of a history; None without a law.
+
+    Slipping particles keep that of their slip; those from between two centres have the coefficients there, weighted
+    as displacements are.
+    """
+    law, motion = disc.loading.law, disc.loading.motion
+    if law is None:
+        return None
+    known, own = _coefficients(law, before)
+    whole, part = _way(disc)
+    assert motion is not None
+    near = _from(own if whole == 0 else known, motion.rolls * whole, law.static)
+    return near if part == 0 else (1 - part) * near + part * _from(known, motion.rolls * (whole + 1), law.static)
+
+
+def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
+    """The part of ``static - kinetic`` that the particles have lost after a step of a history, (ny, nx) in [0, 1].
+
+    Those that slip have lost that of their slip. An element that sticks forgets as other particles fill it, and at
+    once where nothing rolls.
+    """
+    law = disc.loading.law
+    if law is None or law.static == law.kinetic:
+        return np.zeros(disc.grid.shape)
+    left, _ = _coefficients(law, solution)
+    whole, part = _way(disc)
+    if before is not None and whole == 0 and part > 0:
+        _, own = _coefficients(law, before)
+        left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
+    return np.clip((law.static - left) / (law.static - law.kinetic), 0.0, 1.0)
+
+
+def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
+    """A sentence where a step of rolling is so short for its law that it may have several solutions.
+
+    With ``k = -f'(0) pz`` by the shift of unit slip, tractions of slipping elements change by ``dp <= k dE`` and their
+    shift by ``dE = A dp - C dp'``: a step is unique, and what the step before left decays, as long as A < 1/k.
+    """
+    law = _law(disc)
+    if not law.continuous or disc.step is None:
+        return ""
+    shift, areas = shift_and_areas(disc, state)
+    fall = -float(law.slope(0.0)) / unit_slip(disc) * state.pressure
+    direction = shift / np.maximum(np.hypot(*shift), np.finfo(float).tiny)
+    along = np.where(areas == SLIP, np.sqrt(fall) * direction, 0.0)
+    weights, ratio = np.ones(disc.grid.shape), 0.0
+    for _ in range(POWER_STEPS if along.any() else 0):
+        image = np.sum(along * disc.tangential_operator.apply(along * weights), axis=0)
+        ratio = float(np.linalg.norm(image) / np.linalg.norm(weights))
+        weights = image / np.abs(image).max()
+    if ratio <= 1:
+        return ""
+    return (
+        f"friction falls fast with slip for so short a step: below dq of about "
+        f"{ratio * disc.step * disc.scales.length:.2g} particles may stick and slip in turn, so that forces swing and "
+        "depend on the start; take longer steps, a slower fall or steady rolling"
+    )
+
+
+def _law(disc: Discretisation) -> Law:
+    assert disc.loading.law is not None
+    return disc.loading.law
+
+
+def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
+    """The law's coefficient at a local shift (2, ny, nx)."""
+    return _law(disc)(np.hypot(*shift) / unit_slip(disc))
+
+
+def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
+    """The coefficients to begin with."""
+    if not isinstance(start, Solution):
+        return np.full(grid.shape, law.kinetic if start == "slip" else law.static)
+    if start.grid.shape != grid.shape:
+        raise SceneError(
+            "start",
+            f"Solution of shape {start.grid.shape}",
+            f"on a grid of shape {grid.shape}",
+            message=f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid "
+            f"has shape {grid.shape}",
+        )
+    return _known(law, start)
+
+
+def _known(law: Law, solution: Solution) -> np.ndarray:
+    """The coefficients of a solution where it slips, the static one where it sticks."""
+    known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
+    known = np.clip(known, law.kinetic, law.static) if law.continuous else law.kinetic
+    return np.where(solution.state == SLIP, known, law.static)
+
+
+def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the particles that slip, static elsewhere; and with what elements that stick remember."""
+    known = _known(law, solution)
+    if solution.weakening is None:
+        return known, known
+    own = law.static - solution.weakening * (law.static - law.kinetic)
+    return known, np.where(solution.state == STICK, own, known)
+
+
+def _way(disc: Discretisation) -> tuple[int, float]:
+    """Elements that particles pass in a step, and the weight of the next one at the point from where they come.
+
+    A displacement at a point between two centres is the sum of those at the centres, with weights that are exact for
+    tractions on these two elements.
+    """
+    if disc.step is None:
+        return 0, 0.0
+    dx = disc.lattice.sides[0]
+    whole, rest = divmod(round(disc.step / dx, 9), 1.0)
+    if rest == 0:
+        return int(whole), 0.0
+    pair = disc.operators.on(replace(disc.lattice, nx=2, ny=None if disc.line else 1))
+    at_centres, between = (
+        np.mean([table.table[i, i, 0] for i in (0, 1)], axis=0)
+        for table in (pair.tangential(), pair.carrying(rest * dx))
+    )
+    (_, own, other), (beyond, near, _) = at_centres, between
+    return int(whole), float((beyond * own - near * other) / ((near + beyond) * (own - other)))
+
+
+def _from(field: np.ndarray, way: int, outside: float) -> np.ndarray:
+    """The values of a field so many elements further along x."""
+    nx = field.shape[1]
+    first = nx + max(-nx, min(nx, way))
+    return np.pad(field, ((0, 0), (nx, nx)), constant_values=outside)[:, first : first + nx]
