@@ -58,9 +58,8 @@ def wheelrail(
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import CaseFile, read_case
+    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.contact_input import read_contact_input
-    from varcontact.wheel_rail.series import solve_cases
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
@@ -91,8 +90,8 @@ def _draw(
 ) -> None:
     """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
     from varcontact.plotting.style import write_picture
-    from varcontact.wheel_rail.pictures import plot_positions
-    from varcontact.wheel_rail.wear import wear
+    from varcontact.wheel_rail.plots import plot_positions
+    from varcontact.wheel_rail.result import wear
 
     if len(read.cases) > 1:
         if plot is not None:
