@@ -221,6 +221,6 @@ class History(Sequence[Solution]):
         SceneError
             If there are no steps, or for a rate that is none.
         """
-        from varcontact.plotting.animation import animate
+        from varcontact.plotting.history import animate
 
         animate(self, path, fps, overwrite=overwrite)
