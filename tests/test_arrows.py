@@ -15,7 +15,6 @@ ORDER = (
     {"discrete"},
     {"solvers"},
     {"theories"},
-    {"planning"},
     {"results", "plotting", "io"},
     {"solving"},
     {"study", "data"},

@@ -11,9 +11,8 @@ from typer.testing import CliRunner
 
 import varcontact as vc
 from varcontact.cli import app
-from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
-from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
+from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
 from varcontact.theories.on_grid import THEORIES
 
 METHODS_PAGE = (Path(__file__).parents[1] / "docs/methods.md").read_text()
@@ -56,7 +55,7 @@ def test_help_fits_a_screen_and_says_where_all_methods_are(command):
 
 def test_the_page_names_all_methods():
     """Those of other packages as `qpsolvers:<name>`, with the names in its row."""
-    every = [*ROADS, *normal_methods(), *tangential_methods(), *THEORIES, *COUPLING_METHODS, *FORMULATIONS]
+    every = [*PRESETS, *normal_methods(), *tangential_methods(), *THEORIES, *COUPLING_METHODS, *FORMULATIONS]
     words = {word for name in every for word in name.split(":")}
     lines = "\n".join(line for line in METHODS_PAGE.splitlines() if line.startswith("|"))
     assert not [word for word in words if f"`{word}" not in lines]

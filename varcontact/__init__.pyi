@@ -20,14 +20,13 @@ from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
 from .io.scene_toml import read_scene
-from .planning.plan import Plan, plan
-from .planning.sizes import Matrix, Sizes
 from .plotting.curve import plot_curve
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.history import History
+from .results.plan import Matrix, Plan, Sizes
 from .results.refinement import Refinement
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
@@ -38,6 +37,7 @@ from .scene.motion import Shift, Steady, TimeStep, Transient
 from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.units import MM_N, SI, Units
+from .solving.plan_report import plan
 from .solving.remeasured import load
 from .solving.solve import certify, solve
 from .study.compare import compare

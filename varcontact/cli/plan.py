@@ -23,8 +23,8 @@ def plan(
 ) -> None:
     """Show what a scene, or the first one of a sweep, requires, and why: methods, elements, matrices, memory."""
     from varcontact.io.scene_toml import read_sweep_scene
-    from varcontact.planning.expectations import check_sizes
-    from varcontact.planning.plan import plan as plan_scene
+    from varcontact.solving.plan_report import check_planned
+    from varcontact.solving.plan_report import plan as plan_scene
     from varcontact.study.parameters import Swept
 
     described, over, options = read_sweep_scene(scene, varies=False)
@@ -38,5 +38,4 @@ def plan(
         show(json.dumps({**many, **planned.summary()}, indent=2, allow_nan=False))
     else:
         show((f"A sweep of {len(scenes)} scenes; of the first:\n\n" if over else "") + str(planned))
-    if planned.sizes is not None:
-        check_sizes(planned, planned.sizes)
+    check_planned(planned)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varcontact.cli.options import Accuracy, AsJson, Force, Refine, Table, TimeBudget, given
+from varcontact.cli.options import Accuracy, AsJson, Force, Table, TimeBudget, given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, study
 from varcontact.errors import SceneError
 
@@ -51,7 +51,6 @@ def wheelrail(
     tangential: Annotated[
         str | None, typer.Option(help="Tangential method, or a theory on an ellipse for each patch.  [default: auto]")
     ] = None,
-    refine: Refine = None,
     accuracy: Accuracy = None,
     time_budget: TimeBudget = None,
     force: Force = False,
@@ -70,7 +69,7 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
-    read.options.update(given(tangential=tangential, refine=refine, accuracy=accuracy, time_budget=time_budget))
+    read.options.update(given(tangential=tangential, accuracy=accuracy, time_budget=time_budget))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     found: deque[WheelRailSolution] = deque(maxlen=1)

@@ -10,7 +10,7 @@ from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene

@@ -136,7 +136,7 @@ def _sizes(errors: np.ndarray, unit: Callable[[str], str]) -> str:
 
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
-    if sol.plan.closed_form and not sol.plan.rubs:
+    if sol.plan.closed_form and not sol.plan.has_friction:
         gap = "" if certificate.level == "none" else f" and relative gap {certificate.relative_gap:.1e}"
         sampled = f"residual {certificate.normal_residual:.1e}{gap}"
         return [
@@ -149,7 +149,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
-    elif sol.plan.rubs:
+    elif sol.plan.has_friction:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}"
         sizes += f", Mz to {bound[2]:.1e}{unit('moment')}" if sol.plan.has_moment else ""
         tractions = "" if sol.refinement is None else ", for the sums over the elements"
@@ -194,7 +194,7 @@ def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
     if sol.scene.no_slip:
         forces = {"Fx": "the tangential force", "Fy": "the tangential force", "Mz": "that force times sqrt(ab)"}
         units = {name: forces.get(name, "the creepage") for name in errors}
-    elif not sol.plan.rubs:
+    elif not sol.plan.has_friction:
         units = dict.fromkeys(errors, "themselves")
     else:
         forces = {"Fx": "f Fz", "Fy": "f Fz", "Mz": "f Fz sqrt(ab)"}

@@ -12,8 +12,8 @@ import numpy as np
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.html import html_table
-from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid

@@ -23,7 +23,6 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.passes import of_elements, with_forces
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.time_step import March, largest_contacts, marching_on, without_load
 from varcontact.system.files import reading
@@ -131,10 +130,13 @@ def _as_corrected(disc: Discretisation, sol: Solution) -> Discretisation:
     found = sol.refinement
     if found is None:
         return disc
+    motion, known = disc.loading.motion, disc.loading.coefficient
+    assert motion is not None
+    prescribed = zip((motion.Fx, motion.Fy), sol.traction.sum(axis=(1, 2)) * sol.grid.area, strict=True)
+    Fx, Fy = (None if given is None else float(force) for given, force in prescribed)
     came = PreviousStep(-found.correction * unit_slip(disc), np.zeros(2))
-    motion = with_forces(disc.loading.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
-    disc = disc.with_loading(motion=motion, previous_step=came)
-    return disc.with_loading(coefficient=of_elements(disc) * found.share) if np.any(found.share != 1) else disc
+    disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=came)
+    return disc.with_loading(coefficient=known * found.share) if np.any(found.share != 1) else disc
 
 
 def _on_its_grid(sol: Solution) -> Solution:

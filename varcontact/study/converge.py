@@ -15,12 +15,12 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.contact_grid import Box, contact_box, within
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
-from varcontact.planning.expectations import check_fits
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.selection import check_fits
 from varcontact.solving.solve import solve
 from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity

@@ -9,9 +9,7 @@ from typing import Any
 
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
-from varcontact.planning.choice import FORMULATIONS, make_plan
-from varcontact.planning.plan import Plan
-from varcontact.planning.roads import ROADS
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -22,6 +20,7 @@ from varcontact.solvers.registry import (
     states_programs,
     tangential_methods,
 )
+from varcontact.solving.selection import FORMULATIONS, PRESETS, select
 from varcontact.solving.series import solve_many
 from varcontact.theories.on_grid import THEORIES
 
@@ -69,7 +68,7 @@ class Method:
         rest, _, formulation = rest.partition("/")
         if formulation:
             checks.choice("methods", formulation, FORMULATIONS)
-        if rest in ROADS and rest != "auto":
+        if rest in PRESETS and rest != "auto":
             if plus:
                 message = f'"{given}": only a program solver called by name is polished; write "{rest}"'
                 raise SceneError("methods", given, "without +polish", message=message)
@@ -81,7 +80,7 @@ class Method:
             _check_known(tangential, every)
         else:
             only_normal = [known for known in normal_methods() if known not in every]
-            _check_known(rest, list(dict.fromkeys([*every, *ROADS, *only_normal])))
+            _check_known(rest, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
             takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
             normal, tangential = rest, rest if takes_cones else ""
             if rest.startswith("tang"):
@@ -96,8 +95,8 @@ class Method:
         if moves and not self.tangential:
             message = f'"{self.name}" is for normal problems; add a tangential method, as "{self.name}|clarabel"'
             raise SceneError("methods", self.name, "a pair of methods", message=message)
-        normal = self.normal if make_plan(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
-        plan = make_plan(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
+        normal = self.normal if select(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
+        plan = select(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
         if self.polish and not (plan.programs or states_programs(plan.normal)):
             message = f'"{self.name}": only program solvers are polished; leave out "+polish"'
             raise SceneError("methods", self.name, "without +polish", message=message)
@@ -133,7 +132,7 @@ def attempted(
 
 def outcome(plan: Plan) -> str:
     """The outcome of a plan that gives a solution: that of theories, closed forms and single passes is approximate."""
-    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
+    formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
     return "approximate" if formula or plan.one_pass else "solved"
 
 

@@ -11,12 +11,11 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
-from varcontact.solving.options import SolveOptions
+from varcontact.solving.options import TOLERANCE, SolveOptions
 from varcontact.solving.series import solve_many
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results

@@ -31,12 +31,11 @@ from varcontact.io.sweep_file import (
     record_type,
     sealed,
 )
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
-from varcontact.solving.options import SolveOptions
+from varcontact.solving.options import TOLERANCE, SolveOptions
 from varcontact.solving.series import Series
 from varcontact.solving.target import BY_DEFAULT
 from varcontact.study.methods import figures, outcome

@@ -17,14 +17,13 @@ import numpy as np
 from varcontact import checks
 from varcontact.data.benchmark_scenes import Posed
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
-from varcontact.planning.choice import make_plan
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
-from varcontact.solving.options import polished_by
+from varcontact.solving.options import TOLERANCE, polished_by
+from varcontact.solving.selection import select
 from varcontact.solving.series import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
@@ -272,7 +271,7 @@ def _repeat_seconds(scene: Scene, way: Way) -> float:
     for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
         on_grid = way.of(scene, n)
         assert isinstance(on_grid.motion, Steady | Shift)
-        plan = make_plan(on_grid, tangential=options.get("tangential", "auto"))
+        plan = select(on_grid, tangential=options.get("tangential", "auto"))
         series = Series(TOLERANCE, polished_by(plan, None))
         series.solve(on_grid, plan)
         started = time.process_time()

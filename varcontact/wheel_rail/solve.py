@@ -84,6 +84,9 @@ def solve_wheel_on_rail(
     tol = checks.positive("tol", tol)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], message="store must be left out: it is for histories of steps")
+    if methods.get("refine") is not None:
+        reason = "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy in its place"
+        raise SceneError("refine", methods["refine"], message=reason)
     target = _target(case, methods)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     if target:
@@ -109,9 +112,8 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     for name, value in target.items():
         checks.positive(name, value)
-        for other in (*(set(target) - {name}), "refine"):
-            if methods.get(other) is not None:
-                raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
+        for other in set(target) - {name}:
+            raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
         for side in ("dx", "dy"):
             if getattr(case, side) is not None:
                 reason = f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
@@ -124,7 +126,7 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
 
 def _by_default(case: WheelOnRail, methods: dict[str, Any]) -> bool:
     """Whether nothing that is given decides on the grid, and the answer of a grid has an error: that of `solve`."""
-    given = (case.dx, case.dy, methods.get("refine"), methods.get("start"))
+    given = (case.dx, case.dy, methods.get("start"))
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
     rubs = isinstance(case.friction, Law) or 0 < case.friction < np.inf
     return exact and all(each is None for each in given) and rubs
@@ -139,7 +141,7 @@ def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, met
 
     @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
-        found = [(patch, _solved(patch, certify, methods)) for patch in _with_elements(case, z, methods)]
+        found = [(patch, _solved(patch, certify, methods)) for patch in case.patches(z, warn=False)]
         return tuple(PatchSolution(*each, _determined(case, found)) for each in found)
 
     def vertical(z: float) -> float:
@@ -216,26 +218,6 @@ def _determined(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -
     # tangential forces grow with the normal force: it changes until all of the load is borne again
     lifting = abs(np.sin(patch.angle)) * estimate.errors["Fy"] * units(solution)["Fy"]
     return float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))
-
-
-def _with_elements(case: WheelOnRail, z: float, methods: dict[str, Any]) -> tuple[ContactPatch, ...]:
-    """The patches on elements of dx and dy; to be refined with samples that are known between their centres, too."""
-    patches = case.patches(z, warn=False)
-    if methods.get("refine") is None:
-        return patches
-    sampled = case.patches(z, warn=False, with_grid=False)
-    return tuple(
-        replace(each, scene=replace(_sampled(each), grid=patch.scene.grid), seams=()) if _covers(each, patch) else patch
-        for each, patch in zip(sampled, patches, strict=True)
-    )
-
-
-def _covers(sampled: ContactPatch, patch: ContactPatch) -> bool:
-    """Whether the samples reach over the elements: they do unless these are too few to be refined."""
-    assert isinstance(sampled.scene.surface, SampledDistance)
-    assert isinstance(patch.scene.grid, Grid)
-    inner, outer = np.array(patch.scene.grid.box), np.array(sampled.scene.surface.box)
-    return bool(np.all((inner - outer) * [1, -1, 1, -1] >= 0))
 
 
 def _sampled(patch: ContactPatch) -> Scene:
