@@ -12,9 +12,9 @@ import numpy as np
 from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.io.history import Stored
-from varcontact.planning.plan import Plan
+from varcontact.io.history_file import Stored
 from varcontact.results.history import History
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
@@ -55,7 +55,7 @@ def solve_transient(
             stored = with_verified_steps(recording)
             grid = stored.grid if len(stored) else _grid(scene, solver)
             return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)
-    spec, steps = wanted_grid(scene), []
+    spec, steps = wanted_grid(scene), list[Solution]()
     kept = bytes_of_steps(transient(scene), spec.nx * spec.rows)
     need("the history in memory", kept, "with store = a file, the steps are kept there")
     history = History(scene, _grid(scene, solver), steps, settings)

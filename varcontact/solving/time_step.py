@@ -27,7 +27,7 @@ from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.finish import finish
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
-from varcontact.solving.grid_transfer import interpolated, sampled, same_lattice
+from varcontact.solving.grid_transfer import interpolated, same_lattice, sampled
 
 
 def largest_contacts(scene: Scene) -> list[Scene]:
@@ -151,7 +151,7 @@ class March:
         state = contact(disc, steps, state)
         check_held(scene, disc, state, steps)
         solution = finish(scene, disc, state, steps)
-        warning = "" if disc.loading.law is None or not steps.plan.rubs else stick_slip_warning(disc, state)
+        warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
         return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
 
 

@@ -15,7 +15,7 @@ from varcontact.discrete.discretisation import Discretisation, PreviousStep, dis
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.discrete.subgrid import means, with_subgrid
-from varcontact.io.history import Stored
+from varcontact.io.history_file import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names
@@ -113,7 +113,7 @@ def _verified(disc: Discretisation, stored: Solution) -> Solution:
     if np.isnan(sol.power_density).any():  # an earlier file's
         stored = replace(stored, power_density=_power_density(disc, sol, state))
     _check_fields(disc, sol, state)
-    if disc.loading.law is not None and sol.plan.rubs:
+    if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
     rounding = _rounding(disc, state)

@@ -141,7 +141,7 @@ def check_saturation(scene: Scene) -> None:
 
 
 def _same_but_motion(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes differ in the creepages or forces of their motion only; arrays are the same if they are one."""
+    """Whether two scenes differ in creepages or forces only; arrays are the same if they are one."""
     one, two = scene.motion, other.motion
     if type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
         return False
