@@ -110,9 +110,10 @@ def _verified(disc: Discretisation, stored: Solution) -> Solution:
     disc = with_subgrid(_as_corrected(disc, stored), stored.pressure_on_parts)
     sol = _on_its_grid(stored)
     state = _state(disc, sol)
+    density = _power_density(disc, sol, state)
+    _check_fields(disc, sol, state, density)
     if np.isnan(sol.power_density).any():  # an earlier file's
-        stored = replace(stored, power_density=_power_density(disc, sol, state))
-    _check_fields(disc, sol, state)
+        stored = replace(stored, power_density=density)
     if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
@@ -183,8 +184,8 @@ def _power_density(disc: Discretisation, sol: Solution, state: ContactState) -> 
     return friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc)
 
 
-def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> None:
-    """Refuse distances, slips, and areas of stick and slip that are not those of the tractions."""
+def _check_fields(disc: Discretisation, sol: Solution, state: ContactState, density: np.ndarray) -> None:
+    """Refuse distances, slips, power densities, and areas of stick and slip that are not those of the tractions."""
     distance = _distance(disc, state)
     largest = max(float(np.abs(distance).max()), abs(state.approach))
     if np.abs(distance - sol.distance / disc.scales.displacement).max() > SAME * largest:
@@ -196,6 +197,8 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> N
     largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift, state.rigid, shift))
     if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
         raise ValueError("slips that are not those under its tractions")
+    if np.any(np.abs(density - sol.power_density) > SAME * largest / unit_slip(disc) * np.abs(sol.traction).max()):
+        raise ValueError("a power density that is not that of its tractions")
     if not (sol.plan.solves and sol.converged) or disc.loading.no_slip:
         return
     allowed = SAME + 10 * sol.certificate.tangential_residual
