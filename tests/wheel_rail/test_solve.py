@@ -139,7 +139,7 @@ def test_a_theory_on_the_ellipse_of_each_patch():
         (wheel(2.0), {"accuracy": 0.01, "time_budget": 1.0}, "accuracy and time_budget are both given"),
         (wheel(2.0), {"accuracy": 0.01, "tangential": "fastsim"}, "a theory has an error that no grid removes"),
         (wheel(2.0), {"accuracy": -1.0}, "accuracy = -1.0 is not allowed"),
-        (wheel(2.0, dx=1.0, dy=1.0), {"refine": "continuum"}, "refine: .* give accuracy in its place"),
+        (wheel(2.0, dx=1.0, dy=1.0), {"refine": "continuum"}, "refine: .* give accuracy instead"),
         (wheel(2.0), {"store": "file.nc"}, "store must be left out"),
         (wheel(7.5), {"tangential": "table"}, "its book has a/b from 0.2 to 5"),
     ],

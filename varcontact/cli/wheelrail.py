@@ -58,9 +58,8 @@ def wheelrail(
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import CaseFile, read_case
+    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.contact_input import read_contact_input
-    from varcontact.wheel_rail.series import solve_cases
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
@@ -90,9 +89,9 @@ def _draw(
     read: CaseFile, table: pd.DataFrame, found: Sequence[WheelRailSolution], plot: Path | None, plot_wear: Path | None
 ) -> None:
     """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
-    from varcontact.plotting.picture_file import write_picture
-    from varcontact.wheel_rail.pictures import plot_positions
-    from varcontact.wheel_rail.wear import wear
+    from varcontact.plotting.style import write_picture
+    from varcontact.wheel_rail.plots import plot_positions
+    from varcontact.wheel_rail.result import wear
 
     if len(read.cases) > 1:
         if plot is not None:
