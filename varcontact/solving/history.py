@@ -12,7 +12,7 @@ import numpy as np
 from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.io.history_file import Stored
+from varcontact.io.history import Stored
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution

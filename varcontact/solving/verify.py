@@ -15,8 +15,6 @@ from varcontact.discrete.discretisation import Discretisation, PreviousStep, dis
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.discrete.subgrid import means, with_subgrid
-from varcontact.io.history_file import Stored
-from varcontact.discrete.subgrid import means, normal_as_solved, with_subgrid
 from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History
