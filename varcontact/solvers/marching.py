@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.discrete.gap import tangential_residual
 from varcontact.discrete.problem import RawSolution, TangentialProblem
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
 
