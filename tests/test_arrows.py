@@ -35,7 +35,7 @@ BACK = {
     ("reference.spence", "scene.bodies"),
     ("plotting.studies", "study.convergence"),
     ("plotting.tradeoff", "study.front"),
-    ("scene.scene", "io.scene_text"),  # a scene writes itself to a file
+    ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""
 

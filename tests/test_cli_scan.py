@@ -9,7 +9,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from varcontact.cli.values import values_of
-from varcontact.io.scene_file import read_scene
+from varcontact.io.scene_toml import read_scene
 
 SCENE = """
 normal_force = 1.0

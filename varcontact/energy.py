@@ -23,12 +23,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.energies import complementary_energy, potential_energy
-from varcontact.discrete.gap import gap, normal_gap, normal_residual, tangential_residual
-from varcontact.discrete.on_parts import normal_as_solved, with_parts
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.residuals import (
+    complementary_energy,
+    gap,
+    normal_gap,
+    normal_residual,
+    potential_energy,
+    tangential_residual,
+)
+from varcontact.discrete.stick_slip import unit_slip
+from varcontact.discrete.subgrid import normal_as_solved, with_subgrid
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
@@ -112,13 +118,13 @@ def posed(solution: Solution) -> Posed:
             "give one that is solved without refine",
         )
     disc = discretise(scene, solution.grid, coupled=not solution.plan.left_out)
-    disc = with_parts(disc, solution.pressure_on_parts)
+    disc = with_subgrid(disc, solution.pressure_on_parts)
     if solution.friction is not None:
-        disc = disc.rubbing(solution.friction)
-    pressure, traction = solution.pressure / disc.pressure, solution.traction / disc.pressure
-    approach = (solution.approach - disc.base) / disc.displacement
+        disc = disc.with_loading(coefficient=solution.friction)
+    pressure, traction = solution.pressure / disc.scales.pressure, solution.traction / disc.scales.pressure
+    approach = (solution.approach - disc.base) / disc.scales.displacement
     normal, pressed, level = normal_as_solved(disc, pressure, approach, traction)
-    unit = disc.force * disc.displacement
+    unit = disc.scales.force * disc.scales.displacement
     if motion is None or scene.frictionless:
         none = np.zeros((2, 0))
         return Posed(normal, pressed, level, None, none, np.zeros(2), unit)

@@ -20,7 +20,7 @@ import numpy as np
 
 import varcontact as vc
 from tests.benchmarks.random_scenes import KINDS, scenes
-from varcontact.solving.error_norm import units, values
+from varcontact.results.quantities_of_interest import units, values
 
 CELLS, IN_LINE = (72, 108, 162), (454, 681, 1022)
 """Elements across on the grids that tell the continuum's values; of a history two thirds of them."""

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 import numpy as np
 
 import varcontact as vc
-from varcontact.solving.subproblems import Steps
+from varcontact.solving.contact_solver import ContactSolver
 
 METHODS = ("clarabel", "tang-safeguarded")
 
@@ -26,7 +26,7 @@ METHODS = ("clarabel", "tang-safeguarded")
 def tangential_seconds() -> Iterator[list[float]]:
     """Processor seconds of each call of the tangential step while inside."""
     taken: list[float] = []
-    step = Steps.traction
+    step = ContactSolver.traction
 
     def timed(self, disc, state):
         begun = time.process_time()
@@ -34,11 +34,11 @@ def tangential_seconds() -> Iterator[list[float]]:
         taken.append(time.process_time() - begun)
         return after
 
-    Steps.traction = timed
+    ContactSolver.traction = timed
     try:
         yield taken
     finally:
-        Steps.traction = step
+        ContactSolver.traction = step
 
 
 def measured(scene: vc.Scene, method: str, times: int) -> tuple[float, int, vc.Solution]:

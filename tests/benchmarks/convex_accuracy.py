@@ -16,10 +16,10 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import tangential_residual
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.mirror import mirror_of
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.conic.programs import gap_program, shift_program
 from varcontact.solvers.splitting import ROUNDS, Splitting
 from varcontact.study.bank import unlike_bank
@@ -38,7 +38,9 @@ def problems(cells: int) -> Iterator[TangentialProblem]:
     for scene in scenes(cells).values():
         sol = vc.solve(scene)
         disc = discretise(scene, sol.grid)
-        problem = disc.tangential_problem(sol.pressure / disc.pressure, acting=sol.traction / disc.pressure)
+        problem = disc.tangential_problem(
+            sol.pressure / disc.scales.pressure, acting=sol.traction / disc.scales.pressure
+        )
         mirror = mirror_of(problem)
         yield problem if mirror is None else mirror.fold(problem)
 

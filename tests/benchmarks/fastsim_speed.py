@@ -53,7 +53,7 @@ def fastsim_seconds(count: int) -> dict[str, Any]:
 def discretised(cells: int, motion: tuple[float, float, float]):
     """A circle with friction 0.3, so many elements across, as in main_job.py."""
     import varcontact as vc
-    from varcontact.discrete.discretise import discretise
+    from varcontact.discrete.discretisation import discretise
 
     vx, vy, spin = motion
     scene = vc.Scene(
@@ -71,7 +71,7 @@ def norm_seconds(kind: str, cells: int) -> dict[str, Any]:
     """The normal problem with its force prescribed."""
     from dataclasses import replace
 
-    from varcontact.discrete.gap import normal_residual
+    from varcontact.discrete.residuals import normal_residual
     from varcontact.solvers.active_set.norm import norm
 
     problem = discretised(cells, (0.0, 0.0, 0.0)).normal_problem().reachable()
@@ -95,10 +95,10 @@ def tang_seconds(kind: str, motion: str, cells: int) -> dict[str, Any]:
     """The tangential problem of steady rolling under Hertz's pressure."""
     import numpy as np
 
-    from varcontact.discrete.gap import tangential_residual
+    from varcontact.discrete.residuals import tangential_residual
     from varcontact.discrete.state import hertz_pressure, unloaded
+    from varcontact.solvers.interface import Settings
     from varcontact.solvers.registry import tangential_solver
-    from varcontact.solvers.settings import Settings
 
     disc = discretised(cells, MOTIONS[motion])
     problem = disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure)

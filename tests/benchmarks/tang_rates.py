@@ -15,12 +15,12 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import tangential_residual
-from varcontact.discrete.problem import TangentialProblem
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import TangentialProblem
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import tangential_solver
-from varcontact.solvers.settings import Settings
 
 METHODS = ("tang-exact", "tang", "tang-safeguarded")
 FRICTION = 0.3

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.discrete import certificate
-from varcontact.discrete.bounds import _rounding, force_bound, pressure_error
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import project
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.force_bounds import _rounding, force_bound, pressure_error
+from varcontact.discrete.residuals import project
 from varcontact.solvers.active_set.tang import tang_safeguarded
 
 CREEPAGE = {"vx": 0.02, "vy": -0.01, "spin": 0.03}
@@ -83,9 +83,9 @@ def test_bound_holds_for_any_pressure(seed, size, load):
     change = 10**size * exact.pressure.max() * random.normal(size=exact.pressure.shape)
     pressure = np.maximum(exact.pressure + change * (random.random(exact.pressure.shape) < 0.7), 0)
     disc = discretise(scene, exact.grid)
-    problem = disc.tangential_problem(pressure / disc.pressure)
+    problem = disc.tangential_problem(pressure / disc.scales.pressure)
     traction, _ = problem.on_grid(tang_safeguarded(problem).traction, np.zeros(2))
-    wrong = dataclasses.replace(exact, traction=traction * disc.pressure)
+    wrong = dataclasses.replace(exact, traction=traction * disc.scales.pressure)
     found = vc.certify(scene, wrong.traction, pressure)
     assert np.all(off(wrong, exact) <= found.force_bound)
     assert found.tangential_residual < 1e-8
@@ -101,13 +101,13 @@ def test_error_of_the_pressure_is_bounded(load, size):
     """Its Euclidean norm, and the elements where the exact pressure may be, against the exact pressure."""
     scene, exact = SCENES[load], SOLVED[load]
     disc = discretise(scene, exact.grid)
-    problem, right = disc.normal_problem(), exact.pressure.ravel() / disc.pressure
+    problem, right = disc.normal_problem(), exact.pressure.ravel() / disc.scales.pressure
     noise = np.random.default_rng(4).normal(size=right.size)
     for pressure in (right + size * noise * (right > 0), right * (noise > -1), np.maximum(right + size * noise, 0)):
-        found = pressure_error(problem, pressure, (exact.approach - disc.base) / disc.displacement)
+        found = pressure_error(problem, pressure, (exact.approach - disc.base) / disc.scales.displacement)
         assert np.linalg.norm(pressure - right) <= found.size
         assert np.all(found.possible[right > 0])
-    sharp = pressure_error(problem, right, (exact.approach - disc.base) / disc.displacement)
+    sharp = pressure_error(problem, right, (exact.approach - disc.base) / disc.scales.displacement)
     assert sharp.size < 1e-10 * right.max()
     np.testing.assert_array_equal(sharp.possible, right > 0, "nothing else can be in contact")
 
@@ -146,9 +146,9 @@ def test_bound_holds_where_a_prescribed_force_is_missed(rolling, part, factor):
     """Tractions of another force than the one asked for, at the creepage of that: the bound counts it as well."""
     sol = vc.solve(rolling(motion=vc.Steady(Fx=-0.3 * part, Fy=0.01)))
     disc = discretise(sol.scene, sol.grid)
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
-    exact, _ = problem.of_grid(sol.traction / disc.pressure, np.zeros(2))
-    rigid = np.array(sol.creepage[:2]) * disc.step * disc.length / disc.displacement
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
+    exact, _ = problem.of_grid(sol.traction / disc.scales.pressure, np.zeros(2))
+    rigid = np.array(sol.creepage[:2]) * disc.step * disc.scales.length / disc.scales.displacement
     x, y = problem.points
     for traction in (factor * exact, project(factor * exact, problem.bound)):
         change = problem.area * (traction - exact)
@@ -183,10 +183,10 @@ def test_rounding_of_products_is_bounded(rolling, across, tight):
     scene = rolling(grid=vc.Grid(nx=across, ny=across))
     sol = vc.solve(scene)
     disc = discretise(scene, sol.grid)
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
     random = np.random.default_rng(0)
     for traction in (
-        problem.of_grid(sol.traction / disc.pressure, np.zeros(2))[0],
+        problem.of_grid(sol.traction / disc.scales.pressure, np.zeros(2))[0],
         random.normal(size=(2, problem.size)),
     ):
         exact = problem.operator.matrix.astype(np.longdouble) @ traction.ravel().astype(np.longdouble)
@@ -209,7 +209,7 @@ def test_what_is_left_out_is_not_computed_and_said(rolling, monkeypatch):
     def refuse(*_):
         raise AssertionError("a symmetric part was looked at")
 
-    monkeypatch.setattr("varcontact.discrete.problem.positive_definite", refuse)
+    monkeypatch.setattr("varcontact.discrete.problems.positive_definite", refuse)
     gap, none = vc.solve(scene, certify="gap"), vc.solve(scene, certify=None)
     for sol in (gap, none):
         assert sol.certificate.residual == full.certificate.residual < 1e-8

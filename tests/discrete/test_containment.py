@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete import containment
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete import penetration
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import ContactState
 
 
@@ -25,7 +25,10 @@ def pressed(cells, line=False, bodies=None):
     sol = vc.solve(scene, certify=None)
     disc = discretise(scene, sol.grid, coupled=scene.bodies.K != 0)
     state = ContactState(
-        sol.pressure / disc.pressure, sol.approach / disc.displacement, sol.traction / disc.pressure, np.zeros(2)
+        sol.pressure / disc.scales.pressure,
+        sol.approach / disc.scales.displacement,
+        sol.traction / disc.scales.pressure,
+        np.zeros(2),
     )
     return disc, state
 
@@ -37,23 +40,23 @@ def test_displacements_by_blocks_are_as_good_as_they_are_taken_for(cells, bodies
     """Point forces at the centres of blocks, against the exact displacements of all elements, away from the contact."""
     disc, state = pressed(cells, line, bodies)
     dx, dy = disc.lattice.sides
-    (left, right, bottom, top) = containment.contact_box(disc.lattice, state.pressure, around=1)
+    (left, right, bottom, top) = penetration.contact_box(disc.lattice, state.pressure, around=1)
     x, y = np.meshgrid(np.linspace(left - 1, right + 1, 30), [0.0] if line else np.linspace(bottom - 1, top + 1, 30))
     away = (x < left - dx / 4) | (x > right + dx / 4) | ((y < bottom - dy / 4) | (y > top + dy / 4) & (not line))
     x, y = x[away], y[away]
-    exact = containment._raised(disc, state, x, y)
+    exact = penetration._raised(disc, state, x, y)
     elements = max(disc.grid.shape)
-    for across in {min(containment.BLOCKS, elements), elements}:
-        about = containment._raised_about(disc, *containment._in_blocks(disc, state, across), x, y)
-        assert np.abs(about - exact).max() < containment.BLUR / across * state.approach
-    if elements > 2 * containment.BLOCKS:
-        assert containment._in_blocks(disc, state, containment.BLOCKS)[1].shape[1] < (state.pressure > 0).sum() / 2
+    for across in {min(penetration.BLOCKS, elements), elements}:
+        about = penetration._raised_about(disc, *penetration._in_blocks(disc, state, across), x, y)
+        assert np.abs(about - exact).max() < penetration.BLUR / across * state.approach
+    if elements > 2 * penetration.BLOCKS:
+        assert penetration._in_blocks(disc, state, penetration.BLOCKS)[1].shape[1] < (state.pressure > 0).sum() / 2
 
 
 def test_blocks_carry_all_the_load():
     """Forces and their moments about both axes are those of the elements."""
     disc, state = pressed(40)
-    centres, loads = containment._in_blocks(disc, state, 16)
+    centres, loads = penetration._in_blocks(disc, state, 16)
     x, y = disc.points.reshape(2, -1)
     fields = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1) * disc.lattice.area
     assert loads.sum(axis=1) == pytest.approx(fields.sum(axis=1), rel=1e-12)

@@ -9,12 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.bounds import force_bound
-from varcontact.discrete.certificate import certify_problems
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.energies import complementary_energy, potential_energy
-from varcontact.discrete.gap import gap, normal_gap, normal_residual, project, tangential_residual
-from varcontact.solving.grid_search import first_grid
+from varcontact.discrete.certificate import certificate_of
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.force_bounds import force_bound
+from varcontact.discrete.residuals import (
+    complementary_energy,
+    gap,
+    normal_gap,
+    normal_residual,
+    potential_energy,
+    project,
+    tangential_residual,
+)
+from varcontact.discrete.state import ContactState
+from varcontact.solving.potential_contact import first_grid
 
 MOTIONS = {
     "rolling": vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -30,8 +38,8 @@ def solved(request, rolling):
     scene = rolling(motion=MOTIONS[request.param])
     sol = vc.solve(scene)
     disc = discretise(scene, sol.grid)
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
-    traction = sol.traction.reshape(2, -1)[:, problem.operator.elements] / disc.pressure
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
+    traction = sol.traction.reshape(2, -1)[:, problem.operator.elements] / disc.scales.pressure
     return sol, problem, traction
 
 
@@ -88,8 +96,8 @@ def test_gap_of_a_shift_is_potential_plus_complementary_energy(rolling):
     scene = rolling(motion=MOTIONS["shift"])
     sol = vc.solve(scene)
     disc = discretise(scene, sol.grid)
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
-    exact = sol.traction.reshape(2, -1)[:, problem.operator.elements] / disc.pressure
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
+    exact = sol.traction.reshape(2, -1)[:, problem.operator.elements] / disc.scales.pressure
     for traction in (exact, 0.5 * exact, project(exact + 0.01, problem.bound)):
         difference = potential_energy(problem, traction) - complementary_energy(problem, traction)
         assert difference == pytest.approx(gap(problem, traction, STILL)[0], abs=1e-15, rel=1e-10)
@@ -100,7 +108,7 @@ def test_gap_of_a_shift_is_potential_plus_complementary_energy(rolling):
 def test_force_bound_dense_and_by_fft_agree(rolling, monkeypatch):
     sol = vc.solve(rolling())
     dense = vc.certify(sol.scene, 0.9 * sol.traction)
-    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", 0)
     by_fft = vc.certify(sol.scene, 0.9 * sol.traction)
     np.testing.assert_allclose(by_fft.force_bound, dense.force_bound, rtol=1e-3)
     assert np.all(by_fft.force_bound >= dense.force_bound), "never less than the exact bound"
@@ -144,8 +152,8 @@ def test_normal_gap(rolling, load):
     sol = vc.solve(scene, normal="clarabel")
     disc = discretise(scene, sol.grid)
     problem = disc.normal_problem()
-    exact = sol.pressure.ravel() / disc.pressure
-    level = np.array([(sol.approach - disc.base) / disc.displacement])
+    exact = sol.pressure.ravel() / disc.scales.pressure
+    level = np.array([(sol.approach - disc.base) / disc.scales.displacement])
     assert normal_residual(problem, exact, level) < 1e-12
     assert normal_gap(problem, exact, level)[1] < 1e-12
     random = np.random.default_rng(3)
@@ -248,7 +256,7 @@ def test_pressures_that_pull_or_vanish_are_refused(rolling, change):
 @pytest.mark.parametrize("dense_limit", [10_000, 0])
 def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(rolling, monkeypatch, dense_limit):
     """By Cholesky factor and by conjugate gradients: infinite, neither a number made up nor a crash."""
-    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", dense_limit)
+    monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", dense_limit)
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.2 * a / 5)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=10, ny=10))
@@ -266,7 +274,7 @@ def test_no_force_bound_even_where_the_gap_is_zero(rolling):
     scene = rolling(surface=vc.Ellipse(a=np.sqrt(5), b=1 / np.sqrt(5)), motion=motion, grid=vc.Grid(nx=10, ny=10))
     grid = first_grid(scene, None)
     disc = discretise(scene, grid)
-    problem = disc.tangential_problem(scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.pressure)
+    problem = disc.tangential_problem(scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.scales.pressure)
     opposed = np.array([-problem.bound, 0 * problem.bound])
     rigid_only = dataclasses.replace(problem, rigid_shift=1e30 * np.sign(problem.rigid_shift))
     assert gap(rigid_only, opposed, STILL)[0] < 1e-30
@@ -278,13 +286,13 @@ def test_no_number_is_no_small_residual(rolling):
     scene = rolling()
     sol = vc.solve(scene)
     disc = discretise(scene, sol.grid)
-    pressure = sol.pressure / disc.pressure
+    pressure = sol.pressure / disc.scales.pressure
     tangential, normal = disc.tangential_problem(pressure), disc.normal_problem()
     for traction in (np.full((2, tangential.size), np.nan), np.where(np.arange(tangential.size) == 3, np.nan, 0.01)):
         assert np.isnan(tangential_residual(tangential, np.broadcast_to(traction, (2, tangential.size)), STILL))
     assert np.isnan(normal_residual(normal, np.full(normal.distance.size, np.nan), np.zeros(1)))
     for bad in (np.full_like(sol.traction, np.nan), np.where(np.isclose(sol.pressure, sol.pressure.max()), np.nan, 0)):
         bad = np.broadcast_to(bad, sol.traction.shape)
-        certificate = certify_problems(disc, pressure, 0.0, bad, STILL, True)
+        certificate = certificate_of(disc, ContactState(pressure, 0.0, bad, STILL), True)
         assert not certificate.residual <= 1.0
         assert not certificate.tangential_residual <= 1.0

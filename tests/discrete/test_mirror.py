@@ -5,7 +5,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete import mirror as symmetry
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.mirror import mirror_of
 
 UNLIKE = vc.Bodies(G=(2.0, 0.7), nu=(0.25, 0.4))
@@ -31,7 +31,7 @@ def test_half_of_a_problem_has_the_solution_of_the_whole(rolling, monkeypatch, n
     scene = rolling(**changes)
     half = vc.solve(scene, **methods)
     assert half.plan.sizes.mirrored
-    monkeypatch.setattr("varcontact.solving.subproblems.mirror_of", lambda problem: None)
+    monkeypatch.setattr("varcontact.solving.contact_solver.mirror_of", lambda problem: None)
     whole = vc.solve(scene, **methods)
     largest = np.abs(whole.traction).max()
     np.testing.assert_allclose(half.traction, whole.traction, atol=2e-8 * largest)

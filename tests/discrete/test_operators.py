@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 
 UNLIKE = vc.Bodies(G=(1.0, 3.0), nu=(0.25, 0.3))
 EXPLICIT = vc.Grid(nx=12, ny=12, dx=0.25, dy=0.25, x0=-1.5, y0=-1.5)
@@ -54,7 +54,10 @@ def test_what_is_derived_shares_what_any_builds(rolling):
     """Also what a child builds, its parent and its siblings have."""
     scene = rolling(grid=EXPLICIT)
     disc = discretise(scene, EXPLICIT)
-    child, sibling = disc.rubbing(np.full(EXPLICIT.shape, 0.2)), disc.moved(vc.Steady(vx=0.1))
+    child, sibling = (
+        disc.with_loading(coefficient=np.full(EXPLICIT.shape, 0.2)),
+        disc.with_loading(motion=vc.Steady(vx=0.1)),
+    )
     assert child.tangential_operator is sibling.tangential_operator is disc.tangential_operator
     assert discretise(scene, EXPLICIT, disc.operators).operators is disc.operators
 

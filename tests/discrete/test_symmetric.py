@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete import symmetric
+from varcontact.discrete import positive_definite as module
 from varcontact.discrete.mirror import FoldedOperator
-from varcontact.discrete.symmetric import norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.positive_definite import norm, positive_definite, skew_part, symmetric_part
 from varcontact.elasticity.operators import influence_operator
 
 DENSE, BY_FFT = 10**9, 0
@@ -51,7 +51,7 @@ def has_factor(matrix):
 def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
     """Beyond `DENSE_LIMIT` elements, with one eigenvalue of -1e-8 or so: not taken for positive definite."""
     M = on_ellipse(ratio, nu, cells, part)
-    assert M.elements.size > symmetric.DENSE_LIMIT
+    assert M.elements.size > module.DENSE_LIMIT
     assert not has_factor(dense(M))
     assert positive_definite(M) is None
 
@@ -60,7 +60,7 @@ def test_a_negative_direction_that_no_force_sees(ratio, nu, cells, part):
 def test_barely_positive_definite(ratio, nu, part):
     """The same contacts in slightly longer steps: positive definite, and found to be, with a least eigenvalue."""
     M = on_ellipse(ratio, nu, 42, part)
-    assert M.elements.size > symmetric.DENSE_LIMIT
+    assert M.elements.size > module.DENSE_LIMIT
     found = positive_definite(M)
     assert 0 < found.least < 1e-4 * norm(M.grid_operator)
     assert has_factor(dense(M) - found.least * np.eye(2 * M.elements.size)), "the least eigenvalue is no less"
@@ -86,7 +86,7 @@ def test_bounds_hold_and_are_near(part, limit):
     energies = found.energies(right)
     assert energies[1] == 0
     assert np.all(energies >= expected * (1 - 1e-12))
-    assert np.all(energies <= expected * (1 + symmetric.SLACK))
+    assert np.all(energies <= expected * (1 + module.SLACK))
     true = np.linalg.eigvalsh(dense(M))[0]
     assert 0.05 * true < found.least <= true
 
@@ -105,7 +105,7 @@ def test_a_positive_symbol_needs_no_chance(monkeypatch):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_any_random_start_tells(seed, monkeypatch):
-    monkeypatch.setattr(symmetric, "SEED", seed)
+    monkeypatch.setattr(module, "SEED", seed)
     M = on_ellipse(1.5, 0.28, 30, 0.2)
     true = np.linalg.eigvalsh(dense(M))[0]
     assert true < 0
@@ -124,7 +124,7 @@ def test_half_of_a_problem():
         expected = right.ravel() @ np.linalg.solve(dense(M), right.ravel())
         for limit in (DENSE, BY_FFT):
             found = positive_definite(M, limit)
-            assert expected * (1 - 1e-12) <= found.energies(right)[0] <= expected * (1 + symmetric.SLACK)
+            assert expected * (1 - 1e-12) <= found.energies(right)[0] <= expected * (1 + module.SLACK)
             assert found.least <= np.linalg.eigvalsh(dense(M))[0]
 
 
@@ -143,7 +143,7 @@ def test_many_elements_need_no_matrix(monkeypatch):
         raise AssertionError("a dense matrix was assembled")
 
     M = on_ellipse(1.0, 0.28, 60, 1.0)
-    assert M.elements.size > 2 * symmetric.DENSE_LIMIT
+    assert M.elements.size > 2 * module.DENSE_LIMIT
     monkeypatch.setattr("varcontact.elasticity.operators.GridOperator.dense", refuse)
     assert positive_definite(M).least > 0
     assert positive_definite(dataclasses.replace(M, elements=M.elements[::2])) is not None, "a part of it is, too"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.extremes.harness import FAILED, as_json, extremes, report
 from varcontact.errors import Interrupted, VarcontactError
-from varcontact.io.outputs import check_ending, check_writable
+from varcontact.system.files import check_ending, check_writable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -20,9 +20,8 @@ from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.planning.choice import make_plan
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.study.store import Table, plain_rows
 from varcontact.study.tables import columns_of_text
 from varcontact.theories.methods import THEORIES, why_not

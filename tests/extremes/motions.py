@@ -37,10 +37,9 @@ from tests.extremes.scenes import (
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 
 LIMIT = 0.3

@@ -19,10 +19,9 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Shift, Steady
+from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 
 EXACT = ("default", "polished", "conic", "active set", "tang", "newton", "scs", "osqp", "joint")

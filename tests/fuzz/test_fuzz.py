@@ -74,7 +74,7 @@ def test_the_judge_of_certificates_notices():
     moved = Held(dataclasses.replace(exact, traction=traction), None)
     assert bounded(certificate, exact, away) == within_gap(Held(exact, None), moved, certificate) == []
     part = np.abs(away - outputs(exact.grid, exact.traction))[0] / certificate.force_bound[0]
-    bounds = ForceBounds.known(0.99 * part * certificate.force_bound, certificate.pressure_part)
+    bounds = ForceBounds(0.99 * part * certificate.force_bound, certificate.pressure_part)
     small = dataclasses.replace(certificate, bounds=bounds, gap=0.0)
     assert bounded(small, exact, away)
     assert within_gap(Held(exact, None), moved, small)

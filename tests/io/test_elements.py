@@ -12,7 +12,7 @@ from scipy.io import loadmat
 
 import varcontact as vc
 from tests.command import run
-from varcontact.io.elements import LOADS, QUANTITIES
+from varcontact.io.export import LOADS, QUANTITIES
 
 BALL = vc.Scene(
     bodies=vc.Bodies(G=82e9, nu=0.28),

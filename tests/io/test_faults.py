@@ -14,8 +14,8 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from varcontact.io.seal import unsealed
-from varcontact.system.reading import SCENE_BYTES
+from varcontact.io.solution import without_checksum
+from varcontact.system.files import SCENE_BYTES
 
 SCENE = """
 normal_force = 1.0
@@ -72,7 +72,7 @@ def test_random_damage(files, tmp_path, seed):
 def rewritten(files, tmp_path, change):
     """The solution's file with its record changed."""
     path = tmp_path / "changed.nc"
-    path.write_bytes(unsealed(files["solution"]))  # whoever changes it on purpose leaves no checksum of before
+    path.write_bytes(without_checksum(files["solution"]))  # whoever changes it on purpose leaves no checksum of before
     with h5py.File(path, "r+") as file:
         text = file["record"][()].decode()
         del file["record"]

@@ -13,7 +13,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from varcontact.io.outputs import check_writable, only_writer, replacing, write_whole
+from varcontact.system.files import check_writable, only_writer, replacing, write_whole
 
 SCENE = """
 normal_force = 1.0
@@ -207,7 +207,7 @@ def test_an_error_leaves_the_old_file(tmp_path):
 KILLED = """
 import os, signal
 from pathlib import Path
-from varcontact.io.outputs import only_writer, replacing
+from varcontact.system.files import only_writer, replacing
 with only_writer("store", Path("run.nc")), replacing("store", Path("run.nc")) as file:
     file.write(b"half")
     file.flush()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.io.scene_file import scene_to
+from varcontact.io.scene_toml import scene_to
 
 BALL = vc.Scene(
     bodies=vc.Bodies(G=82e9, nu=0.28),
@@ -93,7 +93,7 @@ def test_a_start_is_not_left_out_in_silence(tmp_path):
 
 
 def test_a_scene_too_large_for_a_file(tmp_path, monkeypatch):
-    monkeypatch.setattr("varcontact.io.scene_text.SCENE_BYTES", 300)
+    monkeypatch.setattr("varcontact.io.scene_toml.SCENE_BYTES", 300)
     with pytest.raises(vc.SceneError, match=r"write large fields to files of their own"):
         SCENES["by element"].save(tmp_path / "scene.toml")
     assert os.listdir(tmp_path) == []

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 import varcontact as vc
-from varcontact.io.solution_file import AS_STORED
+from varcontact.io.solution import AS_STORED
 from varcontact.solving.remeasured import ALONE, ANEW
 
 BALL = {"surface": vc.Ellipse(a=1.2, b=0.9), "normal_force": 1.0, "grid": vc.Grid(nx=10, ny=10)}
@@ -127,51 +127,50 @@ def test_so_are_theories_and_answers_that_are_not_exact(methods, tmp_path):
     assert again.certificate.residual == sol.certificate.residual
 
 
+def refused_or_certified_anew(path):
+    """Whether a file is not believed: refused, or with a certificate of its own fields that does not call it solved."""
+    try:
+        again = vc.load(path)
+    except vc.OutputError as error:
+        return "is damaged" in str(error)
+    return again.note == ANEW and not again.converged
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    "changes",
     [
-        ({"traction": lambda q: 1.5 * q}, "tractions beyond what friction can bear"),
-        ({"traction": put((0, 0, 0), 1e-3)}, "tractions beyond what friction can bear"),
-        ({"traction": lambda q: 0.5 * q}, "slips that are not those under its tractions"),
-        ({"traction": lambda q: q[:, :, ::-1]}, "tractions beyond|slips that are not"),
-        ({"traction": put((0, 5, 5), np.nan)}, "fields that are not finite numbers"),
-        ({"pressure": put((5, 5), -0.1)}, "negative pressures"),
-        ({"pressure": lambda p: -p}, "negative pressures"),
-        ({"pressure": lambda p: 1.2 * p}, "distances that are not those under its tractions"),
-        (
-            {"pressure": lambda p: 0 * p, "traction": lambda q: 0 * q, "state": lambda s: 0 * s},
-            "no pressure, under a load",
-        ),
-        ({"state": put((5, 5), 7)}, r"a state that is not 0 \(exterior\), 1 \(stick\) or 2 \(slip\)"),
-        ({"state": put((5, 5), 0)}, "exterior where there is pressure"),
-        ({"state": put((0, 0), 1)}, "contact where there is none"),
-        ({"state": lambda s: np.where(s == 2, 1, s).astype(np.int8)}, "a state of stick where there is slip"),
-        (
-            {"state": lambda s: np.where(s == 1, 2, s).astype(np.int8)},
-            "a state of slip where friction is not exhausted",
-        ),
-        ({"slip": lambda s: 2 * s}, "slips that are not those under its tractions"),
-        ({"distance": lambda e: e + 0.01}, "distances that are not those under its tractions"),
-        ({"approach": lambda d: np.float64(np.nan)}, "an approach of nan"),
-        ({"approach": lambda d: 1.1 * d}, "distances that are not those under its tractions"),
-        ({"creepage": put(0, 0.05)}, "creepages that are not those prescribed"),
-        ({"creepage": put(0, np.nan)}, "creepages that are not those prescribed"),
-        (
-            {"record": lambda r: r["certificate"].update(gap=-1.0)},
-            "a certificate that is not of numbers, zero or positive",
-        ),
-        ({"record": lambda r: r["certificate"].update(residual="small")}, "a certificate that is not of numbers"),
-        ({"record": lambda r: r["certificate"].update(level="best")}, "a certificate of the level 'best'"),
+        {"traction": lambda q: 1.5 * q},
+        {"traction": put((0, 0, 0), 1e-3)},
+        {"traction": lambda q: 0.5 * q},
+        {"traction": lambda q: q[:, :, ::-1]},
+        {"traction": put((0, 5, 5), np.nan)},
+        {"pressure": put((5, 5), -0.1)},
+        {"pressure": lambda p: -p},
+        {"pressure": lambda p: 1.2 * p},
+        {"pressure": lambda p: 0 * p, "traction": lambda q: 0 * q, "state": lambda s: 0 * s},
+        {"state": put((5, 5), 7)},
+        {"state": put((5, 5), 0)},
+        {"state": put((0, 0), 1)},
+        {"state": lambda s: np.where(s == 2, 1, s).astype(np.int8)},
+        {"state": lambda s: np.where(s == 1, 2, s).astype(np.int8)},
+        {"slip": lambda s: 2 * s},
+        {"distance": lambda e: e + 0.01},
+        {"approach": lambda d: np.float64(np.nan)},
+        {"approach": lambda d: 1.1 * d},
+        {"creepage": put(0, 0.05)},
+        {"creepage": put(0, np.nan)},
+        {"record": lambda r: r["certificate"].update(gap=-1.0)},
+        {"record": lambda r: r["certificate"].update(residual="small")},
+        {"record": lambda r: r["certificate"].update(level="best")},
     ],
 )
-def test_what_no_solution_can_be_is_refused(sol, changes, message, tmp_path):
-    with pytest.raises(vc.OutputError, match=message):
-        vc.load(altered(sol, tmp_path / "sol.nc", **changes))
+def test_altered_files_are_not_believed(sol, changes, tmp_path):
+    assert refused_or_certified_anew(altered(sol, tmp_path / "sol.nc", **changes))
 
 
 def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path):
     for changes in (
-        {"traction": lambda q: 1.5 * q},
+        {"traction": put((0, 5, 5), np.nan)},
         {"state": put((5, 5), 7)},
         {"approach": lambda d: np.float64(np.nan)},
     ):
@@ -180,17 +179,16 @@ def test_what_can_be_told_without_measuring_is_refused_in_any_case(sol, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("name", "changes", "message"),
+    ("name", "changes"),
     [
-        ("like", {"pressure": lambda p: np.where(p == p.max(), 1.001 * p, p)}, "a pressure that is not Hertz's"),
-        ("approach", {"approach": lambda d: 1.01 * d}, "an approach of 0.101 where 0.1 is prescribed"),
-        ("force", {"creepage": put(1, np.nan)}, "creepages that are not finite numbers"),
-        ("force", {"creepage": lambda v: v + np.array([0.01, 0, 0])}, "slips that are not those"),
+        ("like", {"pressure": lambda p: np.where(p == p.max(), 1.001 * p, p)}),
+        ("approach", {"approach": lambda d: 1.01 * d}),
+        ("force", {"creepage": put(1, np.nan)}),
+        ("force", {"creepage": lambda v: v + np.array([0.01, 0, 0])}),
     ],
 )
-def test_what_the_scene_prescribes_is_asked_for(name, changes, message, tmp_path):
-    with pytest.raises(vc.OutputError, match=message):
-        vc.load(altered(vc.solve(SCENES[name]), tmp_path / "sol.nc", **changes))
+def test_nor_are_those_that_the_scene_does_not_have(name, changes, tmp_path):
+    assert refused_or_certified_anew(altered(vc.solve(SCENES[name]), tmp_path / "sol.nc", **changes))
 
 
 def test_a_certificate_of_other_tractions_is_made_anew(tmp_path):
@@ -244,7 +242,7 @@ def test_a_history_is_measured_step_by_step(tmp_path):
     with netcdf_file(path, "a", mmap=False) as file:
         file.variables["traction"][1] *= 100
     for k in (1, 2):
-        with pytest.raises(vc.OutputError, match=r"damaged in step 1 \(tractions beyond what friction can bear\)"):
+        with pytest.raises(vc.OutputError, match=rf"damaged in step {k} \(slips that are not those"):
             again[k]
     assert vc.load(path, certify=False)[2].note == AS_STORED
 

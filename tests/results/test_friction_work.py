@@ -9,7 +9,7 @@ import varcontact as vc
 from tests.benchmarks.friction_work import SCENES, references, work
 from varcontact.elasticity.operators import influence_operator
 from varcontact.io import history_record
-from varcontact.io.seal import sealed
+from varcontact.io.solution import with_checksum
 
 KNOWN = references()
 BODIES = {"like": vc.Bodies(G=1.0, nu=0.28), "unlike": vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.35))}
@@ -116,7 +116,7 @@ def test_a_file_of_an_earlier_version(motion, tmp_path):
     """It has no power density: that is made as the file is measured, and unknown where it is not."""
     sol = vc.solve(replace(SCENES["vx and spin"](12), motion=motion))
     path = tmp_path / "old.nc"
-    path.write_bytes(sealed(bytes(sol.to_xarray().drop_vars("power_density").to_netcdf(engine="h5netcdf"))))
+    path.write_bytes(with_checksum(bytes(sol.to_xarray().drop_vars("power_density").to_netcdf(engine="h5netcdf"))))
     assert vc.load(path).power_density == pytest.approx(sol.power_density, rel=1e-9, abs=1e-9)
     assert np.isnan(vc.load(path, certify=False).friction_work)
 
@@ -124,7 +124,7 @@ def test_a_file_of_an_earlier_version(motion, tmp_path):
 def test_a_power_density_that_is_not_that_of_the_tractions(tmp_path):
     data = vc.solve(SCENES["vx and spin"](12)).to_xarray()
     data["power_density"][6, 6] *= 1.01
-    (tmp_path / "wrong.nc").write_bytes(sealed(bytes(data.to_netcdf(engine="h5netcdf"))))
+    (tmp_path / "wrong.nc").write_bytes(with_checksum(bytes(data.to_netcdf(engine="h5netcdf"))))
     with pytest.raises(vc.OutputError, match="power density"):
         vc.load(tmp_path / "wrong.nc")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.elasticity.operators import influence_operator
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=0.286)
@@ -74,8 +74,8 @@ def test_what_the_slip_of_the_law_lacks(motion):
     sol = vc.solve(ball(motion, 12))
     disc = discretise(sol.scene, sol.grid)
     step = sol.grid.sides[0]
-    traction = sol.traction / disc.pressure
-    elastic = disc.tangential_operator.apply(traction) * disc.displacement
+    traction = sol.traction / disc.scales.pressure
+    elastic = disc.tangential_operator.apply(traction) * disc.scales.displacement
     stored = float(np.sum(sol.traction * elastic)) * sol.grid.area / step
     sampled = -sol.motion.spin_offset * step * sol.creepage[2] * sol.force[1]
     by_law = -float(np.sum(sol.traction * sol.slip)) * sol.grid.area
@@ -91,7 +91,7 @@ def test_a_step_loses_the_elastic_energy_of_what_it_changes():
     left, _, bottom, _ = sol.grid.box
     wider = vc.Grid(nx=sol.grid.nx + 1, ny=sol.grid.ny, dx=dx, dy=dy, x0=left - dx, y0=bottom)
     change = np.diff(sol.traction, axis=2, prepend=0.0, append=0.0)
-    instant = influence_operator(wider.scaled(disc.length), "xy", "xy", nu=0.28)
+    instant = influence_operator(wider.scaled(disc.scales.length), "xy", "xy", nu=0.28)
     assert lost == pytest.approx(0.5 * np.sum(change * instant.apply(change)), rel=1e-12)
 
 

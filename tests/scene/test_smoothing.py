@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.scene.smoothing import smoothed
+from varcontact.scene.interpolation import smoothed
 
 UNEVEN = np.cumsum(np.random.default_rng(2).uniform(0.5, 1.5, 90))
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import solve_normal, solve_tangential
+from varcontact.solvers.interface import OutOfTime, Settings
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.settings import OutOfTime, Settings
 from varcontact.solvers.splitting import refine_normal, refine_tangential
 
 LATE = -math.inf
@@ -25,7 +25,7 @@ def problems(rolling):
     """The normal and the tangential problem of a scene."""
     sol = vc.solve(rolling(grid=vc.Grid(nx=16, ny=16)))
     disc = discretise(sol.scene, sol.grid)
-    return disc.normal_problem(), disc.tangential_problem(sol.pressure / disc.pressure)
+    return disc.normal_problem(), disc.tangential_problem(sol.pressure / disc.scales.pressure)
 
 
 def unsolved(problem):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import normal_residual, tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.joint import joint_program, solve_joint
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import solve_joint, solve_normal, solve_tangential
+from varcontact.solvers.conic.programs import joint_program
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_normal, refine_tangential
 
 MOTIONS = [
@@ -36,7 +36,7 @@ def posed(scene):
 def test_tractions_from_an_interior_point_answer(rolling, motion):
     """To rounding, where the solver's own answer is good to 1e-5; and the same as those of active sets."""
     disc, sol = posed(rolling(motion=motion, grid=CELLS))
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
     rough = solve_tangential("clarabel", problem, Settings(1e-4))
     assert tangential_residual(problem, rough.traction, rough.rigid) > 1e-7
     fine = refine_tangential(problem, Settings(1e-12), rough)
@@ -70,9 +70,9 @@ def test_joint_program_from_an_interior_point_answer(rolling, motion):
     """Its optimality conditions, each problem with the displacements that the other causes."""
     scene = rolling(motion=motion, bodies=vc.Bodies(G=(1.0, np.inf), nu=(0.1, 0.3)), grid=CELLS)
     disc, sol = posed(scene)
-    pressure = sol.pressure / disc.pressure
+    pressure = sol.pressure / disc.scales.pressure
     normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), pressure)
-    coupling = disc.traction_to_distance.between((0,), tangential.directions)
+    coupling = disc.operators.traction_to_distance.between((0,), tangential.directions)
     blocks = coupling.dense(normal.operator.elements, tangential.operator.elements)
     rough = solve_joint("clarabel", normal, tangential, blocks, Settings(1e-4))
     pressed, rubbed = refine_both(normal, tangential, blocks, Settings(1e-12), rough)
@@ -89,7 +89,7 @@ def test_joint_program_from_an_interior_point_answer(rolling, motion):
 def test_rounds_leave_a_solution_where_it_is(rolling):
     """A fixed point, and the multipliers of prescribed forces are the rigid shifts that belong to it."""
     disc, sol = posed(rolling(motion=MOTIONS[2], grid=CELLS))
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
     exact, splitting = tang_safeguarded(problem), Splitting.of_tangential(problem)
     at = (exact.traction - problem.shift(exact.traction, exact.rigid) / splitting.weight).ravel()
     after, multipliers = splitting.moved(at, 5)
@@ -99,7 +99,7 @@ def test_rounds_leave_a_solution_where_it_is(rolling):
 
 def test_no_more_than_rounding_is_asked_for(rolling):
     disc, sol = posed(rolling(grid=CELLS))
-    problem = disc.tangential_problem(sol.pressure / disc.pressure)
+    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
     nothing = RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(2), 0, "")
     fine = refine_tangential(problem, Settings(1e-300), nothing)
     assert (fine.solved, fine.status) == (True, "Solved")

@@ -10,7 +10,7 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.refinement.histories import FULL, history, off, on
 from tests.command import run
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.reference import cattaneo_mindlin
 from varcontact.results.error_estimate import ErrorEstimate, Solve

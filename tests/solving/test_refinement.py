@@ -9,8 +9,8 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
 from tests.command import run
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.parts import means
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.subgrid import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
@@ -508,8 +508,8 @@ def test_what_parts_miss(line):
         posed, a = scene(cases()[0], 16), 1.0
         grid = vc.Grid(nx=16, ny=16, margin=1).spread((-a, a, -a, a))
     disc = discretise(dataclasses.replace(posed, grid=grid), grid)
-    fine = Parts(disc, (1 if line else 2, 2), posed.hertz.on_elements(grid) / disc.pressure)
-    (root, x, y), unit = fine.rooted.means, a / disc.length
+    fine = Parts(disc, (1 if line else 2, 2), posed.hertz.on_elements(grid) / disc.scales.pressure)
+    (root, x, y), unit = fine.rooted.means, a / disc.scales.length
     inside, step = root > 0, fine.lattice.sides[0]
 
     def derivative(traction):
@@ -531,7 +531,7 @@ def test_what_parts_miss_of_sloped_pressure(a, b):
     posed = dataclasses.replace(scene(cases()[0], 16), surface=vc.Ellipse(a=a, b=b))
     grid = vc.Grid(nx=24, ny=24, margin=1).spread((-a, a, -b, b))
     disc = discretise(dataclasses.replace(posed, grid=grid), grid)
-    fine = Parts(disc, (2, 2), posed.hertz.on_elements(grid) / disc.pressure)
+    fine = Parts(disc, (2, 2), posed.hertz.on_elements(grid) / disc.scales.pressure)
     root, x, y = fine.sloped.means
     inside, (a, b), step = root > 0, fine.axes, fine.lattice.sides[0]
     traction = np.array([0 * root, 3 * root - 2 * x / a + y / b])

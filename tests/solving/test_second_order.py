@@ -7,11 +7,10 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.coarse_forces import forces, read, scene
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.softening import softening
+from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact
-from varcontact.solving import subproblems
+from varcontact.solving import contact_solver
 from varcontact.theories.no_slip import no_slip_forces
 
 
@@ -78,7 +77,9 @@ def test_softening_is_in_the_matrix(rolling):
     np.testing.assert_allclose(
         operator.apply(traction).ravel(), operator.matrix @ traction.ravel(), rtol=1e-11, atol=1e-13
     )
-    np.testing.assert_allclose(softening(np.array([1.0, 0.3, 0.0]))[[0, 1]], [0, softening(np.array([0.0]))[0]])
+    np.testing.assert_allclose(
+        edge_compliance(np.array([1.0, 0.3, 0.0]))[[0, 1]], [0, edge_compliance(np.array([0.0]))[0]]
+    )
 
 
 # ----------------------------------------------------------------------------- what it gains
@@ -206,7 +207,7 @@ def test_a_hard_scene_is_solved():
 
 def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
     """One that fails, the easier problem, and the same one again from there: the answer of a solver that does not."""
-    scene, problems, roads = rolling().second_order(), [], subproblems.tangential_road
+    scene, problems, roads = rolling().second_order(), [], contact_solver.tangential_road
     direct = vc.solve(scene)
 
     def fails_once(plan, polish):
@@ -219,7 +220,7 @@ def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
 
         return solve
 
-    monkeypatch.setattr(subproblems, "tangential_road", fails_once)
+    monkeypatch.setattr(contact_solver, "tangential_road", fails_once)
     sol = vc.solve(scene)
     tables = [problem.operator.grid_operator.table for problem in problems]
     assert len(tables) == 3 and np.array_equal(tables[0], tables[2]) and not np.array_equal(tables[0], tables[1])
@@ -277,7 +278,7 @@ def test_the_default_is_contacts(rolling):
     disc = discretise(rolling(), rolling().grid.spread((-1.2, 1.2, -0.9, 0.9)))
     here, ahead = disc.operators.tangential(), disc.operators.carrying(disc.step)
     np.testing.assert_array_equal(disc.tangential_operator.table, here.table - ahead.table)
-    assert disc.softening is None
+    assert disc.edge_compliance is None
 
 
 def test_the_preset(rolling):

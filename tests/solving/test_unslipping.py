@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.elasticity.ellipsoidal import rooted_gradients, sloped_gradients
 from varcontact.reference import line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
@@ -30,7 +30,7 @@ def still(cells=16):
     """Parts of the elements of an ellipse, and the grid."""
     grid = vc.Grid(nx=cells, ny=cells).spread((-A, A, -B, B))
     disc = discretise(replace(POSED, grid=grid), grid)
-    return Still(Parts(disc, (2, 2), POSED.hertz.on_elements(grid) / disc.pressure))
+    return Still(Parts(disc, (2, 2), POSED.hertz.on_elements(grid) / disc.scales.pressure))
 
 
 @pytest.mark.parametrize(("a", "b"), [(1.3, 0.6), (0.5, 1.0)])

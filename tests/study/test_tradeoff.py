@@ -10,7 +10,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from varcontact.solving.ways import Way
+from varcontact.solving.discretisation_variants import Way
 from varcontact.study.front import TARGETS, Tradeoff
 from varcontact.study.tradeoff import default_ways
 

@@ -8,12 +8,12 @@ import threading
 
 import pytest
 
-from varcontact.system.locks import Held, _granted, _is_still, beside, locked
+from varcontact.system.files import Held, locked
 
 HOLDER = """
 import sys, time
 from pathlib import Path
-from varcontact.system.locks import locked
+from varcontact.system.files import locked
 with locked(Path("run.nc")):
     print("held", flush=True)
     time.sleep(60)
@@ -66,17 +66,9 @@ def test_one_thread_at_a_time(tmp_path):
     assert os.listdir(tmp_path) == ["count"]
 
 
-def test_a_file_opened_before_it_was_removed_locks_nothing(tmp_path):
-    """Whoever opened the lock file while it was held may lock it later, but the name has another file by then."""
-    path = tmp_path / "run.nc"
-    with locked(path):
-        late = os.open(beside(path, "lock"), os.O_RDWR)
-    with locked(path):
-        assert _granted(late), "nobody holds that file"
-        assert not _is_still(late, beside(path, "lock"))
-        with pytest.raises(Held, match=r"^this process$"), locked(path):
-            pass
-    os.close(late)
+def test_a_lock_within_itself_is_refused(tmp_path):
+    with locked(tmp_path / "run.nc"), pytest.raises(Held, match=r"^this process$"), locked(tmp_path / "run.nc"):
+        pass
 
 
 def test_an_exception_frees_the_lock(tmp_path):

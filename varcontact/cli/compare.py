@@ -48,7 +48,7 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.picture_file import write_picture
     from varcontact.plotting.studies import plot_comparison
     from varcontact.study.bank import standard_bank

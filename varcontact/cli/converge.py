@@ -34,7 +34,7 @@ def converge(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of the tables.")] = False,
 ) -> None:
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.picture_file import write_picture
     from varcontact.study.converge import converge as converge_on
 

@@ -38,11 +38,11 @@ def curve(
 
     What is not given of vx, vy and spin is the scene's own.
     """
-    from varcontact.io.outputs import write_whole
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.curve import plot_curve
     from varcontact.plotting.picture_file import write_picture
     from varcontact.study.curve import creep_curve
+    from varcontact.system.files import write_whole
 
     check_outputs(out, plot, [scene], force, ".nc")
     described, _ = read_scene(scene)

@@ -35,7 +35,7 @@ def plan(
 
     Methods, elements, matrices, memory.
     """
-    from varcontact.io.scene_file import read_sweep_scene
+    from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.planning.expectations import check_sizes
     from varcontact.planning.plan import plan as plan_scene
 

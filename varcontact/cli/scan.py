@@ -74,10 +74,10 @@ def scan(
     What is not given of vx, vy and spin is the scene's own. The first failure ends the scan; what was solved before it
     is printed and written. Several methods side by side, and fast theories, are `curve`; other entries, `sweep`.
     """
-    from varcontact.io.outputs import check_replaceable
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
     from varcontact.study.scan import scanned
     from varcontact.study.sweep import Standing
+    from varcontact.system.files import check_replaceable
 
     check_outputs(out, plot, [scene] if creepages is None else [scene, creepages], force)
     if out is not None:
@@ -149,9 +149,9 @@ def _table_of_triples(path: Path) -> np.ndarray:
 
 
 def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json: bool) -> None:
-    from varcontact.io.outputs import write_whole
     from varcontact.plotting.curve import plot_curve
     from varcontact.plotting.picture_file import write_picture
+    from varcontact.system.files import write_whole
 
     rows = [_row(solution) for solution in found]
     try:

@@ -83,11 +83,11 @@ def solve(
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.history_file import check_history_file
-    from varcontact.io.outputs import check_ending
-    from varcontact.io.solution_file import ENDINGS, check_solution_file
-    from varcontact.scene.transient import Transient
+    from varcontact.io.solution import ENDINGS, check_solution_file
+    from varcontact.scene.motion import Transient
     from varcontact.solving.options import SolveOptions
     from varcontact.solving.solve import solve as solve_scene
+    from varcontact.system.files import check_ending
 
     may_move = plot is not None and plot.suffix.lower() in MOVING
     check_outputs(out, None if may_move else plot, [scene], force, ENDINGS)
@@ -126,7 +126,7 @@ def solve(
 def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
     """A scene and how it is to be solved; of an input file of CONTACT one of its scenes."""
     from varcontact.io.contact_input import read_contact_input
-    from varcontact.io.scene_file import read_scene
+    from varcontact.io.scene_toml import read_scene
 
     if path.suffix.lower() != ".inp":
         if case is not None:
@@ -143,7 +143,7 @@ def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
 
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Print a `solution`, or `as_json`, and write it to `out` and its picture to `plot`; `force` replaces any file."""
-    from varcontact.io.solution_file import save
+    from varcontact.io.solution import save
     from varcontact.plotting.animation import animate
     from varcontact.plotting.picture_file import write_picture
     from varcontact.results.history import History
@@ -165,7 +165,7 @@ def _check_moving(plot: Path, scene: Scene, inputs: list[Path], force: bool) -> 
     """Refuse a file to which a history cannot be written as a moving picture, or anything else as a still one."""
     from varcontact.plotting.animation import check_animation
     from varcontact.plotting.picture_file import check_picture
-    from varcontact.scene.transient import Transient
+    from varcontact.scene.motion import Transient
 
     if isinstance(scene.motion, Transient):
         check_animation("--plot", plot, inputs, force)

@@ -64,7 +64,7 @@ def sweep(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
 ) -> None:
     """Solve a scene for all combinations of values, in several processes or on a cluster."""
-    from varcontact.io.scene_file import read_sweep_scene
+    from varcontact.io.scene_toml import read_sweep_scene
     from varcontact.study.sweep import sweep as sweep_over
 
     check_outputs(out, None, [scene], False, ".nc")

@@ -84,8 +84,8 @@ def check_outputs(
     OutputError
         If a file cannot, or must not, be written.
     """
-    from varcontact.io.outputs import check_ending, check_one_of_endings, check_writable
     from varcontact.plotting.picture_file import check_picture
+    from varcontact.system.files import check_ending, check_one_of_endings, check_writable
 
     if out is not None:
         if isinstance(ending, tuple):

@@ -7,32 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.containment import Box, contact_box
 from varcontact.errors import SceneError, TooCoarse
+from varcontact.scene.consistency import bodies_apart
 from varcontact.scene.grid import Grid, usual_grid
+from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.likeness import left_out
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.smoothing import how_to_smooth
 from varcontact.scene.surfaces import SampledDistance, Surface
-from varcontact.scene.transient import Transient
 from varcontact.system.memory import SMALLER, need
+
+Box = tuple[float, float, float, float]
+"""Left, right, bottom, top, in the unit of the grid."""
 
 MOVED = 0.1
 """Room on each side, by the contact's width, for what tractions of unlike bodies move it during a history."""
 
 
 def wanted_grid(scene: Scene) -> Grid:
-    """The grid that a scene asks for, in its own form.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    TooLarge
-        If not even fields on it fit into memory.
-    """
+    """The grid that a scene asks for, in its own form."""
     spec = _spec(scene)
     margin = 0 if spec.explicit else 2 * spec.margin
     size = 400.0 * (spec.nx + margin) * (spec.rows + (0 if spec.line else margin))
@@ -41,42 +34,14 @@ def wanted_grid(scene: Scene) -> Grid:
 
 
 def known_grid(scene: Scene) -> Grid:
-    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    Grid
-        Explicit, where Hertz tells its place; otherwise as the scene has it [length].
-
-    Raises
-    ------
-    TooLarge
-        If not even fields on it fit into memory.
-    """
+    """The grid of a scene as far as it is known without a solution: of samples with coordinates not where it lies."""
     spec = wanted_grid(scene)
     hertz = None if spec.explicit else scene.hertz
     return spec if hertz is None else spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b))
 
 
 def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
-    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a history.
-    grids : list of Grid
-        Those of the single contacts, explicit [length].
-
-    Returns
-    -------
-    Grid
-        Explicit [length].
-    """
+    """One grid for the contacts of a history without tractions: the scene's number of elements across all of them."""
     spec, margin = _spec(scene), given_grid(scene).margin
     if len(grids) == 1 and spec.margin == margin:
         return grids[0]
@@ -99,20 +64,6 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
     """A grid that lies closer around the contact, where the scene's number of elements across it is not met.
 
     Hertzian contacts are where they are expected, unless `any_surface` says that tractions may have moved them.
-
-    Parameters
-    ----------
-    scene : Scene
-    grid : Grid
-        The grid so far, explicit.
-    pressure : ndarray, shape (ny, nx)
-        Positive in the contact.
-    any_surface : bool
-
-    Returns
-    -------
-    Grid or None
-        None where the grid may stay.
     """
     spec, surface = _spec(scene), scene.surface
     columns, rows = across(pressure)
@@ -134,23 +85,12 @@ def _spec(scene: Scene) -> Grid:
 
 
 def given_grid(scene: Scene) -> Grid:
-    """The scene's grid as it is given, or the usual one.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
+    """The scene's grid as it is given, or the usual one."""
     return scene.grid if isinstance(scene.grid, Grid) else usual_grid(scene.line)
 
 
 def across(pressure: np.ndarray) -> tuple[int, int]:
-    """Columns and rows with contact in them.
-
-    Parameters
-    ----------
-    pressure : ndarray, shape (ny, nx)
-        In any unit; positive in the contact.
-    """
+    """Columns and rows with contact in them."""
     contact = pressure > 0
     return int(contact.any(axis=0).sum()), int(contact.any(axis=1).sum())
 
@@ -160,26 +100,6 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
 
     Where the contact went beyond a side, the grid goes on by `more` of the contact's length: of a contact that
     tractions move, only the next elements are seen.
-
-    Parameters
-    ----------
-    scene : Scene
-    grid : Grid
-        The grid so far, explicit.
-    pressure : ndarray, shape (ny, nx)
-        Positive in the contact.
-    overlap : tuple of float
-        (left, right, bottom, top) of the places outside where the bodies would overlap [length].
-    more : float
-
-    Returns
-    -------
-    Grid
-
-    Raises
-    ------
-    SceneError
-        If the scene's own explicit grid does not hold the contact, or the samples end within it.
     """
     spec = _spec(scene)
     left, right, bottom, top = grid.box
@@ -223,14 +143,7 @@ def enlarged(scene: Scene, grid: Grid, pressure: np.ndarray, overlap: Box, more:
 
 
 def if_noise(scene: Scene, grid: Grid) -> str:
-    """What else may be wrong where samples have a summit between the elements, or no grid holds their contact.
-
-    Parameters
-    ----------
-    scene : Scene
-    grid : Grid
-        Explicit.
-    """
+    """What else may be wrong where samples have a summit between the elements, or no grid holds their contact."""
     if not isinstance(scene.surface, SampledDistance) or not scene.surface.placed:
         return ""
     wavelength = 4 * (grid.sides[0] if grid.line else max(grid.sides))
@@ -243,35 +156,58 @@ def _rounded(box: Box, line: bool) -> tuple[float, ...]:
 
 
 def clipped(box: Box, surface: SampledDistance) -> Box:
-    """What of a box lies within the samples of a surface.
-
-    Parameters
-    ----------
-    box : tuple of float
-        left, right, bottom, top [length].
-    surface : SampledDistance
-
-    Returns
-    -------
-    tuple of float
-        left, right, bottom, top [length].
-    """
+    """What of a box lies within the samples of a surface."""
     left, right, bottom, top = surface.box
     return max(box[0], left), min(box[1], right), max(box[2], bottom), min(box[3], top)
 
 
 def within(grid: Grid, surface: Surface) -> Grid:
-    """The grid without the elements whose centres lie beyond the samples, where a surface has such.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit [length].
-    surface : Surface
-    """
+    """The grid without the elements whose centres lie beyond the samples, where a surface has such."""
     if not isinstance(surface, SampledDistance):
         return grid
     left, right, bottom, top = surface.box
     columns = np.flatnonzero((grid.x >= left) & (grid.x <= right))
     rows = np.flatnonzero((grid.y >= bottom) & (grid.y <= top))
     return grid.window(columns[0], columns[-1] + 1, rows[0], rows[-1] + 1)
+
+
+def contact_box(grid: Grid, mask: np.ndarray, around: int = 0) -> Box:
+    """Bounding box of marked elements, with a margin of elements around."""
+    rows, columns = np.flatnonzero((mask > 0).any(axis=1)), np.flatnonzero((mask > 0).any(axis=0))
+    (dx, dy), (x0, _, y0, _) = grid.sides, grid.box
+    return (
+        x0 + (columns[0] - around) * dx,
+        x0 + (columns[-1] + 1 + around) * dx,
+        y0 + (rows[0] - around) * dy,
+        y0 + (rows[-1] + 1 + around) * dy,
+    )
+
+
+def no_element_in_contact(surface: Surface, approach: float | None, grid: Grid) -> SceneError:
+    """Why no element of a grid is in contact: the bodies are apart, the contact is elsewhere, or falls between."""
+    left, right, bottom, top = grid.box
+    x = y = 0.0
+    if isinstance(surface, SampledDistance):
+        iy, ix = np.unravel_index(np.argmin(surface.samples), surface.samples.shape)
+        least = float(surface.samples[iy, ix])
+        if approach is not None and approach <= least:
+            return bodies_apart(approach, least)
+        if surface.placed:
+            x, y = (float(points[i]) for points, i in zip(surface.coordinates, (ix, iy), strict=True))
+        else:
+            x, y = left, bottom
+    if not (left <= x <= right and bottom <= y <= top):
+        box, where = (grid.box[:2], f"x = {x:.6g}") if grid.line else (grid.box, f"({x:.6g}, {y:.6g})")
+        return SceneError(
+            "grid",
+            box,
+            "a potential contact that contains the contact",
+            message=f"grid (left, right{'' if grid.line else ', bottom, top'}) = "
+            f"{tuple(float(f'{side:.6g}') for side in box)} does not contain the contact, which is at {where}",
+        )
+    return TooCoarse(
+        "grid",
+        grid,
+        "fine enough to hold one contact element",
+        message="grid is too coarse to hold one contact element: no element's centre is in contact",
+    )

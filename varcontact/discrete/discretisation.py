@@ -1,4 +1,4 @@
-"""From a scene to dimensionless problems: discretisation and scaling.
+"""From a scene and an explicit grid to dimensionless problems.
 
 Lengths are scaled by the size of the potential contact, tractions by a typical pressure, displacements by
 ``pressure * length / G``: the influence numbers then have G = 1 and everything a solver meets is of order one.
@@ -13,22 +13,18 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.out_of_reach import check_shift
-from varcontact.discrete.parts import means
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
-from varcontact.discrete.softening import softening
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
-from varcontact.errors import SceneError
+from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact
-from varcontact.reference.line_contact import line_contact
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import Ellipse, Surface
-from varcontact.scene.transient import Transient
+from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance, Surface
 
 LEAST_STEP = 1e-6
 """Least step of steady rolling in elements: below, A - C has fewer than ten digits left."""
@@ -42,9 +38,45 @@ FREE_DEPTH = 4.0
 From one length on all influence numbers are positive, and A_zz is positive definite.
 """
 
+RANGE = 280
+"""Powers of ten that forces and their work may have: floating point ends at 308."""
+
+LARGEST_SHIFT = 1e100
+"""Greatest rigid shift by the scale of displacements: squares of products with it stay in the range."""
+
+COMPLIANCE_FACTOR = 1.6
+"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as good.
+
+At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `edge_compliance`. Along the other edges
+tractions do not rise in that direction, and less is enough.
+"""
+
+LEAST_COVERED = 0.3
+"""Part covered below which edge compliance does not grow: such elements carry hardly anything."""
+
+
+@dataclass(frozen=True)
+class Scales:
+    """The physical quantities that are 1 in the dimensionless problems: the modulus is the combined G."""
+
+    length: float
+    pressure: float
+    modulus: float
+    line: bool
+
+    @property
+    def displacement(self) -> float:
+        """[length]"""
+        return self.pressure * self.length / self.modulus
+
+    @property
+    def force(self) -> float:
+        """[force]; in line contact [force/length]."""
+        return self.pressure * (self.length if self.line else self.length**2)
+
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class PreviousStep:
     """What a step of a history finds, dimensionless.
 
     Attributes
@@ -63,37 +95,66 @@ class Carried:
 
 
 @dataclass(frozen=True, eq=False)
+class Loading:
+    """What acts on a contact, physical: force or approach, motion, friction; in a history also the step before.
+
+    Without a motion it is normal contact only. The coefficient of friction is one number or one for each element,
+    (ny, nx); under a law it is that taken at the moment, the static one where nothing is known of slip.
+    """
+
+    normal_force: float | None
+    approach: float | None
+    motion: Motion | None
+    law: Law | None
+    coefficient: float | np.ndarray | None
+    previous_step: PreviousStep | None = None
+
+    @classmethod
+    def of(cls, scene: Scene) -> Loading:
+        """That of a scene; of a history without its motion."""
+        motion, friction = scene.motion, scene.friction
+        law = friction if isinstance(friction, Law) else None
+        coefficient = friction if not isinstance(friction, Law) else friction.static
+        motion = None if isinstance(motion, Transient) else motion
+        return cls(scene.normal_force, scene.approach, motion, law, coefficient)
+
+    @property
+    def steady(self) -> bool:
+        """Whether the bodies roll steadily."""
+        return isinstance(self.motion, Steady)
+
+    @property
+    def slip_difference(self) -> str:
+        """Which difference over a step of rolling the elastic slip is."""
+        return self.motion.slip_difference if isinstance(self.motion, Steady) else "first-order"
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether no tangential traction can arise."""
+        return self.motion is None or (self.law is None and not np.any(self.coefficient))
+
+    @property
+    def no_slip(self) -> bool:
+        """Whether friction is infinite."""
+        return isinstance(self.coefficient, float) and math.isinf(self.coefficient)
+
+
+@dataclass(frozen=True, eq=False)
+class Subgrid:
+    """The same contact on equal parts of the elements, on which its pressure was solved for.
+
+    The elements bear the means of their parts' pressures (ny rows, nx columns), which are dimensionless.
+    """
+
+    disc: Discretisation
+    pressure: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Discretisation:
     """A contact on an explicit grid, with its scales and the operators it turns out to need.
 
-    Attributes
-    ----------
-    bodies : Bodies
-    surface : Surface
-    grid : Grid
-        Explicit, physical.
-    hertz : HertzContact or None
-    distance : ndarray, shape (ny, nx)
-        Undeformed distance, physical.
-    normal_force, approach : float or None
-        One of the two, physical.
-    motion : Steady, Shift, TimeStep or None
-        How the bodies move; None: normal contact only.
-    law : Law or None
-        Of friction.
-    coefficient : float or ndarray, shape (ny, nx), or None
-        Coefficient of friction: under a law that taken at the moment, the static one where nothing is known of slip.
-    length, pressure : float
-        The scales; `displacement` follows.
-    operators : Operators
-        Influence numbers on the dimensionless grid.
-    carried : Carried, optional
-        In a step of a history: what the step before left.
-    pressure_on_parts : ndarray, shape (ny rows, nx columns), optional
-        The pressure on equal parts of the elements, dimensionless, where it was solved for there; the elements then
-        bear the means. See `varcontact.discrete.on_parts`.
-    parts : Discretisation, optional
-        The same contact on those parts, for its normal problem.
+    The grid and the undeformed distance (ny, nx) are physical, the lattice of the operators is dimensionless.
     """
 
     bodies: Bodies
@@ -101,17 +162,10 @@ class Discretisation:
     grid: Grid
     hertz: HertzContact | None
     distance: np.ndarray
-    normal_force: float | None
-    approach: float | None
-    motion: Motion | None
-    law: Law | None
-    coefficient: float | np.ndarray | None
-    length: float
-    pressure: float
+    scales: Scales
+    loading: Loading
     operators: Operators
-    carried: Carried | None = None
-    pressure_on_parts: np.ndarray | None = None
-    parts: Discretisation | None = None
+    subgrid: Subgrid | None = None
 
     @property
     def K(self) -> float:
@@ -124,42 +178,9 @@ class Discretisation:
         return self.grid.line
 
     @property
-    def steady(self) -> bool:
-        """Whether the bodies roll steadily."""
-        return isinstance(self.motion, Steady)
-
-    @property
-    def frictionless(self) -> bool:
-        """Whether no tangential traction can arise."""
-        return self.motion is None or (self.law is None and not np.any(self.coefficient))
-
-    @property
-    def no_slip(self) -> bool:
-        """Whether friction is infinite."""
-        return isinstance(self.coefficient, float) and math.isinf(self.coefficient)
-
-    @property
-    def displacement(self) -> float:
-        """Scale of displacements."""
-        return self.pressure * self.length / self.bodies.combined_G
-
-    @property
-    def force(self) -> float:
-        """Scale of forces; in line contact per unit length."""
-        return self.pressure * (self.length if self.line else self.length**2)
-
-    @property
-    def afloat(self) -> bool:
-        """Whether displacements are known but for a constant: in line contact without a reference depth."""
-        return self.line and getattr(self.surface, "reference_depth", None) is None
-
-    @property
-    def hertz_approach(self) -> float:
-        """Hertz's approach [length]; of a line contact from the depth that its influence numbers have."""
-        assert self.hertz is not None
-        if not self.line:
-            return self.hertz.approach
-        return line_contact(self.hertz.Rx, self.bodies, a=self.hertz.a).approach(self.operators.depth * self.length)
+    def lattice(self) -> Grid:
+        """The dimensionless grid."""
+        return self.operators.lattice
 
     @property
     def base(self) -> float:
@@ -167,187 +188,59 @@ class Discretisation:
         return float(self.distance.min())
 
     @property
-    def lattice(self) -> Grid:
-        """The dimensionless grid."""
-        return self.operators.lattice
+    def undetermined_constant(self) -> bool:
+        """Whether displacements are known but for a constant: in line contact without a reference depth."""
+        return self.line and getattr(self.surface, "reference_depth", None) is None
 
     @property
     def step(self) -> float | None:
         """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses too short ones."""
-        motion = self.motion
+        motion = self.loading.motion
         if motion is None or motion.rolls == 0:
             return None
         dx = self.grid.sides[0]
         dq = getattr(motion, "dq", None)
         if dq is not None and dq > LARGEST_STEP * dx:
             raise SceneError("motion.dq", dq, f"at most {LARGEST_STEP:g} times the element's dx, {dx:.6g}")
-        if self.steady and dq is not None and dq < LEAST_STEP * dx:
+        if self.loading.steady and dq is not None and dq < LEAST_STEP * dx:
             raise SceneError("motion.dq", dq, f"at least {LEAST_STEP:g} of the element's dx, {dx:.6g}")
-        return (dx if dq is None else dq) / self.length
-
-    @property
-    def lag(self) -> float | None:
-        """Dimensionless distance dq of C in the operators A - C of steady rolling, else None."""
-        return self.step if self.steady else None
-
-    @property
-    def difference(self) -> str:
-        """Which difference over a step of rolling the elastic slip is."""
-        return self.motion.slip_difference if isinstance(self.motion, Steady) else "first-order"
-
-    @cached_property
-    def softening(self) -> np.ndarray | None:
-        """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx), or None."""
-        if self.grid.edge != "softened" or self.covered is None:
-            return None
-        (ny, nx), table = self.grid.shape, self.tangential_operator.table
-        own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
-        return own[:, None, None] * softening(self.covered)
-
-    @cached_property
-    def covered(self) -> np.ndarray | None:
-        """Parts of the elements that the contact covers, (ny, nx), as far as that is known: between 0 and 1."""
-        if self.pressure_on_parts is not None:
-            return means((self.pressure_on_parts > 0).astype(float), self.cells)
-        return None if self.hertz is None else self.hertz.covered(*self.grid.lines)
-
-    @property
-    def cells(self) -> Cells:
-        """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for elements alone."""
-        rows, columns = self.grid.shape if self.pressure_on_parts is None else self.pressure_on_parts.shape
-        return rows // self.grid.rows, columns // self.grid.nx
-
-    @property
-    def normal_operator(self) -> GridOperator:
-        """A_zz."""
-        return self.operators.normal
+        return (dx if dq is None else dq) / self.scales.length
 
     @property
     def tangential_operator(self) -> GridOperator:
         """A_tt, or A_tt - C_tt in steady rolling."""
-        return self.operators.tangential(self.lag, self.difference)
+        return self.operators.tangential(self._lag, self.loading.slip_difference)
 
     @property
     def pressure_to_shift(self) -> GridOperator:
         """A_tz, or A_tz - C_tz in steady rolling; needed for K != 0."""
-        return self.operators.pressure_to_shift(self.lag, self.difference)
+        return self.operators.pressure_to_shift(self._lag, self.loading.slip_difference)
 
     @property
-    def traction_to_distance(self) -> GridOperator:
-        """A_zt; needed for K != 0."""
-        return self.operators.traction_to_distance
+    def _lag(self) -> float | None:
+        return self.step if self.loading.steady else None
 
-    def moved(self, motion: Motion) -> Discretisation:
-        """The same bodies on the same grid with another `motion`, but the same step."""
-        return replace(self, motion=motion)
+    @property
+    def cells(self) -> Cells:
+        """(rows, columns): the parts of an element on which the pressure was solved for; (1, 1) for elements alone."""
+        rows, columns = self.grid.shape if self.subgrid is None else self.subgrid.pressure.shape
+        return rows // self.grid.rows, columns // self.grid.nx
 
-    def at_step(self, scene: Scene, carried: Carried | None) -> Discretisation:
-        """The same bodies in the `scene` of a step, on the same grid and in the same scales, with what is `carried`."""
-        surface = scene.surface
-        assert not isinstance(surface, Ellipse)
-        distance = self.distance if surface is self.surface else surface.distance(self.grid)
-        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, carried=carried, **posed(scene))
-
-    def rubbing(self, coefficient: np.ndarray) -> Discretisation:
-        """The same with a `coefficient` of friction (ny, nx) for each element, as a law has it."""
-        return replace(self, coefficient=coefficient)
-
-    def extended(self, distance: np.ndarray) -> Discretisation:
-        """The same with one more element on every side, and the `distance` (ny + 2, nx + 2) [length] there too."""
-        return replace(self, grid=self.grid.extended(), distance=distance, operators=self.operators.around)
-
-    def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
-        """The normal problem; where the bodies differ, with their dimensionless `traction` (2, ny, nx)."""
-        distance = ((self.distance - self.base) / self.displacement).ravel()
-        if traction is not None:
-            distance = distance + self.traction_to_distance.apply(traction).ravel()
-        force, approach = self.normal_force, self.approach
-        return NormalProblem(
-            operator=self.normal_operator.on(np.arange(distance.size)),
-            distance=distance,
-            area=self.lattice.area,
-            force=None if force is None else force / self.force,
-            approach=None if approach is None else (approach - self.base) / self.displacement,
-        )
-
-    def tangential_problem(
-        self,
-        pressure: np.ndarray,
-        bearing: np.ndarray | None = None,
-        marching: bool = False,
-        acting: np.ndarray | None = None,
-        possible: np.ndarray | None = None,
-    ) -> TangentialProblem:
-        """The tangential problem on the elements with a traction bound, for a dimensionless `pressure` (ny, nx).
-
-        The bound is friction times that pressure, or times that of `bearing` where it is given. The tractions `acting`
-        (2, ny, nx), where given, are to be judged: the problem then has all directions in which they act. Elements with
-        friction that are `possible` (ny, nx) enter with a bound of 0 without pressure. For `marching` it keeps A too.
-        """
-        motion = self.motion
-        assert motion is not None
-        pressed = (pressure if bearing is None else bearing).ravel()
-        contact = pressed > 0
-        with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-            friction = np.broadcast_to(np.asarray(self.coefficient), pressure.shape).ravel()
-            bound = friction * np.maximum(pressed, 0.0)
-        bears = contact & (bound > 0)
-        if possible is not None:
-            bears |= possible.ravel() & (friction > 0)
-        elements = np.flatnonzero(bears)
-        shift = self.known_shift.reshape(2, -1)[:, elements]
-        if self.K != 0:
-            shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
-        forces = [None if F is None else F / self.force for F in (motion.Fx, motion.Fy)]
-        directions = self._directions(shift, forces, acting)
-        operator = self.tangential_on(elements, directions)
-        return TangentialProblem(
-            operator=operator,
-            rigid_shift=shift[list(directions)],
-            bound=bound[elements],
-            points=self.points.reshape(2, -1)[:, elements],
-            area=self.lattice.area,
-            force=tuple(forces[i] for i in directions),
-            symmetric=not self.steady,
-            instant=self.operators.tangential().between(directions, directions).on(elements, operator.softening)
-            if marching
-            else None,
-            directions=directions,
-        )
-
-    def tangential_on(self, elements: np.ndarray, directions: tuple[int, ...] = (0, 1)) -> RestrictedOperator:
-        """The operator between tractions and shifts of some elements, with their softening.
-
-        Parameters
-        ----------
-        elements : int ndarray, shape (n,)
-            Places of the elements on the grid, row by row.
-        directions : tuple of int
-        """
-        soft = None if self.softening is None else self.softening.reshape(2, -1)[list(directions)][:, elements]
-        return self.tangential_operator.between(directions, directions).on(elements, soft)
-
-    def shift_by_tractions(self, traction: np.ndarray) -> np.ndarray:
-        """M p, dimensionless, with the softening.
-
-        Parameters
-        ----------
-        traction : ndarray, shape (2, ny, nx)
-            Dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (2, ny, nx)
-        """
-        shift = self.tangential_operator.apply(traction)
-        return shift if self.softening is None else shift + self.softening * traction
-
-    def _directions(self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None) -> tuple[int, ...]:
-        """Directions in which tractions can arise: both, or, where elasticity couples them not, those that move."""
-        if self.tangential_operator.table[0, 1].any():
-            return (0, 1)
-        moves = [shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)]
-        return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
+    @cached_property
+    def edge_compliance(self) -> np.ndarray | None:
+        """What elements that the contact covers in part have on the diagonal beside M, (2, ny, nx), or None."""
+        if self.grid.edge != "softened":
+            return None
+        if self.subgrid is not None:
+            (ny, nx), (rows, columns) = self.grid.shape, self.cells
+            covered = (self.subgrid.pressure > 0).reshape(ny, rows, nx, columns).mean(axis=(1, 3))
+        elif self.hertz is not None:
+            covered = self.hertz.covered(*self.grid.lines)
+        else:
+            return None
+        (ny, nx), table = self.grid.shape, self.tangential_operator.table
+        own = np.array([table[i, i, ny - 1, nx - 1] for i in (0, 1)])
+        return own[:, None, None] * edge_compliance(covered)
 
     @cached_property
     def points(self) -> np.ndarray:
@@ -357,27 +250,205 @@ class Discretisation:
     @cached_property
     def rigid_shift(self) -> np.ndarray:
         """Rigid shift W of body 1 over body 2 in a step (75), (2, ny, nx), dimensionless."""
-        assert self.motion is not None
-        x, y = self.points
+        motion, scales, (x, y) = self.loading.motion, self.scales, self.points
+        assert motion is not None
         with np.errstate(over="ignore"):
-            shift = self.motion.step((self.step or 0.0) * self.length).shift(x, y, self.length) / self.displacement
-        check_shift(self.motion, shift)
+            shift = motion.step((self.step or 0.0) * scales.length).shift(x, y, scales.length)
+            shift = shift / scales.displacement
+        if np.abs(shift).max() > LARGEST_SHIFT:
+            names = ("vx", "vy", "spin", "ux", "uy", "rotation")
+            given = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
+            largest = max(given, key=lambda name: abs(given[name]), default="dq")
+            raise SceneError(
+                f"motion.{largest}",
+                given.get(largest, getattr(motion, "dq", None)),
+                f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most",
+            )
         return shift
 
     @cached_property
     def known_shift(self) -> np.ndarray:
         """What of the local shift the tractions do not change: W, or W - u' in a step of a history; (2, ny, nx)."""
-        return self.rigid_shift if self.carried is None else self.rigid_shift - self.carried.displacement
+        before = self.loading.previous_step
+        return self.rigid_shift if before is None else self.rigid_shift - before.displacement
+
+    def with_loading(self, **changes: Any) -> Discretisation:
+        """The same bodies on the same grid, with changes of the loading: `motion`, `coefficient` and so on."""
+        return replace(self, loading=replace(self.loading, **changes))
+
+    def at_step(self, scene: Scene, previous_step: PreviousStep | None) -> Discretisation:
+        """The same bodies in the scene of a step, on the same grid and in the same scales."""
+        surface = scene.surface
+        assert not isinstance(surface, Ellipse)
+        distance = self.distance if surface is self.surface else surface.distance(self.grid)
+        loading = replace(Loading.of(scene), previous_step=previous_step)
+        return replace(self, surface=surface, hertz=scene.hertz, distance=distance, loading=loading)
+
+    def normal_problem(self, traction: np.ndarray | None = None) -> NormalProblem:
+        """The normal problem; where the bodies differ, with their dimensionless traction (2, ny, nx)."""
+        displacement = self.scales.displacement
+        distance = ((self.distance - self.base) / displacement).ravel()
+        if traction is not None:
+            distance = distance + self.operators.traction_to_distance.apply(traction).ravel()
+        force, approach = self.loading.normal_force, self.loading.approach
+        return NormalProblem(
+            operator=self.operators.normal.on(np.arange(distance.size)),
+            distance=distance,
+            area=self.lattice.area,
+            force=None if force is None else force / self.scales.force,
+            approach=None if approach is None else (approach - self.base) / displacement,
+        )
+
+    def tangential_problem(
+        self,
+        pressure: np.ndarray,
+        bound_pressure: np.ndarray | None = None,
+        marching: bool = False,
+        acting: np.ndarray | None = None,
+        possible: np.ndarray | None = None,
+    ) -> TangentialProblem:
+        """The tangential problem on the elements with a traction bound, for a dimensionless pressure (ny, nx).
+
+        The bound is friction times that pressure, or times `bound_pressure`. The tractions `acting` (2, ny, nx), where
+        given, are to be judged: the problem then has all directions in which they act. Elements with friction that are
+        `possible` (ny, nx) enter with a bound of 0 without pressure. For `marching` it keeps A too.
+        """
+        motion = self.loading.motion
+        assert motion is not None
+        bearing = (pressure if bound_pressure is None else bound_pressure).ravel()
+        with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
+            friction = np.broadcast_to(np.asarray(self.loading.coefficient), pressure.shape).ravel()
+            bound = friction * np.maximum(bearing, 0.0)
+        bears = (bearing > 0) & (bound > 0)
+        if possible is not None:
+            bears |= possible.ravel() & (friction > 0)
+        elements = np.flatnonzero(bears)
+        shift = self.known_shift.reshape(2, -1)[:, elements]
+        if self.K != 0:
+            shift = shift + self.pressure_to_shift.apply(pressure[None]).reshape(2, -1)[:, elements]
+        forces = [None if F is None else F / self.scales.force for F in (motion.Fx, motion.Fy)]
+        directions = self._directions(shift, forces, acting)
+        operator = self.tangential_on(elements, directions)
+        instant = None
+        if marching:
+            instant = self.operators.tangential().between(directions, directions).on(elements, operator.softening)
+        return TangentialProblem(
+            operator=operator,
+            rigid_shift=shift[list(directions)],
+            bound=bound[elements],
+            points=self.points.reshape(2, -1)[:, elements],
+            area=self.lattice.area,
+            force=tuple(forces[i] for i in directions),
+            symmetric=not self.loading.steady,
+            instant=instant,
+            directions=directions,
+        )
+
+    def tangential_on(self, elements: np.ndarray, directions: tuple[int, ...] = (0, 1)) -> RestrictedOperator:
+        """The operator between tractions and shifts of some elements, with their edge compliance."""
+        soft = self.edge_compliance
+        soft = None if soft is None else soft.reshape(2, -1)[list(directions)][:, elements]
+        return self.tangential_operator.between(directions, directions).on(elements, soft)
+
+    def shift_by_tractions(self, traction: np.ndarray) -> np.ndarray:
+        """M p of tractions (2, ny, nx), dimensionless, with the edge compliance."""
+        shift = self.tangential_operator.apply(traction)
+        return shift if self.edge_compliance is None else shift + self.edge_compliance * traction
+
+    def _directions(self, shift: np.ndarray, forces: list[float | None], acting: np.ndarray | None) -> tuple[int, ...]:
+        """Directions in which tractions can arise: both, or, where elasticity couples them not, those that move."""
+        if self.tangential_operator.table[0, 1].any():
+            return (0, 1)
+        moves = [shift[i].any() or forces[i] is not None or (acting is not None and acting[i].any()) for i in (0, 1)]
+        return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
 
 
-def posed(scene: Scene) -> dict[str, Any]:
-    """Load, motion and friction of a `scene`."""
-    motion, friction = scene.motion, scene.friction
-    law = friction if isinstance(friction, Law) else None
-    return {
-        "normal_force": scene.normal_force,
-        "approach": scene.approach,
-        "motion": None if isinstance(motion, Transient) else motion,
-        "law": law,
-        "coefficient": friction if law is None else law.static,
-    }
+def edge_compliance(covered: np.ndarray) -> np.ndarray:
+    """What the diagonal of M has in addition, by that diagonal, where the contact covers parts of elements.
+
+    Where particles enter the contact, tractions rise like the square root of the distance from the edge. The mean over
+    an element that is covered by the part w then falls like ``w^(3/2)``. But its slip is taken at the centre, as if
+    the traction were all over the element, and for the same slip a mean traction that hardly depends on w is found.
+    On an element that gives way by ``w^(-3/2)`` times as much it falls as it should.
+    """
+    return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, LEAST_COVERED, 1.0) ** -1.5 - 1))
+
+
+def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
+    """A scene of one problem on an explicit grid, with the `known` operators where they are those of its lattice.
+
+    Unless `coupled`, pressure and tractions are independent, whatever K is. A `SceneError` is raised if the grid cannot
+    hold the contact (elements larger than it, or a distance beyond the approach all over), or for a reference depth
+    within the potential contact.
+    """
+    hertz, (dx, dy) = scene.hertz, grid.sides
+    along_x, depth = grid.nx * dx, scene.reference_depth
+    if depth is not None and depth < along_x:
+        raise SceneError(
+            "surface.reference_depth", depth, f"at least the length of the potential contact, {along_x:.6g}"
+        )
+    if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
+        size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
+        if not scene.line:
+            size, element = f"{size} by {2 * hertz.b:.6g}", f"{element} by {dy:.6g}"
+        raise TooCoarse(
+            "grid",
+            dx if scene.line else (dx, dy),
+            "fine enough to hold one contact element",
+            message=f"grid is too coarse to hold one contact element: the contact is {size}, an element {element}",
+        )
+    distance = undeformed_distance(scene.surface, hertz, grid)
+    length = along_x if scene.line else math.sqrt(along_x * grid.rows * dy)
+    if hertz is not None:
+        pressure = hertz.peak_pressure
+    elif scene.normal_force is not None:
+        pressure = scene.normal_force / (length if scene.line else length**2)
+    else:
+        assert scene.approach is not None
+        overlap = scene.approach - float(distance.min())
+        if overlap <= 0:
+            raise no_element_in_contact(scene.surface, scene.approach, grid)
+        pressure = scene.bodies.combined_G * overlap / length
+    scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
+    _check_range(scales)
+    operators = Operators(
+        lattice=grid.scaled(length),
+        nu=scene.bodies.combined_nu,
+        K=scene.bodies.K if coupled else 0.0,
+        depth=FREE_DEPTH if depth is None else depth / length,
+    )
+    if known is not None and known.same(operators):
+        operators = known
+    return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)
+
+
+def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid, beyond: float = 0.0) -> np.ndarray:
+    """Undeformed distance at the element centres; that of an ellipse has its Hertzian radii.
+
+    Samples are extrapolated as far as `beyond` [length], as by `SampledDistance.distance`.
+    """
+    if isinstance(surface, SampledDistance):
+        return surface.distance(grid, beyond)
+    if isinstance(surface, Ellipse):
+        assert hertz is not None
+        return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)
+    return surface.distance(grid)
+
+
+def _check_range(scales: Scales) -> None:
+    """Refuse sizes at which forces, or their work, leave the range of floating point."""
+    with np.errstate(divide="ignore"):
+        L, p, G = np.log10([scales.length, scales.pressure, scales.modulus])
+    force = p + (1 if scales.line else 2) * L
+    largest = np.abs([L, p, p + L - G, force, force + p + L - G]).max()
+    if not largest < RANGE:
+        sizes = (
+            f"lengths of {scales.length:.3g}, pressures of {scales.pressure:.3g}, combined modulus {scales.modulus:.3g}"
+        )
+        raise SceneError(
+            "scene",
+            sizes,
+            f"in units in which forces and their work are between 1e-{RANGE} and 1e{RANGE}",
+            message=f"scene: with {sizes}, forces or their work leave the range of 1e-{RANGE} to "
+            f"1e{RANGE}; choose other units",
+        )

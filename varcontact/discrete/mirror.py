@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.elasticity.operators import RestrictedOperator
 
 ROUNDING = 1e-12
@@ -16,15 +16,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FoldedOperator(RestrictedOperator):
-    """An operator on half of its elements, whose mirror images have the same tractions but for a sign.
-
-    Attributes
-    ----------
-    images : ndarray, shape (n,)
-        The mirror image of each element.
-    signs : (float, float)
-        Of the images' tractions along x and y: (1, -1) is a mirror, (-1, 1) a mirror and a change of direction.
-    """
+    """An operator on half of its elements, whose mirror images have the same tractions but for a sign."""
 
     images: np.ndarray
     signs: tuple[float, float]
@@ -37,18 +29,7 @@ class FoldedOperator(RestrictedOperator):
         return own
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product by FFT.
-
-        Parameters
-        ----------
-        tractions : ndarray, shape (2, n)
-            On one side, dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (2, n)
-            Displacements on the same side.
-        """
+        """Product by FFT."""
         ny, nx = self.grid_operator.shape
         field = np.zeros((2, ny * nx))
         field[:, self.elements] = tractions
@@ -59,33 +40,14 @@ class FoldedOperator(RestrictedOperator):
 
 @dataclass(frozen=True, eq=False)
 class Mirror:
-    """How a problem is its own mirror image.
-
-    Attributes
-    ----------
-    half, images : int arrays, shape (n/2,)
-        Positions of the elements on one side of the line, and of their images.
-    signs : (float, float)
-        See `FoldedOperator`.
-    """
+    """How a problem is its own mirror image."""
 
     half: np.ndarray
     images: np.ndarray
     signs: tuple[float, float]
 
     def fold(self, problem: TangentialProblem) -> TangentialProblem:
-        """The problem on one side, with half of a prescribed force.
-
-        Parameters
-        ----------
-        problem : TangentialProblem
-            With 2 n elements.
-
-        Returns
-        -------
-        TangentialProblem
-            With n elements.
-        """
+        """The problem on one side, with half of a prescribed force."""
         instant, (along_x, along_y) = problem.instant, problem.force
         return replace(
             problem,
@@ -98,33 +60,11 @@ class Mirror:
         )
 
     def fold_solution(self, raw: RawSolution) -> RawSolution:
-        """Tractions on one side.
-
-        Parameters
-        ----------
-        raw : RawSolution
-            Tractions (2, 2 n), dimensionless.
-
-        Returns
-        -------
-        RawSolution
-            Tractions (2, n).
-        """
+        """Tractions on one side."""
         return replace(raw, traction=raw.traction[:, self.half])
 
     def unfold(self, raw: RawSolution) -> RawSolution:
-        """Tractions on both sides, from those on one.
-
-        Parameters
-        ----------
-        raw : RawSolution
-            Tractions (2, n), dimensionless.
-
-        Returns
-        -------
-        RawSolution
-            Tractions (2, 2 n).
-        """
+        """Tractions on both sides, from those on one."""
         traction = np.empty((2, 2 * self.half.size))
         traction[:, self.half] = raw.traction
         traction[:, self.images] = raw.traction * np.array(self.signs)[:, None]
@@ -150,17 +90,6 @@ def mirror(
     """The mirror of a tangential problem, or None where it has none or a row of elements lies on the line.
 
     Influence numbers have every such symmetry: xx and yy are even in y, xy is odd.
-
-    Parameters
-    ----------
-    elements : int array, shape (n,)
-        Flat indices on the grid, ascending.
-    columns : int
-        Of the grid.
-    rigid_shift : ndarray, shape (2, n)
-    bound : ndarray, shape (n,)
-    force : (float or None, float or None)
-        Prescribed forces; one along the odd component has no half.
     """
     if len(rigid_shift) != 2 or elements.size == 0:
         return None
@@ -182,17 +111,7 @@ def mirror(
 
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
-    """The mirror of a problem that is posed.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-
-    Returns
-    -------
-    Mirror or None
-        None, if it is not its own mirror image.
-    """
+    """The mirror of a problem that is posed."""
     operator = problem.operator
     columns = operator.grid_operator.shape[1]
     return mirror(operator.elements, columns, problem.rigid_shift, problem.bound, problem.force)

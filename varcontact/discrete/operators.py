@@ -18,21 +18,7 @@ KEPT_DISTANCES = 4
 
 @dataclass(frozen=True, eq=False)
 class DryRun:
-    """What tables would be built: it stands in for `influence_operator`, and computes nothing.
-
-    Attributes
-    ----------
-    bytes : dict
-        Of each table with its transform, by name.
-
-    Examples
-    --------
-    >>> dry = DryRun()
-    >>> operators = Operators(Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0), nu=0.3, K=0.0, make=dry)
-    >>> _ = operators.normal, operators.tangential(lag=1.0)
-    >>> dry.bytes
-    {'A_zz': 680, 'A_tt - C_tt': 2720}
-    """
+    """What tables would be built: it stands in for `influence_operator`, and computes nothing."""
 
     bytes: dict[str, int] = field(default_factory=dict)
 
@@ -44,17 +30,7 @@ class DryRun:
 
 
 def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
-    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal.
-
-    Parameters
-    ----------
-    rows, columns : str
-        Directions of displacement and of traction: "xy", "z" or "xyz".
-    lag : float, optional
-        Dimensionless distance rolled in a step of steady rolling.
-    offset : float
-        Dimensionless distance by which tractions are carried along.
-    """
+    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
     row = "z" if rows == "z" else "t"
     blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
     if offset:
@@ -67,23 +43,6 @@ class Operators:
     """The operators between tractions and displacements on a lattice, dimensionless (G = 1).
 
     What is derived from a discretisation holds the same object: whoever builds a table first, builds it for all.
-
-    Attributes
-    ----------
-    lattice : Grid
-        Explicit, dimensionless.
-    nu, K : float
-        Combined constants (59), (60).
-    depth : float
-        In line contact: the dimensionless depth from which displacements count.
-    make : callable, optional
-        What builds a table in place of `influence_operator`: a `DryRun`.
-
-    Examples
-    --------
-    >>> operators = Operators(Grid(nx=4, ny=3, dx=0.1, dy=0.1, x0=0.0, y0=0.0), nu=0.3, K=0.0)
-    >>> operators.normal is operators.normal, operators.tangential(lag=0.1).table.shape
-    (True, (2, 2, 5, 7))
     """
 
     lattice: Grid
@@ -101,37 +60,11 @@ class Operators:
         return self._table("z", "z")
 
     def tangential(self, lag: float | None = None, difference: str = "first-order") -> GridOperator:
-        """A_tt, shifts by tractions; in steady rolling A_tt - C_tt.
-
-        Parameters
-        ----------
-        lag : float, optional
-            Dimensionless distance rolled in a step of steady rolling.
-        difference : str
-            Which difference over that step, "first-order" or "second-order".
-
-        Returns
-        -------
-        GridOperator
-            From (2, ny, nx) to (2, ny, nx), dimensionless.
-        """
+        """A_tt, shifts by tractions; in steady rolling A_tt - C_tt."""
         return self._table("xy", "xy", lag, difference)
 
     def pressure_to_shift(self, lag: float | None = None, difference: str = "first-order") -> GridOperator:
-        """A_tz, shifts by pressures, where K != 0; in steady rolling A_tz - C_tz.
-
-        Parameters
-        ----------
-        lag : float, optional
-            Dimensionless distance rolled in a step of steady rolling.
-        difference : str
-            Which difference over that step, "first-order" or "second-order".
-
-        Returns
-        -------
-        GridOperator
-            From (1, ny, nx) to (2, ny, nx), dimensionless.
-        """
+        """A_tz, shifts by pressures, where K != 0; in steady rolling A_tz - C_tz."""
         return self._table("xy", "z", lag, difference)
 
     @property
@@ -140,18 +73,7 @@ class Operators:
         return self._table("z", "xy")
 
     def carrying(self, distance: float) -> GridOperator:
-        """C: displacements of the particles that come from further along x, by all tractions that count.
-
-        Parameters
-        ----------
-        distance : float
-            From where they come, dimensionless; negative: from behind.
-
-        Returns
-        -------
-        GridOperator
-            From (2, ny, nx), or (3, ny, nx) where K != 0, to (2, ny, nx), dimensionless.
-        """
+        """C: displacements of the particles that come from further along x, by all tractions that count."""
         if distance not in self._carrying:
             _trim(self._carrying, list(self._carrying))
             columns = "xyz" if self.K != 0 else "xy"
@@ -164,25 +86,13 @@ class Operators:
         return self.on(self.lattice.extended())
 
     def divided(self, cells: Cells) -> Operators:
-        """Those of the lattice of equal parts of the elements.
-
-        Parameters
-        ----------
-        cells : tuple of int
-            (rows, columns): parts of an element along y and x.
-        """
+        """Those of the lattice of equal parts of the elements."""
         if cells not in self._divided:
             self._divided[cells] = self.on(self.lattice.divided(cells))
         return self._divided[cells]
 
     def on(self, lattice: Grid) -> Operators:
-        """Those of the same bodies on another lattice.
-
-        Parameters
-        ----------
-        lattice : Grid
-            Explicit, dimensionless.
-        """
+        """Those of the same bodies on another lattice."""
         return Operators(lattice, self.nu, self.K, self.depth)
 
     def forget(self) -> None:
@@ -195,19 +105,9 @@ class Operators:
         for operators in self._divided.values():
             operators.forget()
 
-    def same(self, lattice: Grid, nu: float, K: float, depth: float) -> bool:
-        """Whether these are the operators of that lattice and those constants.
-
-        Parameters
-        ----------
-        lattice : Grid
-            Explicit, dimensionless.
-        nu, K : float
-            Combined constants (59), (60) [-].
-        depth : float
-            In line contact: the dimensionless depth from which displacements count.
-        """
-        return (self.lattice, self.nu, self.K, self.depth) == (lattice, nu, K, depth)
+    def same(self, other: Operators) -> bool:
+        """Whether these are of the same lattice and constants."""
+        return (self.lattice, self.nu, self.K, self.depth) == (other.lattice, other.nu, other.K, other.depth)
 
     def _table(
         self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order"

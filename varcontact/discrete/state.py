@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.out_of_reach import out_of_reach
+from varcontact.reference.line_contact import line_contact
 from varcontact.scene.grid import Grid
 
 
@@ -61,42 +62,20 @@ class ContactState:
 
 
 def unloaded(grid: Grid) -> ContactState:
-    """Bodies without pressure or traction.
-
-    Parameters
-    ----------
-    grid : Grid
-        Explicit.
-
-    Returns
-    -------
-    ContactState
-    """
+    """Bodies without pressure or traction."""
     return ContactState(np.zeros(grid.shape), 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
 
 
 def hertz_pressure(disc: Discretisation, state: ContactState) -> ContactState:
-    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Of a Hertzian surface.
-    state : ContactState
-
-    Returns
-    -------
-    ContactState
-
-    Raises
-    ------
-    NoContact, SceneError
-        If no element's centre is in contact.
-    """
+    """The state with Hertz's pressure: his values on the elements, scaled to carry exactly his force."""
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(disc.grid)
     if not pressure.any():
-        raise out_of_reach(disc.surface, disc.approach, disc.grid)
+        raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
     pressure *= disc.hertz.force / (pressure.sum() * disc.grid.area)
-    approach = (disc.hertz_approach - disc.base) / disc.displacement
-    return replace(state, pressure=pressure / disc.pressure, approach=approach)
+    approach = disc.hertz.approach
+    if disc.line:  # from the depth that its influence numbers have
+        cylinders = line_contact(disc.hertz.Rx, disc.bodies, a=disc.hertz.a)
+        approach = cylinders.approach(disc.operators.depth * disc.scales.length)
+    approach = (approach - disc.base) / disc.scales.displacement
+    return replace(state, pressure=pressure / disc.scales.pressure, approach=approach)

@@ -15,16 +15,29 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_geometry import POTENTIAL, Given, Row, counts, elements, read_distance, sampled
-from varcontact.io.contact_words import SUPPORTED, WORDS, Group, Lines, number_of, skip_iterations, skip_stresses
+from varcontact.io.contact_words import (
+    POTENTIAL,
+    SUPPORTED,
+    WORDS,
+    Given,
+    Group,
+    Lines,
+    Row,
+    counts,
+    elements,
+    number_of,
+    read_distance,
+    sampled,
+    skip_iterations,
+    skip_stresses,
+)
 from varcontact.reference.hertz import hertz_ellipse
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import ExponentialFalling, Law, LinearFalling, RationalFalling
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.scene.units import MM_N
 
 NO_MOTION, SHIFT, TRANSIENT, STEADY = range(4)
@@ -95,14 +108,7 @@ slip_difference='first-order')
 
 @dataclass(frozen=True)
 class Friction:
-    """A coefficient, or a law that still lacks the rolling velocity.
-
-    Parameters
-    ----------
-    law : int
-        L.
-    values : tuple of float
-    """
+    """A coefficient, or a law that still lacks the rolling velocity."""
 
     law: int
     values: tuple[float, ...]
@@ -113,13 +119,7 @@ class Friction:
         return self.values[0] if self.law == 0 else self.values[0] + self.values[1]
 
     def at(self, velocity: float) -> float | Law:
-        """As `Scene` takes it.
-
-        Parameters
-        ----------
-        velocity : float
-            Of rolling.
-        """
+        """As `Scene` takes it."""
         if self.law == 0:
             return self.values[0]
         kinetic, first, half = self.values[:3]
@@ -225,14 +225,7 @@ def _kinematics(lines: Lines, digits: dict[str, int]) -> tuple[float, float, flo
 
 
 def read_friction(lines: Lines, law: int) -> Friction:
-    """The coefficient or law of the digit L, other than 1.
-
-    Parameters
-    ----------
-    lines : Lines
-    law : int
-        L.
-    """
+    """The coefficient or law of the digit L, other than 1."""
     if law == 0:
         group = lines.group("FSTAT", "FKIN")
         static, kinetic = group.numbers()

@@ -13,7 +13,7 @@ from pathlib import Path
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.contact_words import MOST_BYTES, number_of
-from varcontact.system.reading import text_of
+from varcontact.system.files import text_of
 
 CASE = re.compile(r"\s*Case\s+\d+\b")
 WHEEL = re.compile(r"\s*WHEEL-\w+ CONTACT, (LEFT|RIGHT) WHEEL,\s*(\d+) CONTACT PATCH")

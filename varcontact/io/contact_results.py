@@ -14,15 +14,14 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_geometry import counts, lattice
-from varcontact.io.contact_words import MOST_BYTES, Group, number_of
+from varcontact.io.contact_words import MOST_BYTES, Group, counts, lattice, number_of
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.reading import text_of
+from varcontact.system.files import text_of
 
 HEADER = ("MX", "MY", "XL", "YL", "DX", "DY", "CHI", "DQ", "T", "M", "GG1", "GG2", "POISS1")
 COLUMNS = ("I", "IGS", "PN", "PX", "PY")

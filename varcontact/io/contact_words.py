@@ -13,8 +13,12 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
+
 from varcontact.errors import SceneError
-from varcontact.system.reading import text_of
+from varcontact.scene.grid import Grid
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.system.files import text_of
 
 WORDS = {
     "PBTNFS": ("PVTIME", "BOUND", "TANG", "NORM", "FORCE", "STRESS"),
@@ -53,34 +57,16 @@ FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
 
 @dataclass(frozen=True)
 class Group:
-    """Values that belong together, as text.
-
-    Attributes
-    ----------
-    line : int
-        Where they begin.
-    names : tuple of str
-    values : tuple of str
-        As many as there are names.
-    rest : tuple of str
-        What else is on the last line: optional values, or words.
-    """
+    """Values that belong together, as text."""
 
     path: str
-    line: int
+    line: int  # where they begin
     names: tuple[str, ...]
-    values: tuple[str, ...]
-    rest: tuple[str, ...]
+    values: tuple[str, ...]  # as many as there are names
+    rest: tuple[str, ...]  # what else is on the last line: optional values, or words
 
     def refuse(self, name: str, value: object, why: str) -> NoReturn:
-        """Say where which entry is, and what is wrong with it.
-
-        Parameters
-        ----------
-        name : str
-        value : object
-        why : str
-        """
+        """Say where which entry is, and what is wrong with it."""
         message = f"{self.path}, line {self.line}: {name} = {value} {why}"
         raise SceneError(name, value, message=message)
 
@@ -98,24 +84,14 @@ class Group:
         return [self.number(k) for k in range(len(self.values))]
 
     def number(self, k: int) -> float:
-        """The k-th value as a number.
-
-        Parameters
-        ----------
-        k : int
-        """
+        """The k-th value as a number."""
         found = number_of(self.values[k])
         if found is None:
             self.refuse(self.names[k], repr(self.values[k]), "is not a number")
         return found
 
     def angle(self, k: int) -> float:
-        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in radians.
-
-        Parameters
-        ----------
-        k : int
-        """
+        """The k-th value as an angle in radians: 180d is in degrees, 3.14r and 3.14 are in radians."""
         text = self.values[k].lower()
         found = number_of(text.removesuffix("d").removesuffix("r"))
         if found is None:
@@ -124,12 +100,7 @@ class Group:
 
 
 def number_of(text: str) -> float | None:
-    """A finite number, or None.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """A finite number, or None."""
     try:
         found = float(FORTRAN_EXPONENT.sub("E", text))
     except ValueError:
@@ -138,17 +109,7 @@ def number_of(text: str) -> float | None:
 
 
 class Lines:
-    """An input file, read group by group: each begins on a line of its own, and may go on over several.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read.
-    """
+    """An input file, read group by group: each begins on a line of its own, and may go on over several."""
 
     def __init__(self, path: Path) -> None:
         self.name = str(path)
@@ -162,12 +123,7 @@ class Lines:
         return self._next < len(self._lines)
 
     def group(self, *names: str) -> Group:
-        """The next values, one for each name.
-
-        Parameters
-        ----------
-        *names : str
-        """
+        """The next values, one for each name."""
         line = self._lines[self._next][0] if self.more() else -1
         found: list[str] = []
         while len(found) < len(names):
@@ -180,13 +136,7 @@ class Lines:
         return Group(self.name, line, names, tuple(found[: len(names)]), tuple(found[len(names) :]))
 
     def many(self, name: str, count: int) -> Group:
-        """The next values of an array, of which a damaged file may promise more than there are.
-
-        Parameters
-        ----------
-        name : str
-        count : int
-        """
+        """The next values of an array, of which a damaged file may promise more than there are."""
         if count > sum(len(words) for _, words in self._lines[self._next :]):
             message = f"{self.name} ends before {count} values of {name}"
             raise SceneError("path", self.name, message=message)
@@ -195,17 +145,7 @@ class Lines:
     def digits(
         self, word: str, names: Sequence[str], supported: Mapping[str, Mapping[int, str]]
     ) -> tuple[dict[str, int], Group]:
-        """The next control word as its digits by letter, each of which has a value that is supported.
-
-        Parameters
-        ----------
-        word : str
-            Its letters.
-        names : sequence of str
-            Of the digits.
-        supported : mapping
-            The values that a letter may have, with their meanings; of other letters any.
-        """
+        """The next control word as its digits by letter, each of which has a value that is supported."""
         group = self.group(word)
         (text,) = group.values
         if not re.fullmatch(r"\d+", text) or len(text) > len(word):
@@ -224,14 +164,7 @@ MOST_BYTES = 2**28
 
 
 def skip_iterations(lines: Lines, digit: int) -> None:
-    """Pass over the parameters of iterations.
-
-    Parameters
-    ----------
-    lines : Lines
-    digit : int
-        G.
-    """
+    """Pass over the parameters of iterations."""
     if digit != 1:
         lines.group("MAXGS", "MAXIN", "MAXNR", "MAXOUT", "EPS")
     if digit in (2, 3):
@@ -241,14 +174,7 @@ def skip_iterations(lines: Lines, digit: int) -> None:
 
 
 def skip_stresses(lines: Lines, digit: int) -> None:
-    """Pass over the points at which stresses below the surface are wanted.
-
-    Parameters
-    ----------
-    lines : Lines
-    digit : int
-        S.
-    """
+    """Pass over the points at which stresses below the surface are wanted."""
     if digit >= 2:
         lines.group("MATFIL", "OUTPUT")
     while digit == 3:
@@ -268,3 +194,103 @@ def skip_stresses(lines: Lines, digit: int) -> None:
         if kind in (5, 6, 7, 9):
             for count in lines.group(*(("NX", "NY", "NZ") if kind == 9 else ("NZ",))).integers():
                 lines.many("X, Y or Z", count)
+
+
+Given = tuple[Group, int, list[float]]
+"""Where something is given, which form it has, and its numbers."""
+Row = tuple[float, float]
+"""Of the one row of a line contact: where it lies along y, and how long it is."""
+
+POTENTIAL = {
+    -1: ("MX", "MY", "A1", "B1", "SCALE"),
+    -2: ("MX", "MY", "A1", "AOB", "SCALE"),
+    -3: ("MX", "MY", "AA", "BB", "SCALE"),
+    1: ("MX", "MY", "XL", "YL", "DX", "DY"),
+    2: ("MX", "MY", "XL", "YL", "XH", "YH"),
+    3: ("MX", "MY", "XC1", "YC1", "DX", "DY"),
+    4: ("MX", "MY", "XC1", "YC1", "XCM", "YCM"),
+}
+"""Entries of the potential contact by IPOTCN."""
+
+
+def elements(potential: Given) -> tuple[Grid, Row | None]:
+    """The elements of IPOTCN = 1 to 4, see `lattice`."""
+    group, ipotcn, (mx, my, x, y, right, top) = potential
+    nx, ny = counts(group, mx, my)
+    if ipotcn == 2:
+        dx, dy = (right - x) / nx, (top - y) / ny
+    elif ipotcn == 4:
+        if nx == 1 or ny == 1:
+            group.refuse("IPOTCN", 4, "needs MX and MY of 2 at least")
+        dx, dy = (right - x) / (nx - 1), (top - y) / (ny - 1)
+    else:
+        dx, dy = right, top
+    if ipotcn in (3, 4):
+        x, y = x - dx / 2, y - dy / 2
+    return lattice(group, nx, ny, dx, dy, x, y)
+
+
+def read_distance(lines: Lines, grid: Grid) -> Given:
+    """IBASE and its numbers."""
+    kinds = lines.group("IBASE", "IPLAN")
+    ibase, iplan = kinds.integers()
+    if iplan != 1:
+        kinds.refuse("IPLAN", iplan, "is not supported; supported: 1 (unrestricted)")
+    if ibase == 1:
+        group = lines.group("B1", "B2", "B3", "B4", "B5", "B6")
+    elif ibase == 2:
+        head = lines.group("NN", "XM", "RM", "Y1", "DY1")
+        count = head.number(0)
+        if count != int(count) or count < 2 or head.number(2) == 0 or head.number(4) <= 0:
+            head.refuse("NN, XM, RM, Y1, DY1", head.values, "must have two points or more, a radius and a positive DY1")
+        group = lines.many("B", int(count))
+        return group, ibase, [*head.numbers()[1:], *group.numbers()]
+    elif ibase == 9:
+        group = lines.many("H", grid.size)
+    else:
+        kinds.refuse("IBASE", ibase, "is not supported; supported: 1 (quadratic), 2 (profile), 9 (by element)")
+    return group, ibase, group.numbers()
+
+
+def sampled(distance: Given, grid: Grid, row: Row | None) -> SampledDistance:
+    """The undeformed distance at the centres of the elements."""
+    _, ibase, values = distance
+    x, y = grid.x[None, :], grid.y[:, None] if row is None else np.full((1, 1), row[0])
+    if ibase == 9:
+        h = np.reshape(values, grid.shape)
+    elif ibase == 1:
+        b1, b2, b3, b4, b5, b6 = values
+        with np.errstate(all="ignore"):  # distances that are not finite are refused below
+            h = b1 * x**2 + b2 * x * y + b3 * y**2 + b4 * x + b5 * y + b6
+    else:
+        axle, radius, first, step, *heights = values
+        at, profile = (y - first) / step, np.array(heights)
+        k = np.clip(np.floor(at).astype(int), 0, len(heights) - 2)  # the outermost pieces go on beyond the profile
+        h = profile[k] + (at - k) * (profile[k + 1] - profile[k]) + (x - axle) ** 2 / (2 * radius)
+    return SampledDistance(h if row is None else h[0])
+
+
+def counts(group: Group, mx: float, my: float) -> tuple[int, int]:
+    """MX and MY as whole numbers."""
+    for name, count in (("MX", mx), ("MY", my)):
+        if count != int(count) or count < 1:
+            group.refuse(name, count, "is not a number of elements")
+    if mx * my > MOST_ELEMENTS:
+        group.refuse("MX MY", int(mx * my), f"is more than the {MOST_ELEMENTS} elements that can be computed with")
+    return int(mx), int(my)
+
+
+MOST_ELEMENTS = 10_000_000
+
+
+LONG_ROW = 50
+"""Length of a row by its width from which it is as good as endless: the difference is of the order of its square."""
+
+
+def lattice(group: Group, nx: int, ny: int, dx: float, dy: float, x0: float, y0: float) -> tuple[Grid, Row | None]:
+    """The elements; one long row, which stands for plane strain, as a line contact."""
+    if ny > 1:
+        return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=x0, y0=y0), None
+    if dy < LONG_ROW * nx * dx:
+        group.refuse("MY", 1, f"stands for plane strain, and needs DY of {LONG_ROW} MX DX at least; DY is {dy:g}")
+    return Grid(nx=nx, dx=dx, x0=x0), (y0 + dy / 2, dy)

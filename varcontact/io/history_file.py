@@ -23,24 +23,25 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
-from varcontact.io.outputs import (
-    PATIENCE,
-    check_ending,
-    check_replaceable,
-    check_writable,
-    only_writer,
-    replacing,
-)
-from varcontact.io.parts_record import ON_PARTS, PRESSURE, refinement_from, with_pressure
-from varcontact.io.scene_file import scene_from, scene_to
-from varcontact.io.solution_file import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
+from varcontact.io.scene_toml import scene_from, scene_to
+from varcontact.io.solution import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
+from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
 from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.system.reading import first_line, reading
+from varcontact.system.files import (
+    PATIENCE,
+    check_ending,
+    check_replaceable,
+    check_writable,
+    first_line,
+    only_writer,
+    reading,
+    replacing,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,45 +49,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Stored(Sequence[Solution]):
-    """The steps of a history in a file.
-
-    Attributes
-    ----------
-    path : Path
-    scene : Scene
-    plan : Plan
-    settings : dict
-        Tolerance, polish, and what the steps are refined to, if they are.
-    measured : callable, optional
-        What each step, given with its number and the step before, becomes when it is read; else it is as stored.
-    """
+    """The steps of a history in a file."""
 
     path: Path
     scene: Scene
     plan: Plan
-    settings: dict[str, Any]
+    settings: dict[str, Any]  # tolerance, polish, and what the steps are refined to, if they are
     measured: Callable[[int, Solution | None, Solution], Solution] | None = None
 
     @classmethod
     @contextmanager
     def recording(cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]) -> Iterator[Stored]:
-        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history.
-
-        Parameters
-        ----------
-        path : Path
-            Ending in .nc.
-        scene : Scene
-            With a `Transient` motion.
-        plan : Plan
-        settings : dict
-            Tolerance, polish, and what the steps are refined to, if they are.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written, holds something else, or another run adds to it.
-        """
+        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history."""
         check_ending("store", path, ".nc")
         check_writable("store", path)
         stored = cls(path, scene, plan, settings)
@@ -151,8 +125,7 @@ class Stored(Sequence[Solution]):
             parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
             record = json.loads(file.variables["record"][k].tobytes())
             approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
-            step, share = self.scene.step(k, grid), parts.get("bound_share", 1.0)
-            sol = assembled(step, grid, self.plan, fields, approach, creepage, record, share)
+            sol = assembled(self.scene.step(k, grid), grid, self.plan, fields, approach, creepage, record)
             sol = with_pressure(sol, _native(file.variables[PRESSURE][k]) if PRESSURE in file.variables else None)
             if "refinement" in record:
                 sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
@@ -172,19 +145,7 @@ class Stored(Sequence[Solution]):
         return np.array([sol.friction_work for sol in self])  # an earlier version's was of another slip
 
     def put(self, k: int, sol: Solution) -> None:
-        """Add the next step.
-
-        Parameters
-        ----------
-        k : int
-            Its number, from 0.
-        sol : Solution
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written, or the file does not end with step k - 1.
-        """
+        """Add the next step."""
         count = len(self)
         if count != k:
             reason = f"has {count} steps where this run has written {k}: something else has changed it"
@@ -210,21 +171,7 @@ class Stored(Sequence[Solution]):
 
 
 def save(history: History, path: str | Path, overwrite: bool = False) -> None:
-    """Write a history to a file, whole or not at all.
-
-    Parameters
-    ----------
-    history : History
-    path : str or Path
-        Ending in .nc.
-    overwrite : bool
-        Whether to replace a file that is no history which varcontact wrote.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written, or is there and holds something else.
-    """
+    """Write a history to a file, whole or not at all."""
     path = checks.file_name("path", path)
     check_history_file("path", path, overwrite)
     _check_any(history, "path", path)
@@ -233,15 +180,7 @@ def save(history: History, path: str | Path, overwrite: bool = False) -> None:
 
 
 def check_history_file(field: str, path: Path, overwrite: bool) -> None:
-    """Refuse a file to which no history may be written, see `save`.
-
-    Parameters
-    ----------
-    field : str
-        What the path is called in an error.
-    path : Path
-    overwrite : bool
-    """
+    """Refuse a file to which no history may be written, see `save`."""
     check_ending(field, path, ".nc")
     check_writable(field, path)
     check_replaceable(field, path, "history", _is_whole, overwrite)
@@ -262,17 +201,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def load_history(path: Path) -> History:
-    """A history from its file, each step as it is stored.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    OutputError
-        If it holds no history that can be read.
-    """
+    """A history from its file, each step as it is stored."""
     stored = _stored(path)
     return History(stored.scene, stored.grid, stored, stored.settings)
 

@@ -15,13 +15,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from varcontact.io.parts_record import pressure_to, refinement_to
-from varcontact.io.scene_file import scene_to
-from varcontact.io.solution_file import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
+from varcontact.io.scene_toml import scene_to
+from varcontact.io.solution import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
+from varcontact.io.subgrid_fields import pressure_to, refinement_to
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 FORMAT = "varcontact history 1"
 MAGIC = b"CDF\x02"
@@ -36,33 +36,13 @@ SERIES = {**FIELDS, "friction_work": ((), "force", "work lost by friction: by di
 
 
 def first_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """The file with the first step: it says where that begins, for those that follow.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a `Transient` motion.
-    plan : Plan
-    settings : dict
-        Tolerance and polish.
-    sol : Solution
-    """
+    """The file with the first step: it says where that begins, for those that follow."""
     content, size = _file_of(scene, plan, settings, sol, 0)
     return _file_of(scene, plan, settings, sol, len(content) - size)[0]
 
 
 def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution) -> bytes:
-    """What a step adds to the file.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a `Transient` motion.
-    plan : Plan
-    settings : dict
-        Tolerance and polish.
-    sol : Solution
-    """
+    """What a step adds to the file."""
     content, size = _file_of(scene, plan, settings, sol, None)
     return content[-size:]
 

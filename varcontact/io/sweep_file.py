@@ -22,8 +22,7 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.io.history_record import COUNT_AT, MAGIC
-from varcontact.io.outputs import check_ending, check_writable, only_writer, replacing
-from varcontact.system.reading import reading
+from varcontact.system.files import check_ending, check_writable, only_writer, reading, replacing
 
 FORMAT = "varcontact sweep 1"
 OUTCOMES = ("", "solved", "approximate", "not converged", "refused", "unavailable", "failed")
@@ -52,13 +51,7 @@ ERRORS = {"Fx_error": "force", "Fy_error": "force", "Mz_error": "moment", "vx_er
 
 
 def record_type(settings: Mapping[str, Any]) -> np.dtype:
-    """What the file of a sweep has of each scene, in the order and the bytes of its records.
-
-    Parameters
-    ----------
-    settings : mapping
-        Of the sweep.
-    """
+    """What the file of a sweep has of each scene, in the order and the bytes of its records."""
     numbers = NUMBERS | (ERRORS if {"accuracy", "time_budget"} & settings.keys() else {})
     return np.dtype(
         [(name, ">f8") for name in numbers]
@@ -72,18 +65,7 @@ RECORD = record_type({})
 
 
 def blank(scenes: int, record: np.dtype = RECORD) -> np.ndarray:
-    """Records of scenes that are not solved.
-
-    Parameters
-    ----------
-    scenes : int
-    record : dtype
-        As `record_type` gives it.
-
-    Returns
-    -------
-    ndarray of `record`, shape (scenes,)
-    """
+    """Records of scenes that are not solved."""
     records = np.zeros(scenes, record)
     for name in record.names or ():
         if record[name] == ">f8":
@@ -92,32 +74,14 @@ def blank(scenes: int, record: np.dtype = RECORD) -> np.ndarray:
 
 
 def sealed(records: np.ndarray) -> np.ndarray:
-    """Records with their checksums.
-
-    Parameters
-    ----------
-    records : ndarray of RECORD
-
-    Returns
-    -------
-    ndarray of RECORD
-    """
+    """Records with their checksums."""
     records = records.copy()
     records["check"] = [_checksum(record) for record in records]
     return records
 
 
 def finished(records: np.ndarray) -> np.ndarray:
-    """Which records are of scenes that are solved, or have failed, and are whole.
-
-    Parameters
-    ----------
-    records : ndarray of RECORD, shape (n,)
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-    """
+    """Which records are of scenes that are solved, or have failed, and are whole."""
     there = (records["outcome"] > 0) & (records["outcome"] < len(OUTCOMES))
     there[there] = [record["check"] == _checksum(record) for record in records[there]]
     return there
@@ -129,40 +93,17 @@ def _checksum(record: np.void) -> int:
 
 @dataclass(frozen=True, eq=False)
 class SweepFile:
-    """The file of a sweep, open for records to be put into it.
-
-    Attributes
-    ----------
-    path : Path
-    begin : int
-        Where the first record begins [bytes].
-    record : dtype
-    """
+    """The file of a sweep, open for records to be put into it."""
 
     path: Path
-    begin: int
+    begin: int  # where the first record begins [bytes]
     record: np.dtype
     _file: BinaryIO
 
     @classmethod
     @contextmanager
     def opened(cls, path: Path, described: dict[str, Any], scenes: int) -> Iterator[SweepFile]:
-        """The file at `path`, for nobody else meanwhile: a new one, or that of the same sweep.
-
-        Parameters
-        ----------
-        path : Path
-            Ending in .nc.
-        described : dict
-            What makes the sweep the same: plain words, numbers and lists.
-        scenes : int
-            How many.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written, holds something else, or another run writes to it.
-        """
+        """The file at `path`, for nobody else meanwhile: a new one, or that of the same sweep."""
         check_ending("store", path, ".nc")
         check_writable("store", path)
         record = record_type(described["settings"])
@@ -178,29 +119,11 @@ class SweepFile:
                 yield cls(path, len(header), record, file)
 
     def records(self, scenes: int) -> np.ndarray:
-        """What is in the file; records that are not whole are as if nothing were there.
-
-        Parameters
-        ----------
-        scenes : int
-            How many.
-        """
+        """What is in the file; records that are not whole are as if nothing were there."""
         return _records(self._file, self.begin, scenes, self.record)
 
     def put(self, first: int, records: np.ndarray) -> None:
-        """Put some records behind each other, and force them to the disk.
-
-        Parameters
-        ----------
-        first : int
-            Number of the first, from 0.
-        records : ndarray of RECORD
-
-        Raises
-        ------
-        OutputError
-            If they cannot be written, or the file has been replaced or removed by something else.
-        """
+        """Put some records behind each other, and force them to the disk."""
         try:
             if not (self.path.exists() and os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())):
                 raise OutputError("store", self.path, "has been replaced by something else since this sweep opened it")
@@ -214,22 +137,7 @@ class SweepFile:
 
 
 def read_sweep_file(path: Path) -> tuple[dict[str, Any], np.ndarray]:
-    """What a sweep is, and its records, from its file.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    described : dict
-    records : ndarray of RECORD
-
-    Raises
-    ------
-    OutputError
-        If it holds no sweep that can be read.
-    """
+    """What a sweep is, and its records, from its file."""
     begin, described, scenes = _read(path)
     with path.open("rb") as file:
         return described, _records(file, begin, scenes, record_type(described["settings"]))

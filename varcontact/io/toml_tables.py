@@ -12,26 +12,14 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.system.reading import SCENE_BYTES, first_line, regular, text_of
+from varcontact.system.files import SCENE_BYTES, first_line, regular, text_of
 
 MOST_VALUES = 1_000_000
 """Values of an entry that varies."""
 
 
 def read_toml(path: str | Path, kind: str) -> tuple[dict[str, Any], Path]:
-    """A file as nested dictionaries, and its folder.
-
-    Parameters
-    ----------
-    path : str or Path
-    kind : str
-        What the file is, for errors: "scene file".
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read, or is no TOML.
-    """
+    """A file as nested dictionaries, and its folder."""
     import tomllib
 
     path = checks.file_name("path", path)
@@ -60,53 +48,21 @@ def _not_toml(kind: str, path: Path, reason: str) -> SceneError:
 
 
 def table_of(name: str, value: Any) -> Mapping[str, Any]:
-    """The value of an entry that has to be a table.
-
-    Parameters
-    ----------
-    name : str
-    value : object
-
-    Raises
-    ------
-    SceneError
-        If it is none.
-    """
+    """The value of an entry that has to be a table."""
     if not isinstance(value, Mapping):
         raise SceneError(name, value, f"a table, [{name}]")
     return value
 
 
 def needed(name: str, table: Mapping[str, Any], key: str) -> Any:
-    """An entry that has to be there.
-
-    Parameters
-    ----------
-    name : str
-        Of the table.
-    table : mapping
-    key : str
-
-    Raises
-    ------
-    SceneError
-        If it is not.
-    """
+    """An entry that has to be there."""
     if key not in table:
         raise SceneError(f"{name}.{key}", None, "given")
     return table[key]
 
 
 def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
-    """Refuse keys that are not known; the error has the nearest one that is, or all of them where none is near.
-
-    Parameters
-    ----------
-    name : str
-        Of the table; empty for the whole file.
-    table : mapping
-    known : iterable of str
-    """
+    """Refuse keys that are not known; the error has the nearest one that is, or all of them where none is near."""
     for key in table:
         if key not in known:
             field = f"{name}.{key}" if name else key
@@ -115,20 +71,7 @@ def check_keys(name: str, table: Mapping[str, Any], known: Iterable[str]) -> Non
 
 
 def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
-    """A dataclass from a table of its fields.
-
-    Parameters
-    ----------
-    name : str
-        Of the table.
-    kind : type
-    entries : mapping
-
-    Raises
-    ------
-    SceneError
-        If a key is not known, or one without a default is missing.
-    """
+    """A dataclass from a table of its fields."""
     fields = dataclasses.fields(kind)
     check_keys(name, entries, [f.name for f in fields])
     for f in fields:
@@ -138,13 +81,7 @@ def make(name: str, kind: type[Any], entries: Mapping[str, Any]) -> Any:
 
 
 def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
-    """Numbers ``{from = 0.0, to = 3e-3, count = 7}``; with ``spacing = "log"`` by equal ratios.
-
-    Parameters
-    ----------
-    field : str
-    table : mapping
-    """
+    """Numbers ``{from = 0.0, to = 3e-3, count = 7}``; with ``spacing = "log"`` by equal ratios."""
     check_keys(field, table, ("from", "to", "count", "spacing"))
     first, last = (checks.moderate(f"{field}.{name}", needed(field, table, name)) for name in ("from", "to"))
     count = checks.whole(f"{field}.count", needed(field, table, "count"), least=2, most=MOST_VALUES)
@@ -156,21 +93,7 @@ def number_range(field: str, table: Mapping[str, Any]) -> list[float]:
 
 
 def file_named(field: str, value: Any, folder: Path | None) -> Path:
-    """A file that another file names: a regular one, sought beside it.
-
-    Parameters
-    ----------
-    field : str
-    value : object
-        Its name.
-    folder : Path or None
-        Of the other file. None: files must not be named.
-
-    Raises
-    ------
-    SceneError
-        If that is no name of a regular file.
-    """
+    """A file that another file names: a regular one, sought beside it."""
     if folder is None:
         raise SceneError(field, value, "numbers", message=f"{field}: only scene files may name files, stored ones not")
     if not isinstance(value, str):

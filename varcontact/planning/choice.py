@@ -11,10 +11,9 @@ from varcontact.planning.plan import Plan
 from varcontact.planning.roads import MANY_ELEMENTS, Road, check_on_road, for_many_elements, many_on_parts, road
 from varcontact.scene.consistency import why_centres
 from varcontact.scene.likeness import almost_like, left_out
-from varcontact.scene.motion import Steady, TimeStep
+from varcontact.scene.motion import Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import (
     MATRIX_FREE,
     TANGENTIAL,

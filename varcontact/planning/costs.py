@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from varcontact.errors import SceneError
 from varcontact.planning import memory
 from varcontact.planning.roads import ROADS
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.system.memory import SMALLER
 

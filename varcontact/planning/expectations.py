@@ -7,19 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import enlarged, known_grid, wanted_grid
-from varcontact.discrete.containment import outside
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, wanted_grid
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.mirror import mirror
-from varcontact.discrete.out_of_reach import out_of_reach
+from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState
 from varcontact.planning.costs import instead
 from varcontact.planning.plan import Plan
 from varcontact.planning.sizes import Counted, Sizes, folds, sizes_of
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.system import memory
 from varcontact.system.memory import need
 
@@ -116,7 +113,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
     assert disc.hertz is not None
     pressure = disc.hertz.on_elements(grid)
     if not pressure.any():
-        raise out_of_reach(scene.surface, scene.approach, grid)
+        raise no_element_in_contact(scene.surface, scene.approach, grid)
     untouched = ContactState(pressure, 0.0, np.zeros((2, *grid.shape)), np.zeros(2))
     overlap = outside(disc, untouched, closed_form=True)
     if overlap is not None:
@@ -125,7 +122,7 @@ def _closed_form(scene: Scene, disc: Discretisation, plan: Plan) -> Counted:
     if not plan.rubs:
         return Counted(contact, contact, 0)
     with np.errstate(invalid="ignore"):  # inf * 0 outside the contact
-        bound = (np.broadcast_to(np.asarray(disc.coefficient), grid.shape) * pressure).ravel()
+        bound = (np.broadcast_to(np.asarray(disc.loading.coefficient), grid.shape) * pressure).ravel()
     elements = np.flatnonzero(bound > 0)
     shift = disc.rigid_shift.reshape(2, -1)[:, elements]
     assert isinstance(scene.motion, Steady | Shift)
@@ -150,5 +147,5 @@ def _reachable(disc: Discretisation) -> int:
     posed = replace(disc, operators=disc.operators.on(disc.lattice.window(0, 1, 0, 1)))
     reachable = posed.normal_problem().reachable().distance.size
     if reachable == 0:
-        raise out_of_reach(disc.surface, disc.approach, disc.grid)
+        raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
     return reachable

@@ -8,10 +8,9 @@ import numpy as np
 
 from varcontact.scene.friction import Law, kind_of
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.theories.methods import THEORIES
 from varcontact.theories.vermeulen_johnson import vermeulen_johnson, vermeulen_johnson_coefficients
 

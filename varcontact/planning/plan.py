@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from varcontact.discrete.on_parts import cells_of
+from varcontact.discrete.subgrid import cells_of
 from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.planning.costs import Cost

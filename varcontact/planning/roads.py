@@ -9,12 +9,11 @@ import numpy as np
 
 from varcontact.checks import choice
 from varcontact.discrete.contact_grid import given_grid
-from varcontact.discrete.on_parts import cells_of
+from varcontact.discrete.subgrid import cells_of
 from varcontact.errors import SceneError
 from varcontact.planning.kinds import one_direction, own_image
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, NORMAL, TANGENTIAL, states_programs
 
 TOLERANCE = 1e-8

@@ -11,16 +11,15 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.mirror import mirror_of
-from varcontact.discrete.on_parts import normal_as_solved
 from varcontact.discrete.operators import DryRun, Operators
+from varcontact.discrete.positive_definite import DENSE_LIMIT
 from varcontact.discrete.state import ContactState
-from varcontact.discrete.symmetric import DENSE_LIMIT
+from varcontact.discrete.subgrid import normal_as_solved
 from varcontact.elasticity.operators import table_bytes
 from varcontact.planning import memory
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import MATRIX_FREE, states_programs
 
 if TYPE_CHECKING:

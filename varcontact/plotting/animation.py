@@ -16,13 +16,13 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
-from varcontact.io.outputs import check_replaceable, check_writable, write_whole
 from varcontact.plotting.drawn import drawn
 from varcontact.plotting.history import abscissa, draw_forces
 from varcontact.plotting.line import draw_line_traction
 from varcontact.plotting.maps import box_of, draw_areas
 from varcontact.plotting.picture_file import MARK, is_ours
 from varcontact.plotting.style import COLUMN, new_figure, settle, styled
+from varcontact.system.files import check_replaceable, check_writable, write_whole
 from varcontact.system.memory import need
 
 if TYPE_CHECKING:

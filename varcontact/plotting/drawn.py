@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.discrete.slip import EXTERIOR, SLIP, STICK
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid

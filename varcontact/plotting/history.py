@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.discrete.slip import SLIP
+from varcontact.discrete.stick_slip import SLIP
 from varcontact.plotting.quantities import Measure, measure, measure_of
 from varcontact.plotting.style import (
     COLUMN,

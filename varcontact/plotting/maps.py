@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.discrete.slip import SLIP, STICK
+from varcontact.discrete.stick_slip import SLIP, STICK
 from varcontact.plotting.drawn import Drawn, drawn
 from varcontact.plotting.quantities import Measure, measure_of
 from varcontact.plotting.style import (

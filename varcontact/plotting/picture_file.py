@@ -9,8 +9,7 @@ from shutil import which
 from typing import TYPE_CHECKING
 
 from varcontact.errors import OutputError
-from varcontact.io.outputs import check_replaceable, check_writable, write_whole
-from varcontact.system.reading import first_line
+from varcontact.system.files import check_replaceable, check_writable, first_line, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

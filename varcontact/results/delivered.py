@@ -25,7 +25,7 @@ class Delivered:
 
     def to_xarray(self) -> xr.Dataset:
         """All fields with coordinates and units, and the forces, as a dataset."""
-        from varcontact.io.solution_file import dataset
+        from varcontact.io.solution import dataset
 
         return dataset(self._solution)
 
@@ -50,7 +50,7 @@ class Delivered:
         >>> len(table) == sol.grid.size, bool(abs(table["traction_x"].sum() * sol.grid.area - sol.Fx) < 1e-12)
         (True, True)
         """
-        from varcontact.io.elements import dataframe
+        from varcontact.io.export import dataframe
 
         return dataframe(self._solution)
 
@@ -72,7 +72,7 @@ class Delivered:
         OutputError
             If the name has another ending, the file holds something else, or cannot be written.
         """
-        from varcontact.io.solution_file import save
+        from varcontact.io.solution import save
 
         save(self._solution, path, overwrite=overwrite)
 

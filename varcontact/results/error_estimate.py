@@ -12,17 +12,10 @@ BY_NAME = ("values", "errors", "on_grid", "bars")
 
 @dataclass(frozen=True)
 class Solve:
-    """One of the solves behind an estimate.
+    """One of the solves behind an estimate."""
 
-    Attributes
-    ----------
-    nx, ny : int
-        Elements across the contact along x and y.
-    seconds : float
-    """
-
-    nx: int
-    ny: int
+    nx: int  # elements across the contact along x and y
+    ny: int  # elements across the contact along x and y
     seconds: float
 
 

@@ -44,12 +44,7 @@ class Normalised:
 
 
 def normalised(sol: Solution) -> Normalised:
-    """See `Solution.normalised`.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """See `Solution.normalised`."""
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     if not 0 < limit < math.inf:
         limit = sol.normal_force

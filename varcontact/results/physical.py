@@ -8,13 +8,13 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.slip import friction_work, shift_and_areas, unit_slip
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 
 
 def solution_of(
@@ -27,43 +27,28 @@ def solution_of(
     timing: dict[str, float],
     calls: dict[str, dict[str, Calls]],
 ) -> Solution:
-    """A contact state in physical units, with slip, distances and areas.
-
-    Parameters
-    ----------
-    scene : Scene
-    disc : Discretisation
-        On the grid of the solution, with its scales.
-    plan : Plan
-    state : ContactState
-        Dimensionless.
-    certificate : Certificate
-    converged : bool
-    timing : dict of float
-        Seconds by stage.
-    calls : dict
-        Of solvers, by problem and name.
-    """
-    distance = disc.normal_operator.apply(state.pressure[None])[0] * disc.displacement + (disc.distance - disc.base)
+    """A contact state in physical units, with slip, distances and areas."""
+    scale = disc.scales.displacement
+    distance = disc.operators.normal.apply(state.pressure[None])[0] * scale + (disc.distance - disc.base)
     if disc.K != 0 and np.any(state.traction):
-        distance = distance + disc.traction_to_distance.apply(state.traction)[0] * disc.displacement
+        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
-    unknown = disc.afloat and scene.approach is None
-    density = friction_work(disc, state, shift) * disc.pressure / rolled
-    if not plan.has_moment and disc.motion is not None and disc.motion.rigid[2]:
+    unknown = disc.undetermined_constant and scene.approach is None
+    density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
+    if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
         density = np.full_like(density, math.nan)
     return Solution(
         scene=scene,
         grid=disc.grid,
         plan=plan,
-        pressure=state.pressure * disc.pressure,
-        traction=state.traction * disc.pressure,
+        pressure=state.pressure * disc.scales.pressure,
+        traction=state.traction * disc.scales.pressure,
         slip=shift / rolled,
         power_density=density,
-        distance=distance - state.approach * disc.displacement,
+        distance=distance - state.approach * disc.scales.displacement,
         state=areas,
-        approach=math.nan if unknown else state.approach * disc.displacement + disc.base,
+        approach=math.nan if unknown else state.approach * disc.scales.displacement + disc.base,
         creepage=_creepage(disc, state, rolled),
         certificate=certificate,
         converged=converged,
@@ -74,20 +59,20 @@ def solution_of(
         branch=state.branch,
         solved_by=state.solved_by,
         calls=calls,
-        pressure_on_parts=None if disc.pressure_on_parts is None else disc.pressure_on_parts * disc.pressure,
+        pressure_on_parts=None if disc.subgrid is None else disc.subgrid.pressure * disc.scales.pressure,
     )
 
 
 def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """Prescribed creepages, and those found for prescribed forces; NaN where they are not unique."""
-    if disc.motion is None:
+    if disc.loading.motion is None:
         return 0.0, 0.0, 0.0
-    motion, found = disc.motion, state.rigid / rolled
+    motion, found = disc.loading.motion, state.rigid / rolled
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
-    unknown = np.full(2, disc.frictionless or not state.pressure.any())
-    if disc.afloat and not isinstance(motion, Steady):
-        before = np.zeros(2) if disc.carried is None else disc.carried.force
+    unknown = np.full(2, disc.loading.frictionless or not state.pressure.any())
+    if disc.undetermined_constant and not isinstance(motion, Steady):
+        before = np.zeros(2) if disc.loading.previous_step is None else disc.loading.previous_step.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
         rounding = 1e-14 * state.pressure.sum() * disc.lattice.area  # a force of zero is zero to that
         unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force) + rounding)

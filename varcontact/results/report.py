@@ -10,22 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.scene.friction import BRANCHES, Law, kind_of
-from varcontact.scene.motion import Shift, Steady, TimeStep
-from varcontact.scene.transient import Transient
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 
 if TYPE_CHECKING:
     from varcontact.results.history import History
     from varcontact.results.solution import Solution
-    from varcontact.solvers.tally import Calls
+    from varcontact.solvers.statistics import Calls
 
 
 def report(sol: Solution) -> str:
-    """The printed report of a solution, see `Solution.report`.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """The printed report of a solution, see `Solution.report`."""
     return "\n".join([*_warned(sol.scene.doubts), _body(sol)])
 
 
@@ -41,12 +35,7 @@ def _body(sol: Solution) -> str:
 
 
 def report_rows(sol: Solution) -> list[tuple[str, str]]:
-    """What a report says, by name; empty rows part it.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """What a report says, by name; empty rows part it."""
     return [*(("WARNING", doubt) for doubt in sol.scene.doubts), *_rows(sol)]
 
 
@@ -60,12 +49,7 @@ _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling
 
 
 def headline(sol: Solution) -> str:
-    """What was solved, in a line.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """What was solved, in a line."""
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
     K = sol.scene.bodies.K
     unlike = "almost like" if sol.plan.left_out else "unlike"
@@ -229,12 +213,7 @@ def _of_what(sol: Solution) -> str:
 
 
 def no_guarantee(sol: Solution) -> str:
-    """Why no bound on the forces is known, or nothing where one is.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """Why no bound on the forces is known, or nothing where one is."""
     if sol.certificate.level != "full":
         left_out = "bound" if sol.certificate.level == "gap" else "gap and bound"
         return f'{left_out} left out by certify = "{sol.certificate.level}"; "full" computes everything'
@@ -301,19 +280,7 @@ def _sized(displacement: float, unit: str, bar: float = 0.0) -> str:
 
 
 def with_bar(value: float, bar: float) -> str:
-    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one six digits.
-
-    Parameters
-    ----------
-    value : float
-    bar : float
-        0: none is known.
-
-    Examples
-    --------
-    >>> with_bar(-13.0984, 0.0512), with_bar(1.23456789, 0.0)
-    ('-13.098 +- 0.051', '1.23457')
-    """
+    """A value with its error bar, both rounded to two digits of that: "-11710 +- 170"; without one six digits."""
     if not 0 < bar < math.inf:
         return f"{value:.6g}"
     digits = 1 - math.floor(math.log10(bar))
@@ -329,12 +296,7 @@ def _without_noise(value: float, scale: float) -> float:
 
 
 def report_history(history: History) -> str:
-    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full.
-
-    Parameters
-    ----------
-    history : History
-    """
+    """The printed report of a history, see `History.report`: up to ten steps evenly, and the last one in full."""
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"

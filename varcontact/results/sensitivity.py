@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.on_parts import with_parts
-from varcontact.discrete.slip import SLIP, STICK
+from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.stick_slip import SLIP, STICK
+from varcontact.discrete.subgrid import with_subgrid
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -20,22 +19,7 @@ from varcontact.system.threads import one_blas_thread
 
 @one_blas_thread()
 def sensitivity(sol: Solution) -> np.ndarray:
-    """Derivatives of the forces by the creepages, see `Solution.sensitivity`.
-
-    Parameters
-    ----------
-    sol : Solution
-
-    Returns
-    -------
-    ndarray, shape (2, 3)
-        [force; force length]
-
-    Raises
-    ------
-    SceneError
-        If there is no creepage, or the solution is only approximate.
-    """
+    """Derivatives of the forces by the creepages, see `Solution.sensitivity`."""
     scene, plan = sol.scene, sol.plan
     if scene.motion is None:
         raise SceneError("motion", None, "given: without it there is no creepage")
@@ -61,7 +45,7 @@ def sensitivity(sol: Solution) -> np.ndarray:
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
     if bearing.size == 0:
         return np.zeros((2, 3))
-    disc = with_parts(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
+    disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
     linear = _Linearised(disc, sol, bearing, contact if disc.K != 0 else np.zeros(0, dtype=int))
     slopes = linear.forces(_unit_shifts(disc)[:, :, bearing])
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
@@ -69,12 +53,12 @@ def sensitivity(sol: Solution) -> np.ndarray:
 
 def _unit_shifts(disc: Discretisation) -> np.ndarray:
     """Rigid shifts by unit creepages, (3, 2, elements of the grid) (2 of them in line contact), dimensionless."""
-    motion, every = disc.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
+    motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
     assert motion is not None
     still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
     names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.line else 3]
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
-    return np.array([disc.moved(unit).rigid_shift.reshape(2, -1) for unit in units])
+    return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +86,7 @@ class _Linearised:
         change = columns @ np.linalg.solve(system, right)
         n = self.bearing.size
         totals = np.array([change[:n].sum(axis=0), change[n:].sum(axis=0)])
-        return np.asarray(totals * self.disc.lattice.area * self.disc.force)
+        return np.asarray(totals * self.disc.lattice.area * self.disc.scales.force)
 
     @property
     def _sticks(self) -> np.ndarray:
@@ -114,7 +98,7 @@ class _Linearised:
 
     @property
     def _traction(self) -> np.ndarray:
-        return np.asarray(self.sol.traction.reshape(2, -1)[:, self.bearing] / self.disc.pressure)
+        return np.asarray(self.sol.traction.reshape(2, -1)[:, self.bearing] / self.disc.scales.pressure)
 
     def _tangential(self) -> np.ndarray:
         return self.disc.tangential_on(self.bearing).matrix
@@ -130,7 +114,7 @@ class _Linearised:
         columns[n + slip, 2 * h + np.arange(slip.size)] = along_x
         if pressed:  # where it slips the traction grows with the pressure
             place = 2 * h + slip.size + np.searchsorted(self.pressed, self.bearing[slip])
-            pressure = self.sol.pressure.ravel()[self.bearing[slip]] / self.disc.pressure
+            pressure = self.sol.pressure.ravel()[self.bearing[slip]] / self.disc.scales.pressure
             columns[slip, place], columns[n + slip, place] = along_x / pressure, along_y / pressure
         return columns
 
@@ -149,8 +133,8 @@ class _Linearised:
         """The shift that turns with the traction it opposes: |E| by the change of direction."""
         h, slip = self._sticks.size, self._slips
         turned = np.zeros((2 * h + slip.size, 2 * h + slip.size + self.pressed.size + (self.pressed.size > 0)))
-        rolled = self.disc.step * self.disc.length if self.disc.step is not None else 1.0
-        shift = self.sol.slip.reshape(2, -1)[:, self.bearing[slip]] * rolled / self.disc.displacement
+        rolled = self.disc.step * self.disc.scales.length if self.disc.step is not None else 1.0
+        shift = self.sol.slip.reshape(2, -1)[:, self.bearing[slip]] * rolled / self.disc.scales.displacement
         place = 2 * h + np.arange(slip.size)
         turned[place, place] = np.hypot(*shift)
         return turned
@@ -170,12 +154,12 @@ class _Linearised:
         """Contact stays closed, and the force or the approach stays what it is: rows, and how many."""
         pressed, first = self.pressed.size, 2 * self._sticks.size + self._slips.size
         rows = np.zeros((pressed + 1, first + pressed + 1))
-        every = self.disc.traction_to_distance.dense(self.pressed).reshape(pressed, 2, pressed)
+        every = self.disc.operators.traction_to_distance.dense(self.pressed).reshape(pressed, 2, pressed)
         bears = np.searchsorted(self.pressed, self.bearing)
         rows[:pressed] = every[:, :, bears].reshape(pressed, -1) @ columns
-        rows[:pressed, first : first + pressed] += self.disc.normal_operator.dense(self.pressed)
+        rows[:pressed, first : first + pressed] += self.disc.operators.normal.dense(self.pressed)
         rows[:pressed, -1] = -1.0
-        if self.disc.normal_force is not None:
+        if self.disc.loading.normal_force is not None:
             rows[-1, first : first + pressed] = 1.0
         else:
             rows[-1, -1] = 1.0

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.slip import EXTERIOR, SLIP, STICK, unit_slip
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK, unit_slip
 from varcontact.html import html_table
 from varcontact.planning.plan import Plan
 from varcontact.results.delivered import Delivered
@@ -17,10 +17,9 @@ from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Motion, Steady
+from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solvers.tally import Calls
+from varcontact.solvers.statistics import Calls
 
 if TYPE_CHECKING:
     from varcontact.results.normalised import Normalised
@@ -304,9 +303,12 @@ class Solution(Delivered):
         if rolls == 0 or self.scene.bodies.K == 0 or self.plan.left_out or not self.traction.any():
             return 0.0
         disc = discretise(self.scene, self.grid)
-        operator, pressure = disc.operators.pressure_to_shift(disc.step, disc.difference), self.pressure[None]
+        operator, pressure = (
+            disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
+            self.pressure[None],
+        )
         twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
-        slip = 0.5 * twice / (disc.pressure * unit_slip(disc))
+        slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
         return 0.0 - float(rolls * np.sum(self.traction * slip) * self.grid.area)
 
     def report(self) -> str:
@@ -376,13 +378,7 @@ class Solution(Delivered):
 
 
 def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
-    """Calls of solvers as dictionaries of numbers, seconds to the microsecond.
-
-    Parameters
-    ----------
-    calls : dict
-        Of solvers, by problem and name.
-    """
+    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
     return {
         problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
         for problem, solvers in calls.items()
@@ -390,12 +386,7 @@ def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[
 
 
 def known(value: float) -> float | None:
-    """A number for JSON, which has no NaN and no infinity: None for these.
-
-    Parameters
-    ----------
-    value : float
-    """
+    """A number for JSON, which has no NaN and no infinity: None for these."""
     return float(value) if np.isfinite(value) else None
 
 

@@ -208,17 +208,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
 
 
 def one_solution(given: Any) -> Solution:
-    """The argument, if it is a single Solution.
-
-    Parameters
-    ----------
-    given : object
-
-    Raises
-    ------
-    SceneError
-        If it is not.
-    """
+    """The argument, if it is a single Solution."""
     from varcontact.results.solution import Solution
 
     if not isinstance(given, Solution):

@@ -9,10 +9,14 @@ from typing import Any
 from varcontact import checks
 from varcontact.checks import named
 from varcontact.errors import SceneError
-from varcontact.scene import words
 
 
-@named(words.BODIES)
+@named(
+    {
+        "E": "Bodies.from_young(E, nu)",
+        "mu": "G for the modulus of rigidity, and friction in the Scene",
+    }
+)
 @dataclass(frozen=True)
 class Bodies:
     """Elastic constants of the two bodies: isotropic half-spaces (paper, section 2).

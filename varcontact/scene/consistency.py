@@ -5,6 +5,7 @@ A history is expanded into its steps, and each step has to meet the rules of one
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,9 +17,8 @@ from varcontact.errors import NoContact, SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import LEAST, MOST, Law
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
-from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
@@ -37,17 +37,7 @@ class _Problem:
 
 
 def check_parts(scene: Scene) -> None:
-    """Each entry is of a class that it may have.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If a part is of another type than allowed.
-    """
+    """Each entry is of a class that it may have."""
     _instance("bodies", scene.bodies, (Bodies,))
     _instance("surface", scene.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
     if scene.motion is not None:
@@ -59,19 +49,7 @@ def check_parts(scene: Scene) -> None:
 
 
 def check_load(scene: Scene) -> None:
-    """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If not exactly one of force and approach is given, or it is not allowed for the surface.
-    NoContact
-        If the approach leaves the bodies apart.
-    """
+    """Exactly one of normal force and approach, in each problem; an approach at which the bodies touch."""
     given = sum(each is not None for each in (scene.normal_force, scene.approach))
     history = isinstance(scene.motion, Transient)
     if given == 2 or (given == 0 and not history):
@@ -99,36 +77,13 @@ def check_load(scene: Scene) -> None:
 
 
 def bodies_apart(approach: float | None, least: float) -> NoContact:
-    """The error for an approach that leaves the bodies apart.
-
-    Parameters
-    ----------
-    approach : float or None
-        As prescribed [length].
-    least : float
-        Least undeformed distance, which the approach must exceed [length].
-
-    Returns
-    -------
-    NoContact
-        To be raised.
-    """
+    """The error for an approach that leaves the bodies apart."""
     message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"
     return NoContact("approach", approach, f"above the least undeformed distance, {least:.6g}", message=message)
 
 
 def check_line(scene: Scene) -> None:
-    """Line contact, and nothing else, has no rows; it has no spin; and all surfaces of a history are of one kind.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If rows, spin or the surfaces of a history do not fit the kind of contact.
-    """
+    """Line contact, and nothing else, has no rows; it has no spin; and all surfaces of a history are of one kind."""
     grid, motion = scene.grid, scene.motion
     if isinstance(grid, Grid) and grid.line and not scene.line:
         raise SceneError("grid.ny", None, "given: only line contact has no rows")
@@ -149,12 +104,7 @@ def check_line(scene: Scene) -> None:
 
 
 def why_centres(scene: Scene) -> str:
-    """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can.
-
-    Parameters
-    ----------
-    scene : Scene
-    """
+    """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can."""
     if scene.bodies.K != 0 and not scene.frictionless:
         return f"is for a pressure that tractions do not change, and the bodies are unlike (K = {scene.bodies.K:.3g})"
     if any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
@@ -166,15 +116,6 @@ def check_edge(scene: Scene) -> None:
     """Elements at the edge are not softened in a history.
 
     What they give way is no displacement that particles could carry along to the next step.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If they are.
     """
     if (
         isinstance(scene.grid, Grid)
@@ -191,17 +132,7 @@ def check_edge(scene: Scene) -> None:
 
 
 def without_rows(grid: Grid) -> Grid:
-    """A grid of one row as line contact has it, without rows.
-
-    Parameters
-    ----------
-    grid : Grid
-
-    Raises
-    ------
-    SceneError
-        If it has more rows than one, or a width `dy`.
-    """
+    """A grid of one row as line contact has it, without rows."""
     if grid.ny != 1:
         raise SceneError("grid.ny", grid.ny, "left out in line contact")
     if grid.dy is not None:
@@ -214,15 +145,6 @@ def check_depth(scene: Scene) -> None:
 
     No depth is needed along a direction in which nothing moves, in which a force is prescribed all the time, or in
     steady rolling, where only differences of displacements count.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If it is missing where it is needed.
     """
     if not scene.line or isinstance(scene.motion, TimeStep):
         return
@@ -266,17 +188,7 @@ def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
 
 
 def check_friction(scene: Scene) -> None:
-    """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If it is missing, falls with a slip velocity that there is not, or is an array that does not fit the grid.
-    """
+    """Friction is given where there is a motion; a law that falls with slip velocity needs a step that rolls."""
     for problem in _problems(scene):
         if scene.motion is not None and problem.friction is None:
             raise SceneError("friction", None, "given: a motion needs a number, inf, a law, or an array")
@@ -301,17 +213,7 @@ def check_friction(scene: Scene) -> None:
 
 
 def check_samples(scene: Scene) -> None:
-    """Distances without coordinates lie on the scene's own grid.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If the grid is not explicit, or their shape is not the grid's.
-    """
+    """Distances without coordinates lie on the scene's own grid."""
     for surface in scene.surfaces:
         if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
@@ -353,24 +255,74 @@ def _instance(field: str, value: Any, classes: tuple[type, ...], more: str = "")
 
 
 def as_array(field: str, value: Any, line: bool) -> np.ndarray:
-    """Numbers for each element, (ny, nx); in line contact also (nx,).
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : array_like, shape (ny, nx), or (nx,) of a line contact
-    line : bool
-        Whether it is a line contact.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Read-only, in the unit given.
-
-    Raises
-    ------
-    SceneError
-        If it is not such an array of finite numbers.
-    """
+    """Numbers for each element, (ny, nx); in line contact also (nx,)."""
     return checks.array(field, np.atleast_2d(value) if line and checks.dimensions(value) == 1 else value, 2)
+
+
+PASCALS = {("m", "N"): 1.0, ("mm", "N"): 1e6, ("mm", "kN"): 1e9, ("m", "kN"): 1e3}
+"""Pascals in the units of pressure of some scenes."""
+SOFTEST, STIFFEST = 1e5, 1e12
+"""Moduli of rigidity between which solids lie, from gels to diamond [Pa]."""
+LARGE_RADIUS = 20.0
+"""A radius of metres has fewer than this."""
+LARGE_CREEPAGE = 0.1
+LARGE_CONTACT = 0.5
+"""Semi-axis by radius of curvature: a half-space is far from such a body."""
+
+
+def doubts(scene: Scene) -> tuple[str, ...]:
+    """What looks like a slip of the pen, see `Scene.doubts`."""
+    found = (_modulus(scene), _size(scene), _creepage(scene))
+    return tuple(word for word in found if word)
+
+
+def _radii(scene: Scene) -> tuple[float, ...]:
+    surface = scene.surface
+    if isinstance(surface, Paraboloids):
+        return surface.Rx, surface.Ry
+    return (surface.R,) if isinstance(surface, Cylinders) else ()
+
+
+def _modulus(scene: Scene) -> str:
+    """Moduli in pascals beside lengths in millimetres, or the other way round."""
+    G, units = scene.bodies.combined_G, scene.units
+    if isinstance(units, Units) and (units.length, units.force) in PASCALS:
+        pascals = G * PASCALS[units.length, units.force]
+        if not SOFTEST <= pascals <= STIFFEST:
+            than = "softer" if pascals < SOFTEST else "stiffer"
+            return f"G = {G:.4g} {units.of('pressure')} is {pascals:.2g} Pa, {than} than solids are"
+        return ""
+    smallest = min(_radii(scene), default=0.0)
+    if units is None and G >= 1e9 and smallest >= LARGE_RADIUS:
+        return f"G = {G:.4g} looks like pascals, a radius of {smallest:.4g} like millimetres"
+    return ""
+
+
+def _size(scene: Scene) -> str:
+    """A contact as large as the bodies."""
+    radii = _radii(scene)
+    if not radii or (scene.normal_force is None and scene.approach is None):
+        return ""
+    hertz = scene.hertz
+    if hertz is None:
+        return ""
+    parts = [(size / radius, size, radius) for size, radius in zip((hertz.a, hertz.b), radii, strict=False)]
+    part, size, radius = max(parts)
+    if not LARGE_CONTACT <= part < math.inf:
+        return ""
+    load = f"normal_force = {scene.normal_force:.4g}" if scene.approach is None else f"approach = {scene.approach:.4g}"
+    words = f"{load}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius {radius:.4g}"
+    return f"{words}; half-spaces stand for bodies much larger than it"
+
+
+def _creepage(scene: Scene) -> str:
+    """Creepages beyond those for which velocities are nearly those of rolling."""
+    motion = scene.motion
+    if not isinstance(motion, Steady | TimeStep | Transient):
+        return ""
+    for name in ("vx", "vy"):
+        values = motion.every(name) if isinstance(motion, Transient) else [getattr(motion, name)]
+        largest = max(values, key=abs)
+        if abs(largest) > LARGE_CREEPAGE:
+            return f"{name} = {largest:.4g}: creepages are mostly below {LARGE_CREEPAGE:g}, and are no per cents"
+    return ""

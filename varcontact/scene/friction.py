@@ -195,24 +195,7 @@ LAWS: dict[str, type[Law]] = {
 
 
 def coefficient(field: str, value: Any) -> float | Law:
-    """A coefficient of friction, or a law of it.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    value : object
-
-    Returns
-    -------
-    float or Law
-        A coefficient [-], ``inf`` for no slip.
-
-    Raises
-    ------
-    SceneError
-        If it is neither.
-    """
+    """A coefficient of friction, or a law of it."""
     if isinstance(value, Law):
         return value
     allowed = "zero or positive (inf: no slip), or a law"
@@ -225,17 +208,7 @@ def coefficient(field: str, value: Any) -> float | Law:
 
 
 def kind_of(law: Law) -> str:
-    """The kind of a law.
-
-    Parameters
-    ----------
-    law : Law
-
-    Returns
-    -------
-    str
-        A key of `LAWS`.
-    """
+    """The kind of a law."""
     return next(kind for kind, cls in LAWS.items() if isinstance(law, cls))
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from varcontact.checks import choice, moderate, named, positive, whole
 from varcontact.errors import SceneError
-from varcontact.scene import words
 
 Edge = Literal["centres", "touched", "softened"]
 """Which elements that the contact's edge cuts belong to it, see `Grid`."""
@@ -18,7 +17,15 @@ Cells = tuple[int, int]
 """Equal parts of an element along y and along x."""
 
 
-@named(words.GRID)
+@named(
+    {
+        "mx": "nx",
+        "my": "ny",
+        "xl": "x0",
+        "yl": "y0",
+        "n": "nx and ny",
+    }
+)
 @dataclass(frozen=True)
 class Grid:
     """The potential contact, divided into ``ny`` rows of ``nx`` equal rectangles; in line contact into ``nx`` strips.
@@ -265,10 +272,5 @@ class Grid:
 
 
 def usual_grid(line: bool) -> Grid:
-    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line contact 100.
-
-    Parameters
-    ----------
-    line : bool
-    """
+    """The grid of a scene that has none, where it is not chosen for an accuracy: 24 by 24, in line contact 100."""
     return Grid(nx=100) if line else Grid(nx=24, ny=24)

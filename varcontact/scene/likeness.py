@@ -6,8 +6,8 @@ import numpy as np
 
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 NEGLIGIBLE = 3e-4
 """The coupling is left out where it changes the forces by less, in parts of f Fz.
@@ -29,24 +29,6 @@ def coupling_effect(bodies: Bodies, friction: float | np.ndarray) -> float:
 
     Pressures shift the surfaces by K, which tractions of the order f answer: the part is of the order ``K/f``.
     Tractions change the pressures by the order ``K f``.
-
-    Parameters
-    ----------
-    bodies : Bodies
-    friction : float or ndarray
-        Coefficients of friction; those that are zero carry nothing, and do not count.
-
-    Returns
-    -------
-    float
-        ``4 |K| / (1 - nu) (1/f + f)``, the largest over the coefficients: derived in its order, with a factor that no
-        scene measured reached.
-
-    Examples
-    --------
-    >>> steels = Bodies(G=82e9, nu=(0.28, 0.28001))
-    >>> print(f"{steels.K:.1e} {coupling_effect(steels, 0.3):.1e}")
-    5.0e-06 1.0e-04
     """
     f = np.asarray(friction, dtype=float).ravel()
     f = f[f > 0]
@@ -60,15 +42,6 @@ def left_out(scene: Scene) -> float:
 
     It is kept whatever its size where it is all that moves the surfaces, and under a law of friction, where the
     least change may lead to another solution.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    float
-        By ``f Fz`` [-], as `coupling_effect`.
     """
     if scene.bodies.K == 0 or scene.frictionless or scene.under_law or not _moves(scene):
         return 0.0
@@ -77,20 +50,7 @@ def left_out(scene: Scene) -> float:
 
 
 def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
-    """What a plan says where the coupling is left out: the kind of the bodies with its reason, and of the coupling.
-
-    Parameters
-    ----------
-    K : float
-        Combined constant (60) [-].
-    effect : float
-        As `left_out` gives it [-].
-
-    Returns
-    -------
-    bodies : tuple of (str, str)
-    coupling : str
-    """
+    """What a plan says where the coupling is left out: the kind of the bodies with its reason, and of the coupling."""
     kind = "almost like", f"K = {K:.3g} is so small that pressure and tractions are taken to be independent"
     reason = f"left out: it changes the tangential force at given creepages by less than {effect:.1e} of f Fz"
     return kind, f'{reason}; coupling="panagiotopoulos" includes it'

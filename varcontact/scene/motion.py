@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Self
+from typing import Any, Literal, Protocol, Self
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene import words
+from varcontact.scene.friction import Law, coefficient
+from varcontact.scene.grid import Grid
+from varcontact.scene.surfaces import Cylinders, Paraboloids, SampledDistance, Surface, is_line
 
 SPIN_OFFSET = 1 / 6
 
@@ -17,7 +20,18 @@ SLIP_DIFFERENCES = {"first-order": SPIN_OFFSET, "second-order": 0.0}
 """How the slip of steady rolling is a difference over a step, and the spin offset that goes with each."""
 
 
-@checks.named(words.STEADY)
+@checks.named(
+    {
+        "cksi": "vx, the longitudinal creepage",
+        "ceta": "vy, the lateral creepage",
+        "cphi": "spin",
+        "phi": "spin",
+        "xi": "vx, the longitudinal creepage",
+        "eta": "vy, the lateral creepage",
+        "ux": "Shift for a shift, or vx for a creepage",
+        "uy": "Shift for a shift, or vy for a creepage",
+    }
+)
 @dataclass(frozen=True, kw_only=True)
 class Steady:
     """Steady rolling in the direction of x.
@@ -83,7 +97,13 @@ class Steady:
         )
 
 
-@checks.named(words.SHIFT)
+@checks.named(
+    {
+        "vx": "ux, or Steady for a creepage",
+        "vy": "uy, or Steady for a creepage",
+        "spin": "rotation",
+    }
+)
 @dataclass(frozen=True, kw_only=True)
 class Shift:
     """A shift in place (Cattaneo's problem): body 1 moves over body 2 by a small rigid motion.
@@ -197,15 +217,7 @@ def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: st
 
 
 def both_given(force: str, value: float, rigid: str, given: float) -> SceneError:
-    """The error where a force and the creepage or shift of the same direction are both prescribed.
-
-    Parameters
-    ----------
-    force, rigid : str
-        Names of both, for the message.
-    value, given : float
-        Of the force, and of the other.
-    """
+    """The error where a force and the creepage or shift of the same direction are both prescribed."""
     message = f"{force} = {value:.6g} and {rigid} = {given:.6g}: prescribe one of them only"
     return SceneError(f"{force}, {rigid}", (value, given), "one of the two only", message=message)
 
@@ -215,3 +227,224 @@ def check_offset(spin_offset: float | None) -> None:
     offset = checks.number("motion.spin_offset", spin_offset, "a number in [0, 1]")
     if not 0 <= offset <= 1:
         raise SceneError("motion.spin_offset", spin_offset, "a number in [0, 1]")
+
+
+MOST_STEPS = 1_000_000
+"""Steps of one history: they are looked through several times before the first is solved."""
+
+
+class Start(Protocol):
+    """What a history can go on from: a solution."""
+
+    @property
+    def grid(self) -> Grid:
+        """Potential contact."""
+
+    @property
+    def pressure(self) -> np.ndarray:
+        """Shape (ny, nx) [force/area]."""
+
+    @property
+    def traction(self) -> np.ndarray:
+        """On body 1, shape (2, ny, nx) [force/area]."""
+
+    @property
+    def state(self) -> np.ndarray:
+        """0 exterior, 1 stick, 2 slip, shape (ny, nx)."""
+
+
+Numbers = float | Sequence[float]
+Choices = float | Sequence[float | None] | None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Transient:
+    """Rolling in time: a history of steps, each of which begins with the tractions of the step before.
+
+    Every entry but `steps`, `surface`, `start`, `interpolate` and `spin_offset` is one number for all steps or a
+    sequence of one for each; None in a sequence of forces leaves the step its creepage, None in one of the load or of
+    friction leaves it the scene's.
+
+    Parameters
+    ----------
+    steps : int
+    dq : float or sequence, optional
+        Distance rolled in each step [length]; 0: a shift in place; the element's dx if not given.
+    direction : int or sequence
+        1: rolling towards positive x; -1: towards negative x.
+    vx, vy, spin : float or sequence
+        Creepages, as of `Steady`: by the distance rolled, whatever its direction.
+    ux, uy, rotation : float or sequence
+        Rigid shift in place in each step, as of `Shift`, added to that of the creepages.
+    Fx, Fy : float or sequence, optional
+        Tangential force on body 1 in place of creepage and shift of the same direction.
+    normal_force, approach : float or sequence, optional
+        The load in place of the scene's, at most one of the two in a step. A force of 0, or an approach at which the
+        bodies are apart, is no contact: all tractions vanish.
+    friction : float, law or sequence, optional
+        Coefficient of friction, or law of it, in place of the scene's.
+    surface : sequence, optional
+        Undeformed distance of each step in place of the scene's: a contact that moves over the grid.
+    start : Solution, optional
+        What the first step goes on from; not given: bodies without tractions.
+    interpolate : bool
+        Whether a start on another grid is interpolated; otherwise it is refused.
+    spin_offset : float
+        The rigid slip of spin is sampled at ``x + spin_offset * direction * dq``, as of `Steady`: then a long
+        history tends to the steady solution.
+
+    Raises
+    ------
+    SceneError
+        Naming the entry (``motion.vx[7]``), its value and what is allowed.
+
+    Examples
+    --------
+    A shift by a force, then rolling under it:
+
+    >>> motion = Transient(steps=4, dq=[0, 0.1, 0.1, 0.1], Fx=-0.1)
+    >>> motion.step(1, dx=0.2)
+    TimeStep(dq=0.1, direction=1, vx=0.0, vy=0.0, spin=0.0, ux=0.0, uy=0.0, rotation=0.0, Fx=-0.1, Fy=None, \
+spin_offset=0.16666666666666666)
+    """
+
+    steps: int
+    dq: Numbers | None = None
+    direction: int | Sequence[int] = 1
+    vx: Numbers = 0.0
+    vy: Numbers = 0.0
+    spin: Numbers = 0.0
+    ux: Numbers = 0.0
+    uy: Numbers = 0.0
+    rotation: Numbers = 0.0
+    Fx: Choices = None
+    Fy: Choices = None
+    normal_force: Choices = None
+    approach: Choices = None
+    friction: float | Law | Sequence[float | Law | None] | None = None
+    surface: Sequence[Surface] | None = None
+    start: Start | None = None
+    interpolate: bool = False
+    spin_offset: float = SPIN_OFFSET
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        longer = "; a longer history goes on from the last step of another, its start"
+        set_(self, "steps", checks.whole("motion.steps", self.steps, most=MOST_STEPS, why=longer))
+        for name, check in _ENTRIES.items():
+            set_(self, name, self._checked(name, getattr(self, name), check))
+        for force, along_x, along_y in (("Fx", "vx", "ux"), ("Fy", "vy", "uy")):
+            self._check_apart(force, along_x)
+            self._check_apart(force, along_y)
+        if self.surface is not None:
+            self._check_surfaces()
+        fields = ("grid", "pressure", "traction", "state")
+        if self.start is not None and not all(hasattr(self.start, name) for name in fields):
+            raise SceneError("motion.start", self.start, "a Solution")
+        checks.flag("motion.interpolate", self.interpolate)
+        check_offset(self.spin_offset)
+
+    def __repr__(self) -> str:
+        return checks.short_entries(self)
+
+    def _checked(self, name: str, value: Any, check: Callable[[str, Any], Any]) -> Any:
+        """One number, or as many as there are steps."""
+        field, optional = f"motion.{name}", name in _OPTIONAL
+        if value is None and (optional or name == "dq"):
+            return None
+        if not checks.is_array(value):
+            return check(field, value)
+        ndim = value.ndim if isinstance(value, np.ndarray) else np.ndim(np.asarray(value, dtype=object))
+        if ndim != 1 or len(value) != self.steps:
+            raise SceneError(
+                field,
+                f"{len(value)} values",
+                f"one number, or one for each of the {self.steps} steps",
+                message=f"{field} has {len(value)} values for {self.steps} steps: give one "
+                "number, or one for each step",
+            )
+        return tuple(
+            None if optional and each is None else check(f"{field}[{k}]", each) for k, each in enumerate(value)
+        )
+
+    def _check_apart(self, force: str, rigid: str) -> None:
+        several = any(isinstance(getattr(self, name), tuple) for name in (force, rigid))
+        for k in range(self.steps if several else 1):
+            F, given = self.of(force, k), self.of(rigid, k)
+            if F is not None and given != 0:
+                raise both_given(f"motion.{force}[{k}]", F, f"motion.{rigid}[{k}]", given)
+
+    def _check_surfaces(self) -> None:
+        if not isinstance(self.surface, (list, tuple)) or len(self.surface) != self.steps:
+            raise SceneError(
+                "motion.surface",
+                self.surface,
+                f"one surface for each of the {self.steps} steps",
+                message=f"motion.surface: give one surface for each of the {self.steps} steps",
+            )
+        for k, each in enumerate(self.surface):
+            if not isinstance(each, (Paraboloids, Cylinders, SampledDistance)):
+                raise SceneError(f"motion.surface[{k}]", each, "Paraboloids, Cylinders or SampledDistance")
+            if is_line(each) != is_line(self.surface[0]):
+                raise SceneError(
+                    f"motion.surface[{k}]",
+                    each,
+                    "a line contact in all steps or in none",
+                    message=f"motion.surface[{k}]: either all steps are line contact, or none is",
+                )
+        object.__setattr__(self, "surface", tuple(self.surface))
+
+    def of(self, name: str, k: int) -> Any:
+        """Value of the entry `name` in step `k`, from 0, in the entry's unit."""
+        value = getattr(self, name)
+        return value[k] if isinstance(value, tuple) else value
+
+    def every(self, name: str) -> list[Any]:
+        """Values of the entry `name`, one a step, in the entry's unit."""
+        value = getattr(self, name)
+        return list(value) if isinstance(value, tuple) else [value] * self.steps
+
+    @property
+    def repeats(self) -> bool:
+        """Whether every step is described by the same numbers."""
+        return self.surface is None and not any(isinstance(getattr(self, name), tuple) for name in _ENTRIES)
+
+    def step(self, k: int, dx: float) -> TimeStep:
+        """Step `k`, from 0; where no distance is given, it rolls over one element of length `dx` [length]."""
+        entries = {name: self.of(name, k) for name in ("direction", *_RIGID, "Fx", "Fy")}
+        dq = self.of("dq", k)
+        return TimeStep(dq=dx if dq is None else dq, spin_offset=self.spin_offset, **entries)
+
+
+_RIGID = ("vx", "vy", "spin", "ux", "uy", "rotation")
+_OPTIONAL = ("Fx", "Fy", "normal_force", "approach", "friction")
+
+
+def _at_least_zero(field: str, value: Any) -> float:
+    allowed = "a finite number, zero or positive"
+    number = checks.moderate(field, value, allowed)
+    if number < 0:
+        raise SceneError(field, value, allowed)
+    return number
+
+
+def _distance(field: str, value: Any) -> float:
+    distance = _at_least_zero(field, value)
+    return checks.computable(field, distance) if distance > 0 else distance
+
+
+def _direction(field: str, value: Any) -> int:
+    allowed = "1 or -1"
+    number = checks.number(field, value, allowed)
+    if abs(number) != 1:
+        raise SceneError(field, value, allowed)
+    return int(number)
+
+
+_ENTRIES: dict[str, Callable[[str, Any], Any]] = {
+    "dq": _distance,
+    "direction": _direction,
+    **dict.fromkeys((*_RIGID, "Fx", "Fy", "approach"), checks.moderate),
+    "normal_force": _at_least_zero,
+    "friction": coefficient,
+}

@@ -15,14 +15,13 @@ from varcontact.errors import SceneError
 from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
-from varcontact.scene import consistency, words
+from varcontact.scene import consistency
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.doubts import doubts
+from varcontact.scene.consistency import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
-from varcontact.scene.motion import Motion, Steady, TimeStep
+from varcontact.scene.motion import Motion, Steady, TimeStep, Transient
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, Surface, is_line
-from varcontact.scene.transient import Transient
 from varcontact.scene.units import Units
 
 if TYPE_CHECKING:
@@ -35,7 +34,24 @@ else:
     MotionT_co = TypeVar("MotionT_co", covariant=True)
 
 
-@checks.named(words.SCENE)
+@checks.named(
+    {
+        "FN": "normal_force",
+        "fn": "normal_force",
+        "Fz": "normal_force",
+        "N": "normal_force",
+        "pen": "approach",
+        "penetration": "approach",
+        "mu": "friction",
+        "fstat": "friction",
+        "f": "friction",
+        "vx": "motion=Steady(vx=...)",
+        "vy": "motion=Steady(vy=...)",
+        "spin": "motion=Steady(spin=...)",
+        "material": "bodies",
+        "geometry": "surface",
+    }
+)
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scene(Generic[MotionT_co]):
     """A contact as the user describes it, in any consistent units.
@@ -352,7 +368,7 @@ class Scene(Generic[MotionT_co]):
         Rx = 0.46
         Ry = 0.3
         """
-        from varcontact.io.scene_text import scene_text
+        from varcontact.io.scene_toml import scene_text
 
         return scene_text(self)
 
@@ -373,7 +389,7 @@ class Scene(Generic[MotionT_co]):
         SceneError
             As `to_toml`.
         """
-        from varcontact.io.scene_text import save_scene
+        from varcontact.io.scene_toml import save_scene
 
         save_scene(self, path, overwrite)
 

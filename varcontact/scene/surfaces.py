@@ -10,8 +10,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.interpolation import Interpolation
-from varcontact.scene.smoothing import smoothed_field
+from varcontact.scene.interpolation import Interpolation, smoothed_field
 
 
 @dataclass(frozen=True)
@@ -363,14 +362,5 @@ Surface = Paraboloids | Ellipse | Cylinders | SampledDistance
 
 
 def is_line(surface: Surface) -> bool:
-    """Whether a surface makes a line contact.
-
-    Parameters
-    ----------
-    surface : Surface
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a surface makes a line contact."""
     return isinstance(surface, Cylinders) or (isinstance(surface, SampledDistance) and surface.line)

@@ -8,9 +8,9 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic.programs import ConicProgram, Workspace
-from varcontact.solvers.tally import Tally
+from varcontact.solvers.statistics import SolveStats
 
 LONGEST = 1e9
 """Seconds that a solver of programs has where there is no deadline."""
@@ -41,7 +41,7 @@ class Settings:
         The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
     workspace : Workspace, optional
         Where solvers keep their set-ups for the next problem of the same structure.
-    tally : Tally
+    stats : SolveStats
         Where their calls are counted.
     rough : bool
         Whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use.
@@ -52,7 +52,7 @@ class Settings:
     tol: float = 1e-8
     formulation: str = "auto"
     workspace: Workspace | None = None
-    tally: Tally = field(default_factory=Tally)
+    stats: SolveStats = field(default_factory=SolveStats)
     rough: bool = False
     deadline: float = math.inf
 
@@ -77,13 +77,13 @@ TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 
 def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.tally` under a name, which its answers bear if they have none."""
+    """A solver whose calls are counted in `settings.stats` under a name, which its answers bear if they have none."""
 
     def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
         check_time(settings.deadline)
-        with settings.tally.called(name):
+        with settings.stats.called(name):
             raw = solver(problem, settings, start)
-            settings.tally.iterated(name, raw.iterations)
+            settings.stats.iterated(name, raw.iterations)
         return replace(raw, solver=raw.solver or name)
 
     return solve

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.gap import tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.interface import Settings
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]

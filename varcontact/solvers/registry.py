@@ -8,7 +8,7 @@ from functools import partial
 from importlib.util import find_spec
 
 from varcontact import checks
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
@@ -53,8 +53,7 @@ def tangential_methods() -> list[str]:
 
 def normal_solver(name: str) -> NormalSolver:
     """The solver of the normal problem of that name, its calls counted."""
-    by_program: NormalSolver = lambda problem, settings, _: solve_normal(name, problem, settings)
-    return counted(name, NORMAL.get(name, by_program))
+    return counted(name, NORMAL.get(name, lambda problem, settings, _: solve_normal(name, problem, settings)))
 
 
 def tangential_solver(name: str) -> TangentialSolver:
@@ -63,8 +62,7 @@ def tangential_solver(name: str) -> TangentialSolver:
         return counted(name, TANGENTIAL[name])
     if name in TANGENTIAL:
         return partial(_from_a_start_or_none, counted(name, TANGENTIAL[name]))
-    by_program: TangentialSolver = lambda problem, settings, _: solve_tangential(name, problem, settings)
-    return counted(name, by_program)
+    return counted(name, lambda problem, settings, _: solve_tangential(name, problem, settings))
 
 
 def states_programs(name: str) -> bool:

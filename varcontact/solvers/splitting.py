@@ -18,8 +18,8 @@ from functools import partial
 
 import numpy as np
 
-from varcontact.discrete.gap import normal_residual, project, tangential_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.residuals import normal_residual, project, tangential_residual
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.system.interrupts import interruptible
 
@@ -35,7 +35,7 @@ _Residual = Callable[[np.ndarray, np.ndarray], float]
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """What p (n,) may be, and what is prescribed of it, ``totals @ p = sums`` (k,), whose multipliers are added to W."""
+    """What p (n,) may be, and what is prescribed of it: ``totals @ p = sums`` (k,), with multipliers added to W."""
 
     project: Callable[[np.ndarray], np.ndarray]
     totals: np.ndarray

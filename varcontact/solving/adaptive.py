@@ -21,13 +21,12 @@ from varcontact.planning.memory import peak
 from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solvers.settings import OutOfTime
-from varcontact.solving.error_norm import creepage_names, friction_limit, units, values
+from varcontact.solvers.interface import OutOfTime
 from varcontact.solving.on_grid import Answer, solve_on_grid
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.target import Target

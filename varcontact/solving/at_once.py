@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.state import ContactState
-from varcontact.solvers.newton.whole import WholeProblem, newton_whole
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
 
 
 def at_once(
@@ -32,20 +32,20 @@ def at_once(
     if tangential.size == 0 or not np.any(state.traction):
         return state
     chosen = tangential.directions
-    load = disc.normal_force
+    load = disc.loading.normal_force
     free = load is not None
     operators = disc.operators
-    problem = WholeProblem(
-        normal=disc.normal_operator,
+    problem = CoupledProblem(
+        normal=disc.operators.normal,
         traction_to_distance=operators.traction_to_distance.between((0,), chosen),
         pressure_to_shift=disc.pressure_to_shift.between(chosen, (0,)),
         tangential=disc.tangential_operator.between(chosen, chosen),
-        distance=(disc.distance - disc.base) / disc.displacement,
+        distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift[list(chosen)],
-        friction=np.broadcast_to(np.asarray(disc.coefficient, dtype=float), disc.grid.shape),
+        friction=np.broadcast_to(np.asarray(disc.loading.coefficient, dtype=float), disc.grid.shape),
         area=disc.lattice.area,
         approach=None if free else state.approach,
-        force=(None if load is None else load / disc.force, *tangential.force),
+        force=(None if load is None else load / disc.scales.force, *tangential.force),
     )
 
     def found(raw: RawSolution) -> ContactState:
@@ -57,9 +57,9 @@ def at_once(
     level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
     start = RawSolution(fields, level, 0, "start")
-    with settings.tally.called("newton"):
-        raw = newton_whole(problem, settings, start, lambda raw: residual(found(raw)))
-        settings.tally.iterated("newton", raw.iterations)
+    with settings.stats.called("newton"):
+        raw = newton_coupled(problem, settings, start, lambda raw: residual(found(raw)))
+        settings.stats.iterated("newton", raw.iterations)
     counted = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
     finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
     better = finite and (raw.solved or residual(found(raw)) < residual(state))

@@ -18,15 +18,15 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.gap import magnitude, project
-from varcontact.discrete.slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
+from varcontact.discrete.residuals import magnitude, project
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES, Law
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
 
 Contact = Callable[[Discretisation, ContactState, float], ContactState]
@@ -72,14 +72,14 @@ def under_law(
 
     def one_pass(state: ContactState) -> ContactState:
         assert state.friction is not None
-        trial = disc.rubbing(state.friction)
+        trial = disc.with_loading(coefficient=state.friction)
         enough = max(tol, 0.01 * state.passes[-1][1] if state.passes else 1e-3)  # the next pass sees no more
         after = solve(trial, state, enough)
         shift, areas = shift_and_areas(trial, after)
         return replace(after, friction=np.where(areas == SLIP, _at_slip(trial, shift), state.friction))
 
     def residual(state: ContactState) -> float:
-        return judge(disc.rubbing(coefficient(disc, state)), state)
+        return judge(disc.with_loading(coefficient=coefficient(disc, state)), state)
 
     coefficients = Unknown("friction", law.kinetic, law.static)
     elements = int(np.count_nonzero(state.pressure)) + 2
@@ -168,8 +168,8 @@ def branch_of(start: str | Solution | None) -> str:
 
 
 def _law(disc: Discretisation) -> Law:
-    assert disc.law is not None
-    return disc.law
+    assert disc.loading.law is not None
+    return disc.loading.law
 
 
 def _at_slip(disc: Discretisation, shift: np.ndarray) -> np.ndarray:
@@ -227,13 +227,13 @@ def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
     ndarray, shape (ny, nx), or None
         [-]; None without a law.
     """
-    law = disc.law
+    law = disc.loading.law
     if law is None:
         return None
     known, own = _coefficients(law, before)
     whole, part = _way(disc)
-    assert disc.motion is not None
-    along = disc.motion.rolls
+    assert disc.loading.motion is not None
+    along = disc.loading.motion.rolls
     near = _from(own if whole == 0 else known, along * whole, law.static)
     return near if part == 0 else (1 - part) * near + part * _from(known, along * (whole + 1), law.static)
 
@@ -256,7 +256,7 @@ def weakening(disc: Discretisation, before: Solution | None, solution: Solution)
     ndarray, shape (ny, nx)
         [-], in [0, 1].
     """
-    law = disc.law
+    law = disc.loading.law
     if law is None or law.static == law.kinetic:
         return np.zeros(disc.grid.shape)
     left, _ = _coefficients(law, solution)

@@ -30,7 +30,7 @@ def in_passes(plan: Plan, disc: Discretisation) -> bool:
     plan : Plan
     disc : Discretisation
     """
-    return plan.loops or disc.law is not None
+    return plan.loops or disc.loading.law is not None
 
 
 def enough_pressure(plan: Plan, disc: Discretisation, state: ContactState, tol: float) -> float:
@@ -69,7 +69,7 @@ def enough_traction(plan: Plan, disc: Discretisation, state: ContactState, tol: 
     """
     if not (plan.matrix_free and in_passes(plan, disc)):
         return tol
-    if disc.law is not None and not disc.law.continuous:
+    if disc.loading.law is not None and not disc.loading.law.continuous:
         return WHOLE * WHOLE * tol
     return _seen(state, tol)
 

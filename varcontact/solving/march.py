@@ -15,26 +15,24 @@ import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
 from varcontact.discrete.contact_grid import enlarged
-from varcontact.discrete.containment import outside
-from varcontact.discrete.discretisation import Carried, Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.on_parts import parted, unpressed
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import divided, without_pressure
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
+from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import start_grid
-from varcontact.solving.certify import judged
+from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.finish import finish
 from varcontact.solving.friction_loop import remembered, weakening
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 
 
-def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: Steps) -> March:
+def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: ContactSolver) -> March:
     """The march of a history on its grid, in the scales of one of its `largest_contacts`.
 
     Parameters
@@ -68,7 +66,7 @@ class March:
 
     scene: Scene
     disc: Discretisation
-    steps: Steps
+    steps: ContactSolver
 
     def start(self) -> Solution | None:
         """What the first step goes on from.
@@ -113,20 +111,20 @@ class March:
         told : callable, optional
             Called with the name of each stage.
         """
-        steps = replace(self.steps, clock=Clock(told))
-        with steps.clock("carried"):
+        steps = replace(self.steps, stats=SolveStats(told))
+        with steps.stats.stage("carried"):
             scene, disc = self.problem(k, before)
         solution = self._solved(scene, disc, before, steps)
         if not self.scene.under_law:
             return solution
         return replace(solution, weakening=weakening(disc, before, solution))
 
-    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: Steps) -> Solution:
+    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
         """The solution of a step's problem."""
         state = begun(state_of(disc, before), steps)
         cells = steps.plan.cells(scene)
         if without_load(disc, steps.plan.closed_form, cells):
-            return without_contact(scene, disc if cells == (1, 1) else unpressed(disc), steps)
+            return without_contact(scene, disc if cells == (1, 1) else without_pressure(disc), steps)
         if steps.plan.one_pass:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
@@ -136,7 +134,7 @@ class March:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
         check_held(scene, disc, state, steps)
-        return judged(scene, disc, state, steps)
+        return finish(scene, disc, state, steps)
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
         """Step k by itself, with what the particles bring along from the step before.
@@ -151,7 +149,7 @@ class March:
         scene = self.scene.step(k, self.disc.grid)
         return scene, self.disc.at_step(scene, self._carried(scene, before))
 
-    def _carried(self, scene: Scene, before: Solution | None) -> Carried | None:
+    def _carried(self, scene: Scene, before: Solution | None) -> PreviousStep | None:
         """Displacement differences that the particles bring along: u' = C p'."""
         if before is None:
             return None
@@ -162,10 +160,10 @@ class March:
             fields = np.concatenate([fields, before.pressure[None]])
         if not fields.any():
             return None
-        distance = motion.direction * motion.dq / disc.length
-        force = before.traction.sum(axis=(1, 2)) / disc.pressure * disc.lattice.area
-        fields = fields / disc.pressure
-        return Carried(disc.operators.carrying(distance).apply(fields), force, fields)
+        distance = motion.direction * motion.dq / disc.scales.length
+        force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
+        fields = fields / disc.scales.pressure
+        return PreviousStep(disc.operators.carrying(distance).apply(fields), force, fields)
 
 
 def _motion(scene: Scene) -> Transient:
@@ -179,7 +177,7 @@ def _discretisation(scene: Scene, grid: Grid, coupled: bool) -> Discretisation:
     Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
     """
     disc = discretise(replace(scene, grid=grid), grid, coupled=coupled)
-    return replace(disc, pressure=float(2.0 ** np.round(np.log2(disc.pressure))))
+    return replace(disc, scales=replace(disc.scales, pressure=float(2.0 ** np.round(np.log2(disc.scales.pressure)))))
 
 
 def state_of(disc: Discretisation, before: Solution | None) -> ContactState:
@@ -193,21 +191,23 @@ def state_of(disc: Discretisation, before: Solution | None) -> ContactState:
     """
     if before is None:
         return unloaded(disc.grid)
-    motion, was = disc.motion, before.scene.motion
+    motion, was = disc.loading.motion, before.scene.motion
     rigid = np.zeros(2)
     assert motion is not None
     if motion.rolls and isinstance(was, TimeStep) and was.rolls:
         assert disc.step is not None
-        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.length / disc.displacement
+        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * disc.scales.length / disc.scales.displacement
         prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
         rigid = np.where(prescribed, creepage, 0.0)
-    approach = (before.approach - disc.base) / disc.displacement if np.isfinite(before.approach) else 0.0
-    state = ContactState(before.pressure / disc.pressure, approach, before.traction / disc.pressure, rigid)
+    approach = (before.approach - disc.base) / disc.scales.displacement if np.isfinite(before.approach) else 0.0
+    state = ContactState(
+        before.pressure / disc.scales.pressure, approach, before.traction / disc.scales.pressure, rigid
+    )
     known = remembered(disc, before)
     return state if known is None else replace(state, friction=known, branch="history")
 
 
-def begun(state: ContactState, steps: Steps) -> ContactState:
+def begun(state: ContactState, steps: ContactSolver) -> ContactState:
     """The state of the step before as the methods can begin with it.
 
     As printed, TANG does best from its own start: on the areas of the step before its Newton's method fails.
@@ -221,7 +221,7 @@ def begun(state: ContactState, steps: Steps) -> ContactState:
     return replace(state, traction=np.zeros_like(state.traction)) if as_printed else state
 
 
-def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> None:
+def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> None:
     """Refuse a contact that goes on beyond the grid.
 
     Parameters
@@ -238,7 +238,7 @@ def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: S
     SceneError
         Naming the grid.
     """
-    with steps.clock("grid"):
+    with steps.stats.stage("grid"):
         overlap = outside(disc, state, steps.plan.closed_form)
     if overlap is not None:
         enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
@@ -256,9 +256,9 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
     cells : tuple of int
         Parts of an element along y and x on which the pressure is solved for.
     """
-    if disc.approach is None:
-        return disc.normal_force == 0
-    if disc.approach <= (disc if cells == (1, 1) else parted(disc, cells)).base:
+    if disc.loading.approach is None:
+        return disc.loading.normal_force == 0
+    if disc.loading.approach <= (disc if cells == (1, 1) else divided(disc, cells)).base:
         return True
     if not closed_form:
         return False
@@ -266,7 +266,7 @@ def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1))
     return not disc.hertz.on_elements(disc.grid).any()
 
 
-def without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Solution:
+def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) -> Solution:
     """A step in which the bodies are apart, or just touch: no tractions.
 
     Parameters
@@ -286,7 +286,7 @@ def without_contact(scene: Scene, disc: Discretisation, steps: Steps) -> Solutio
     size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
     if size > 0:
         raise Saturated(size, 0.0)
-    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.displacement
-    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds.known(np.zeros(3), np.zeros(3)))
+    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
+    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
     state = replace(unloaded(disc.grid), approach=level)
-    return solution_of(scene, disc, steps.plan, state, exact, True, steps.clock.timing(), steps.clock.calls())
+    return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)

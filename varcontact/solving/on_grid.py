@@ -11,16 +11,16 @@ from varcontact.planning.expectations import check_fits
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solving.certify import as_told, judged
+from varcontact.solvers.conic.programs import Workspace
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.road import refined, roughly
-from varcontact.solving.grid_search import on_a_grid_that_holds_it
-from varcontact.solving.noise import noise
+from varcontact.solving.finish import finish, finish_coarse
 from varcontact.solving.options import SolveOptions
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
+from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.surface_noise import noise_warning
 from varcontact.solving.transient import solve_transient
 
 Answer = Solution | History
@@ -62,20 +62,18 @@ def solve_on_grid(
             scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
             options.refine, deadline,
         )  # fmt: skip
-    setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
-    steps = Steps(
-        plan, tol, options.polish, Clock(progress), setups, options.start, certify, final, continuum, deadline
+    workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
+    steps = ContactSolver(
+        plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
     )
-    disc, state = on_a_grid_that_holds_it(
-        scene, roughly(steps) if options.refine and plan.closed_form else steps, near=near
-    )
+    disc, state = solve_contact(scene, roughly(steps) if options.refine and plan.closed_form else steps, near=near)
     try:
         found, refinement = refined(scene, disc, state, steps) if options.refine else (None, None)
         last = (disc, state) if found is None else (found.disc, found.state)
         if not final:
-            return as_told(scene, *last, steps)
-        solution = judged(scene, *last, steps, refinement)
-        warning = noise(scene, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
+            return finish_coarse(scene, *last, steps)
+        solution = finish(scene, *last, steps, refinement)
+        warning = noise_warning(scene, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
         return replace(solution, warnings=(warning,)) if warning else solution
     finally:
         disc.operators.forget()

@@ -14,8 +14,8 @@ from varcontact.planning.choice import make_plan
 from varcontact.planning.plan import Plan
 from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.defect_correction.check import check_refine
 from varcontact.solving.friction_loop import check_start
 from varcontact.solving.series import check_saturation

@@ -14,28 +14,26 @@ from typing import cast
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.certificate import certify_problems
-from varcontact.discrete.discretisation import Carried, Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import gap, normal_gap, normal_residual, project, residuals
-from varcontact.discrete.on_parts import normal_as_solved, with_parts
-from varcontact.discrete.parts import means
-from varcontact.discrete.slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.certificate import certificate_of
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.residuals import gap, normal_gap, normal_residual, project, residuals
 from varcontact.discrete.state import ContactState, hertz_pressure
+from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.subgrid import means, normal_as_solved, with_subgrid
 from varcontact.io.history_file import Stored
-from varcontact.io.solution_file import read
+from varcontact.io.solution import read
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import creepage_names
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.passes import of_elements, with_forces
-from varcontact.solving.error_norm import creepage_names
 from varcontact.solving.friction_loop import coefficient
 from varcontact.solving.march import March, marching_on, without_load
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
 from varcontact.solving.transient import largest_contacts
-from varcontact.system.reading import reading
+from varcontact.system.files import reading
 from varcontact.system.threads import one_blas_thread
 
 ROUNDED = 1e-11
@@ -101,8 +99,7 @@ def with_measured_steps(stored: Stored) -> Stored:
 
     @cache
     def march() -> March:
-        clock = Clock()
-        steps = Steps(stored.plan, stored.settings["tol"], stored.settings["polish"], clock)
+        steps = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
         return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, steps)
 
     def measured(k: int, before: Solution | None, sol: Solution) -> Solution:
@@ -129,16 +126,16 @@ def _remeasured(sol: Solution) -> Solution:
 
 def _as_corrected(disc: Discretisation, sol: Solution, found: Refinement) -> Discretisation:
     """The problem on the elements as it was corrected; in a step of a history with what the particles bring along."""
-    carried = Carried(-found.correction * unit_slip(disc), np.zeros(2))
-    motion = with_forces(disc.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
-    disc = replace(disc, motion=motion, carried=carried)
-    return disc.rubbing(of_elements(disc) * found.share) if np.any(found.share != 1) else disc
+    carried = PreviousStep(-found.correction * unit_slip(disc), np.zeros(2))
+    motion = with_forces(disc.loading.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
+    disc = disc.with_loading(motion=motion, previous_step=carried)
+    return disc.with_loading(coefficient=of_elements(disc) * found.share) if np.any(found.share != 1) else disc
 
 
 @one_blas_thread()
 def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     """A solution from a file, with the discretisation of its scene, or of its step of a history."""
-    sol, disc = _on_its_grid(stored), with_parts(disc, stored.pressure_on_parts)
+    sol, disc = _on_its_grid(stored), with_subgrid(disc, stored.pressure_on_parts)
     if not sol.pressure.any():
         if not without_load(disc, closed_form=sol.plan.closed_form):
             raise ValueError("no pressure, under a load")
@@ -146,14 +143,12 @@ def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     state = _state(disc, sol)
     density = _check_fields(disc, sol, state)
     stored = replace(stored, power_density=density) if np.isnan(sol.power_density).any() else stored
-    if disc.law is not None and sol.plan.rubs:
-        disc = disc.rubbing(coefficient(disc, state))
+    if disc.loading.law is not None and sol.plan.rubs:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
     if _deserved(disc, sol, state):
         return stored
     closed_form = sol.plan.closed_form
-    certificate = certify_problems(
-        disc, state.pressure, state.approach, state.traction, state.rigid, closed_form, sol.certificate.level
-    )
+    certificate = certificate_of(disc, state, closed_form, sol.certificate.level)
     if not sol.plan.has_moment:
         certificate = certificate.without_moment()
     return replace(stored, certificate=certificate, converged=False, note=ANEW)
@@ -169,14 +164,14 @@ def _on_its_grid(sol: Solution) -> Solution:
 
 def _state(disc: Discretisation, sol: Solution) -> ContactState:
     """The state that a solution has, dimensionless; what it does not tell in line contact, its other fields do."""
-    pressure, traction = sol.pressure / disc.pressure, sol.traction / disc.pressure
-    approach = (sol.approach - disc.base) / disc.displacement
+    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
+    approach = (sol.approach - disc.base) / disc.scales.displacement
     state = ContactState(pressure, 0.0, traction, np.zeros(2))
     if np.isnan(approach):
-        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.displacement))
+        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
     rigid = np.zeros(2)
-    if disc.motion is not None and not disc.frictionless:
-        rigid = (np.array(sol.creepage) - disc.motion.rigid)[:2] * unit_slip(disc)
+    if disc.loading.motion is not None and not disc.loading.frictionless:
+        rigid = (np.array(sol.creepage) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
         if np.isnan(rigid).any():
             contact = pressure > 0
             moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, contact].mean(axis=1)
@@ -186,9 +181,11 @@ def _state(disc: Discretisation, sol: Solution) -> ContactState:
 
 def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
     """Deformed distance, dimensionless, (ny, nx)."""
-    distance = (disc.distance - disc.base) / disc.displacement + disc.normal_operator.apply(state.pressure[None])[0]
+    distance = (disc.distance - disc.base) / disc.scales.displacement + disc.operators.normal.apply(
+        state.pressure[None]
+    )[0]
     if disc.K != 0 and np.any(state.traction):
-        distance = distance + disc.traction_to_distance.apply(state.traction)[0]
+        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0]
     return np.asarray(distance - state.approach)
 
 
@@ -200,16 +197,16 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> n
             raise ValueError("a pressure that is not Hertz's, as which it is declared")
     distance = _distance(disc, state)
     largest = max(float(np.abs(distance).max()), abs(state.approach))
-    if np.abs(distance - sol.distance / disc.displacement).max() > SAME * largest:
+    if np.abs(distance - sol.distance / disc.scales.displacement).max() > SAME * largest:
         raise ValueError("distances that are not those under its tractions")
-    if disc.motion is None or disc.frictionless:
+    if disc.loading.motion is None or disc.loading.frictionless:
         return np.zeros(sol.grid.shape)
     shift, _ = shift_and_areas(disc, state)
     moved = disc.shift_by_tractions(state.traction)
     largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift, state.rigid, shift))
     if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
         raise ValueError("slips that are not those under its tractions")
-    density, found = friction_work(disc, state, shift) * disc.pressure / unit_slip(disc), sol.refinement
+    density, found = friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc), sol.refinement
     if found is not None:
         density = means(found.power_density, found.cells)
     if not sol.plan.has_moment and sol.spin:
@@ -217,13 +214,13 @@ def _check_fields(disc: Discretisation, sol: Solution, state: ContactState) -> n
     allowed = SAME * largest / unit_slip(disc) * float(np.abs(sol.traction).max())
     if np.any(np.abs(density - sol.power_density) > allowed):
         raise ValueError("a power density that is not that of its tractions")
-    if not (sol.plan.solves and sol.converged) or disc.no_slip:
+    if not (sol.plan.solves and sol.converged) or disc.loading.no_slip:
         return density
     allowed = SAME + 10 * sol.certificate.tangential_residual
     if np.abs(shift[:, sol.state == STICK]).max(initial=0.0) > allowed * largest:
         raise ValueError("a state of stick where there is slip")
     size, slips = np.hypot(*state.traction), sol.state == SLIP
-    if np.any(size[slips] < (sol.traction_bound[slips] / disc.pressure) - allowed * size.max()):
+    if np.any(size[slips] < (sol.traction_bound[slips] / disc.scales.pressure) - allowed * size.max()):
         raise ValueError("a state of slip where friction is not exhausted")
     return density
 
@@ -234,10 +231,10 @@ def _deserved(disc: Discretisation, sol: Solution, state: ContactState) -> bool:
     normal, flat, level = normal_as_solved(disc, state.pressure, state.approach, traction)
     found = {"normal_residual": normal_residual(normal, flat, level), "residual": 0.0}
     gaps = {"normal_relative_gap": normal_gap(normal, flat, level)[1]}
-    if disc.frictionless:
+    if disc.loading.frictionless:
         found["residual"] = found["normal_residual"]
     else:
-        whole = residuals(disc, state.pressure, state.approach, traction, state.rigid)
+        whole = residuals(disc, replace(state, traction=traction))
         found["tangential_residual"] = whole[1]
         found["residual"] = whole[1] if sol.plan.closed_form else max(whole)
         tangential = disc.tangential_problem(state.pressure, acting=traction)
@@ -254,8 +251,8 @@ def _rounding(disc: Discretisation, state: ContactState) -> float:
 
     Unlike bodies with little friction magnify it, and so do distances that count from far away.
     """
-    coefficients = np.ravel(1.0 if disc.coefficient is None else disc.coefficient)
+    coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
     least = float(np.min(coefficients[coefficients > 0], initial=1.0))
-    far = 10 * float(np.spacing(abs(disc.base))) / disc.displacement
-    own = disc.normal_operator.on(np.arange(1)).diagonal * float(state.pressure.max())
+    far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
+    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
     return ROUNDED * (1 + abs(disc.K) / least) + far / own

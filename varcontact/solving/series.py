@@ -17,14 +17,13 @@ from varcontact.planning.expectations import check_fits
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solving.certify import judged
-from varcontact.solving.grid_search import on_a_grid_that_holds_it
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
+from varcontact.solvers.conic.programs import Workspace
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.finish import finish
+from varcontact.solving.potential_contact import solve_contact
 from varcontact.system.threads import one_blas_thread
 
 KEPT = 32
@@ -59,7 +58,7 @@ class Series:
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
     operators: Operators | None = None
-    _setups: Setups = field(default_factory=Setups)
+    _workspace: Workspace = field(default_factory=Workspace)
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
     _found: deque[tuple[np.ndarray, np.ndarray]] = field(default_factory=lambda: deque(maxlen=KEPT))
 
@@ -85,18 +84,20 @@ class Series:
         moved = self._moved(scene, plan)
         if moved is None:
             check_fits(scene, plan)
-            self._setups = Setups()
-        setups = self._setups
-        steps = Steps(plan, self.tol, self.polish, Clock(self.progress), setups, certify=self.certify, refined=False)
+            self._workspace = Workspace()
+        workspace = self._workspace
+        steps = ContactSolver(
+            plan, self.tol, self.polish, SolveStats(self.progress), workspace, certify=self.certify, refined=False
+        )
         if moved is None:
-            disc, state = on_a_grid_that_holds_it(scene, steps, self.operators, self._begun)
+            disc, state = solve_contact(scene, steps, self.operators, self._begun)
         else:
             disc, state = moved
             state = contact(disc, steps, self._begun(disc, state))
         if self.operators is not disc.operators:
             self.forget()
         self.operators, self._last = disc.operators, (scene, plan, disc, state)
-        solution = judged(scene, disc, state, steps)
+        solution = finish(scene, disc, state, steps)
         self._found.append((_creepages(disc), state.traction))
         return solution
 
@@ -114,13 +115,13 @@ class Series:
             return None
         assert not isinstance(scene.motion, Transient)
         state = replace(state, iterations={}, status={}, solved={}, friction=None)
-        return disc.moved(scene.motion), state
+        return disc.with_loading(motion=scene.motion), state
 
     def _begun(self, disc: Discretisation, state: ContactState) -> ContactState:
         """The state with the tractions of the solved scene with the nearest creepages, if it has as many elements."""
         found = [(at, traction) for at, traction in self._found if traction.shape == state.traction.shape]
         if (
-            not found or disc.motion is None or disc.K != 0
+            not found or disc.loading.motion is None or disc.K != 0
         ):  # of unlike bodies, the pressure without tractions comes first
             return state
         distances = [float(np.linalg.norm(at - _creepages(disc))) for at, _ in found]
@@ -223,5 +224,5 @@ def _same(one: Any, other: Any) -> bool:
 
 def _creepages(disc: Discretisation) -> np.ndarray:
     """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
-    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.motion is None else disc.motion.rigid
-    return np.array([along_x, along_y, about_z * disc.length / 2])
+    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.loading.motion is None else disc.loading.motion.rigid
+    return np.array([along_x, along_y, about_z * disc.scales.length / 2])

@@ -10,12 +10,10 @@ from typing import Unpack, overload
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.certificate import Certificate, certify_problems
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.on_parts import cells_of, with_parts
-from varcontact.discrete.parts import means
+from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
+from varcontact.discrete.subgrid import cells_of, means, with_subgrid
 from varcontact.errors import SceneError
 from varcontact.planning.choice import make_plan
 from varcontact.planning.roads import TOLERANCE
@@ -23,14 +21,13 @@ from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving import adaptive
 from varcontact.solving.friction_loop import coefficient
-from varcontact.solving.grid_search import first_grid
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import CouplingName, NormalName, Options, SolveOptions, TangentialName
+from varcontact.solving.potential_contact import first_grid
 from varcontact.system.threads import one_blas_thread
 
 MOST_BY_PRESSURE = 1e50
@@ -256,15 +253,15 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
         state = hertz_pressure(disc, unloaded(grid))
     else:
         cells = cells_of(grid.edge, grid.line)
-        pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.pressure)
+        pressures = _field("pressure", pressure, grid.divided(cells).shape, disc.scales.pressure)
         if np.any(pressures < 0) or not np.any(pressures):
             raise SceneError("pressure", float(pressures.min()), "zero or positive, and positive somewhere")
         disc, state = _with_pressure(disc, pressures, cells)
-    tractions = _field("traction", traction, (2, *grid.shape), disc.pressure) / disc.pressure
+    tractions = _field("traction", traction, (2, *grid.shape), disc.scales.pressure) / disc.scales.pressure
     if isinstance(scene.friction, Law):
-        disc = disc.rubbing(coefficient(disc, replace(state, traction=tractions)))
+        disc = disc.with_loading(coefficient=coefficient(disc, replace(state, traction=tractions)))
     try:
-        return certify_problems(disc, state.pressure, state.approach, tractions, state.rigid, plan.closed_form)
+        return certificate_of(disc, replace(state, traction=tractions), plan.closed_form)
     finally:
         disc.operators.forget()
 
@@ -282,12 +279,12 @@ def _field(name: str, values: np.ndarray, shape: tuple[int, ...], scale: float) 
 
 def _with_pressure(disc: Discretisation, pressure: np.ndarray, cells: Cells) -> tuple[Discretisation, ContactState]:
     """A contact with a pressure from outside: the approach is that of the elements, or parts, it acts on, weighted."""
-    given, posed = pressure / disc.pressure, disc if cells == (1, 1) else with_parts(disc, pressure)
-    lattice = posed.parts or posed
+    given, posed = pressure / disc.scales.pressure, disc if cells == (1, 1) else with_subgrid(disc, pressure)
+    lattice = posed if posed.subgrid is None else posed.subgrid.disc
     problem = lattice.normal_problem()
     approach = problem.approach
     if approach is None:
         level = problem.distance + problem.operator.apply(given.reshape(1, -1))[0]
         approach = float(given.ravel() @ level / given.sum())
-    approach += (lattice.base - disc.base) / disc.displacement
+    approach += (lattice.base - disc.base) / disc.scales.displacement
     return posed, replace(unloaded(disc.grid), pressure=means(given, cells), approach=approach)

@@ -8,12 +8,11 @@ from typing import Any
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.planning.plan import Plan
+from varcontact.results.quantities_of_interest import check_measurable
 from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solving.error_norm import check_measurable
 
 BY_DEFAULT = 0.01
 """The accuracy of an answer where neither a grid nor an accuracy is given."""
@@ -26,7 +25,7 @@ class Target:
     Attributes
     ----------
     accuracy : float or None
-        Largest error against the continuum [-], in the units of `varcontact.solving.error_norm`.
+        Largest error against the continuum [-], in the units of `varcontact.results.quantities_of_interest`.
     time_budget : float or None
         Seconds.
     by_default : bool

@@ -22,15 +22,15 @@ from varcontact.planning.plan import Plan
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.check import KINDS
 from varcontact.solving.defect_correction.cliffs import check_cliffs
 from varcontact.solving.defect_correction.march import CorrectedMarch, corrected_march
-from varcontact.solving.grid_search import on_a_grid_that_holds_it
 from varcontact.solving.march import March, marching_on
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
+from varcontact.solving.potential_contact import solve_contact
 from varcontact.system.memory import need
 
 STEP_FIELDS, STEP_PARTS, STEP_REST = 65.0, 152.0, 1e4
@@ -83,7 +83,7 @@ def solve_transient(
     """
     if not isinstance(_motion(scene).start, Solution | None):
         raise SceneError("motion.start", _motion(scene).start, "a Solution")
-    steps = Steps(plan, tol, polish, Clock(), certify=certify, continuum=chosen, deadline=deadline)
+    steps = ContactSolver(plan, tol, polish, SolveStats(), certify=certify, continuum=chosen, deadline=deadline)
     settings: dict[str, Any] = {"tol": tol, "polish": polish} | ({"refine": KINDS[0]} if refine else {})
     if store is None:
         return _solved(scene, steps, settings, progress, None, chosen)
@@ -93,7 +93,7 @@ def solve_transient(
 
 def _solved(
     scene: Scene,
-    steps: Steps,
+    steps: ContactSolver,
     settings: dict[str, Any],
     progress: Callable[[str], None] | None,
     recording: Stored | None,
@@ -197,14 +197,14 @@ def largest_contacts(scene: Scene) -> list[Scene]:
     return list(largest.values())
 
 
-def _edge_of_steps(grid: Grid, steps: Steps) -> Edge:
+def _edge_of_steps(grid: Grid, steps: ContactSolver) -> Edge:
     """The edge of the start's `grid` as steps can have it: never softened, and by centres where tractions count."""
     if grid.edge == "centres" or steps.plan.coupling != "none":
         return "centres"
     return "touched"
 
 
-def _grid(scene: Scene, contacts: list[Scene], steps: Steps, refine: bool) -> Grid:
+def _grid(scene: Scene, contacts: list[Scene], steps: ContactSolver, refine: bool) -> Grid:
     """One grid for the whole history: the scene's own, that of the start, or one that holds every contact.
 
     Where the largest contacts are solved for, those that cannot be corrected are refused before any step.
@@ -215,7 +215,7 @@ def _grid(scene: Scene, contacts: list[Scene], steps: Steps, refine: bool) -> Gr
     if motion.start is not None and scene.grid == "auto" and not motion.interpolate:
         return replace(motion.start.grid, edge=_edge_of_steps(motion.start.grid, steps))
     plan = replace(steps.plan, tangential="none", coupling="none")
-    found = [on_a_grid_that_holds_it(each, replace(steps, plan=plan, clock=Clock())) for each in contacts]
+    found = [solve_contact(each, replace(steps, plan=plan, stats=SolveStats())) for each in contacts]
     for disc, state in found:
         disc.operators.forget()
         if refine:

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.io.outputs import clear, replacing
 from varcontact.results.solution import Solution
-from varcontact.system.locks import beside
+from varcontact.system.files import beside, clear, replacing
 
 FIELDS = ("pressure", "traction", "state", "traction_bound", "force")
 

@@ -15,9 +15,8 @@ from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solvers.registry import load_packages
 from varcontact.solving.series import solve_many
 from varcontact.solving.solve import solve

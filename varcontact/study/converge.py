@@ -13,16 +13,14 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.discrete.contact_grid import within
-from varcontact.discrete.containment import Box, contact_box
+from varcontact.discrete.contact_grid import Box, contact_box, within
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
 from varcontact.planning.expectations import check_fits
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.scene.transient import Transient
 from varcontact.solving.solve import solve
 from varcontact.study.compare import attempted, carried
 from varcontact.study.convergence import COLUMNS, WORDS, Convergence

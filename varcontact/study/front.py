@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.solving.ways import Way
+from varcontact.solving.discretisation_variants import Way
 from varcontact.study.store import plain_rows
 from varcontact.study.tables import columns_of_text
 
@@ -52,7 +52,8 @@ class Tradeoff:
     Attributes
     ----------
     runs : pandas.DataFrame
-        A row per scene and way: outcome and reason; error in the norm of `varcontact.solving.error_norm`, and the
+        A row per scene and way: outcome and reason; error in the norm of
+        `varcontact.results.quantities_of_interest`, and the
         reference's own error bar; seconds, processor seconds, those of a repeat and of the set-up, memory [bytes];
         residual and relative gap, by which the answer is exact for its grid.
     classes : pandas.DataFrame
@@ -114,7 +115,7 @@ class Tradeoff:
         Parameters
         ----------
         targets : float or sequence of float
-            In the norm of `varcontact.solving.error_norm`.
+            In the norm of `varcontact.results.quantities_of_interest`.
 
         Returns
         -------

@@ -20,15 +20,15 @@ import numpy as np
 
 import varcontact
 from varcontact.errors import VarcontactError
-from varcontact.io.outputs import write_whole
+from varcontact.results.quantities_of_interest import NORMAL, units
 from varcontact.scene.grid import Grid
-from varcontact.solving.error_norm import NORMAL, units
 from varcontact.solving.solve import solve
 from varcontact.study.extrapolate import extrapolate_series
 from varcontact.study.reference_scenes import Posed, reference_scenes
 from varcontact.study.references import COMMAND, FILE, VERSION, signature
 from varcontact.study.refinement import TOLERANCE, series_of, solves
 from varcontact.study.store import Table
+from varcontact.system.files import write_whole
 
 COLUMNS = ("scene", "cells", "position", "values", "seconds", "identity")
 WORDS = ("scene", "values", "identity")

@@ -11,9 +11,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 
 SCENE = "scene"
 """The dimension of scenes that are given one by one."""

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from varcontact.scene.bodies import Bodies
-from varcontact.scene.motion import Motion, Shift, Steady
+from varcontact.scene.motion import Motion, Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
-from varcontact.scene.transient import Transient
 
 FRICTION = 0.3
 LIMIT = FRICTION

@@ -15,8 +15,8 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.results.quantities_of_interest import error
 from varcontact.scene.scene import Scene
-from varcontact.solving.error_norm import error
 from varcontact.study.reference_scenes import Posed, reference_scenes
 
 VERSION = 1
@@ -41,7 +41,7 @@ class Reference:
     bars : dict of str to float
         Half the widths of their 95 % intervals.
     units : dict of str to float
-        What an error of one is, of the values that count (`varcontact.solving.error_norm`); areas do not.
+        What an error of one is, of the values that count (`varcontact.results.quantities_of_interest`); areas do not.
     kind : str
         Class of the scene.
     how : str
@@ -69,7 +69,7 @@ class Reference:
         Parameters
         ----------
         found : mapping of str to float
-            As `varcontact.solving.error_norm.values` gives them.
+            As `varcontact.results.quantities_of_interest.values` gives them.
 
         Returns
         -------

@@ -9,13 +9,13 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.containment import Box
+from varcontact.discrete.contact_grid import Box
 from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import values
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
-from varcontact.solving.error_norm import values
 from varcontact.solving.solve import solve
 from varcontact.study.converge import contact_of, offset
 from varcontact.study.reference_scenes import Posed

@@ -17,7 +17,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SolverUnavailable, VarcontactError, WorkersLost
-from varcontact.io.scene_file import scene_to
+from varcontact.io.scene_toml import scene_to
 from varcontact.io.sweep_file import (
     COUNTS,
     ERRORS,

@@ -13,7 +13,6 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
-from varcontact.io.outputs import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
@@ -22,6 +21,7 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse
 from varcontact.solving.solve import solve
 from varcontact.study.sweep import Standing, sweep
+from varcontact.system.files import check_ending, check_replaceable, check_writable, write_whole
 from varcontact.system.threads import one_blas_thread
 from varcontact.theories.table_book import TableBook, packed, unpacked
 from varcontact.theories.table_nodes import HALFWAY, direction_nodes, magnitudes, ratio_nodes, spin_scale

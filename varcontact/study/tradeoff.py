@@ -20,9 +20,9 @@ from varcontact.planning.roads import TOLERANCE
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
 from varcontact.solvers.registry import tangential_methods
+from varcontact.solving.discretisation_variants import Answered, Way, answer
 from varcontact.solving.options import polished_by
 from varcontact.solving.series import Series
-from varcontact.solving.ways import Answered, Way, answer
 from varcontact.study.compare import neighbour
 from varcontact.study.engine import alone, opened, results
 from varcontact.study.front import COLUMNS, TARGETS, WORDS, Tradeoff

@@ -23,26 +23,7 @@ MANY = 1000
 
 
 def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
-    """What `work` returns or raises; Ctrl-C does not wait for it.
-
-    Parameters
-    ----------
-    work : callable
-    rows : int
-        Of the matrix that is factored, if that is what it does: with few it is just called.
-
-    Notes
-    -----
-    After Ctrl-C the thread goes on in the background until `work` is done, and its answer is dropped; it does not keep
-    the interpreter from ending. So `work` should be one call that changes nothing but what it returns. Beside the
-    main thread, where no signal comes, it is just called. While another language holds Python's global lock, as
-    Clarabel does when it sets up a problem, there is no interrupting.
-
-    Examples
-    --------
-    >>> interruptible(lambda: 6 * 7)
-    42
-    """
+    """What `work` returns or raises; Ctrl-C does not wait for it."""
     if rows < MANY or threading.current_thread() is not threading.main_thread():
         return work()
     call = _Call(work)

@@ -27,13 +27,7 @@ def available() -> float:
 
 
 def left_by_control_groups(root: Path = Path("/")) -> float:
-    """Bytes that the control groups of this process leave to it, those above it included; infinite without limits.
-
-    Parameters
-    ----------
-    root : Path
-        Of the file system, in which Linux tells of both versions of control groups.
-    """
+    """Bytes that the control groups of this process leave to it, those above it included; infinite without limits."""
     left = [math.inf]
     for line in _lines(root / "proc/self/cgroup"):
         _, controllers, name = line.split(":", 2)
@@ -79,33 +73,12 @@ def _left_by_ulimit() -> float:
 
 
 def fits(size: float) -> bool:
-    """Whether so many bytes are there.
-
-    Parameters
-    ----------
-    size : float
-        Bytes.
-    """
+    """Whether so many bytes are there."""
     return size < LITTLE or size <= available()
 
 
 def need(what: str, size: float, fits: str) -> None:
-    """Raise `TooLarge` if `size` bytes are not there.
-
-    Parameters
-    ----------
-    what : str
-        What needs the memory, for the message.
-    size : float
-        Bytes.
-    fits : str
-        What would fit, for the message.
-
-    Raises
-    ------
-    TooLarge
-        If fewer bytes are available.
-    """
+    """Raise `TooLarge` if `size` bytes are not there."""
     if size < LITTLE:
         return
     there = available()

@@ -62,13 +62,6 @@ def one_blas_thread() -> ContextDecorator:
     surface, and so does what is computed later on, when a result is asked for it. Calls may be nested (0.5 us), and may
     come from several threads at once. Nothing is limited where an environment variable of `VARIABLES` is set: it is the
     user's choice.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> with one_blas_thread():
-    ...     print(np.ones((2, 2)) @ np.ones(2))
-    [2. 2.]
     """
     return _LIMIT
 

@@ -91,12 +91,12 @@ def _parabolic(disc: Discretisation, state: ContactState) -> np.ndarray:
     height = np.maximum(1 - (disc.grid.x[None, :] / a) ** 2 - (disc.grid.y[:, None] / b) ** 2, 0.0) * (
         state.pressure > 0
     )
-    return np.asarray(state.pressure.sum() * disc.pressure * height / height.sum())
+    return np.asarray(state.pressure.sum() * disc.scales.pressure * height / height.sum())
 
 
 def _fastsim_elliptic(disc: Discretisation, state: ContactState, flexibility: str = "separate") -> ContactState:
     """The state with FASTSIM's tractions under friction times Hertz's pressure, (166)."""
-    return _fastsim(disc, state, state.pressure * disc.pressure, flexibility)
+    return _fastsim(disc, state, state.pressure * disc.scales.pressure, flexibility)
 
 
 def _vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> ContactState:
@@ -104,7 +104,7 @@ def _vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Conta
 
     They are sampled at the element centres and scaled to carry exactly that force.
     """
-    hertz, motion = disc.hertz, disc.motion
+    hertz, motion = disc.hertz, disc.loading.motion
     assert hertz is not None
     assert isinstance(motion, Steady)
     limit = _friction(disc) * hertz.force
@@ -125,7 +125,7 @@ def _vermeulen_johnson_state(disc: Discretisation, state: ContactState) -> Conta
     if r > 0:
         stick = ((x - hertz.a * (1 - r)) / hertz.a) ** 2 + (y / hertz.b) ** 2 < r**2
     rigid = _rigid(disc, creepage)
-    return _state(disc, state, traction * scale / disc.pressure, rigid, (state.pressure > 0) & ~stick)
+    return _state(disc, state, traction * scale / disc.scales.pressure, rigid, (state.pressure > 0) & ~stick)
 
 
 def _table(disc: Discretisation, state: ContactState) -> ContactState:
@@ -143,13 +143,13 @@ def _coefficients(disc: Discretisation) -> CreepageCoefficients:
 
 
 def _friction(disc: Discretisation) -> float:
-    assert isinstance(disc.coefficient, float)
-    return disc.coefficient
+    assert isinstance(disc.loading.coefficient, float)
+    return disc.loading.coefficient
 
 
 def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray, flexibility: str) -> ContactState:
     """FASTSIM on the grid, where prescribed forces are met, up to the last of what its elements can carry."""
-    hertz, motion, G = disc.hertz, disc.motion, disc.bodies.combined_G
+    hertz, motion, G = disc.hertz, disc.loading.motion, disc.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
     table, creepage = _coefficients(disc), np.array(motion.rigid)
@@ -157,10 +157,12 @@ def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray, fl
     def flexibilities(creepage: np.ndarray) -> np.ndarray:
         return flexibilities_of(hertz.a, hertz.b, G, creepage, table, flexibility)
 
-    if disc.law is not None:
-        law, start, L = disc.law, state.branch, flexibilities(creepage)
+    if disc.loading.law is not None:
+        law, start, L = disc.loading.law, state.branch, flexibilities(creepage)
         traction, slip = fastsim_on_grid_under_law(disc.grid, hertz.a, hertz.b, L, pressure, creepage, law, start)
-        return _state(disc, state, traction / disc.pressure, np.zeros(2), slip.any(axis=0) & (state.pressure > 0))
+        return _state(
+            disc, state, traction / disc.scales.pressure, np.zeros(2), slip.any(axis=0) & (state.pressure > 0)
+        )
     bound = _friction(disc) * pressure
 
     def tractions(creepage: np.ndarray) -> np.ndarray:
@@ -169,14 +171,14 @@ def _fastsim(disc: Discretisation, state: ContactState, pressure: np.ndarray, fl
     creepage = _meeting(disc, bound, tractions)
     traction = tractions(creepage)
     slips = (np.hypot(*traction) >= bound * (1 - 1e-9)) & (state.pressure > 0)
-    return _state(disc, state, traction / disc.pressure, _rigid(disc, creepage), slips)
+    return _state(disc, state, traction / disc.scales.pressure, _rigid(disc, creepage), slips)
 
 
 def _strip_state(disc: Discretisation, state: ContactState, name: str) -> ContactState:
     """The state with the tractions of strip theory, or of FaStrip, at the element centres."""
     hertz, G, table = disc.hertz, disc.bodies.combined_G, _coefficients(disc)
     assert hertz is not None
-    pressure = state.pressure * disc.pressure
+    pressure = state.pressure * disc.scales.pressure
     bound = _friction(disc) * pressure
     limit = _friction(disc) * hertz.force
     factors = (1 / (1 - disc.operators.nu), 1.0, 1.0) if name == "strip" else kalker_factors(hertz.a, hertz.b, table)
@@ -191,7 +193,7 @@ def _strip_state(disc: Discretisation, state: ContactState, name: str) -> Contac
 
     creepage = _meeting(disc, bound, lambda creepage: found(creepage)[0])
     traction, slips = found(creepage)
-    return _state(disc, state, traction / disc.pressure, _rigid(disc, creepage), slips)
+    return _state(disc, state, traction / disc.scales.pressure, _rigid(disc, creepage), slips)
 
 
 def _polach_state(disc: Discretisation, state: ContactState) -> ContactState:
@@ -199,7 +201,7 @@ def _polach_state(disc: Discretisation, state: ContactState) -> ContactState:
 
     They have the direction of the force, are sampled at the element centres and scaled to carry exactly that force.
     """
-    hertz, motion, G = disc.hertz, disc.motion, disc.bodies.combined_G
+    hertz, motion, G = disc.hertz, disc.loading.motion, disc.bodies.combined_G
     assert hertz is not None
     assert isinstance(motion, Steady)
     limit, table, creepage = _friction(disc) * hertz.force, _coefficients(disc), np.array(motion.rigid)
@@ -222,9 +224,9 @@ def _polach_state(disc: Discretisation, state: ContactState) -> ContactState:
     shape = -simplified_traction(x, y, hertz.a, hertz.b, L, limit, slope, 0.0, "elliptic")[0] * (state.pressure > 0)
     total = shape.sum() * disc.grid.area
     traction = np.multiply.outer(carried / total if total > 0 else np.zeros(2), shape)
-    bound = _friction(disc) * state.pressure * disc.pressure
+    bound = _friction(disc) * state.pressure * disc.scales.pressure
     slips = (shape >= bound * (1 - 1e-3)) & (state.pressure > 0)
-    return _state(disc, state, traction / disc.pressure, _rigid(disc, creepage), slips)
+    return _state(disc, state, traction / disc.scales.pressure, _rigid(disc, creepage), slips)
 
 
 def _slope_carrying(part: float) -> float:
@@ -238,7 +240,7 @@ def _slope_carrying(part: float) -> float:
 
 def _meeting(disc: Discretisation, bound: np.ndarray, tractions: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """The creepage of a scene; where forces are prescribed, that at which tractions on the elements carry them."""
-    hertz, motion = disc.hertz, disc.motion
+    hertz, motion = disc.hertz, disc.loading.motion
     assert hertz is not None
     assert isinstance(motion, Steady)
     creepage = np.array(motion.rigid)
@@ -267,10 +269,12 @@ def _given(motion: Steady) -> tuple[float | None, float | None]:
 
 def _rigid(disc: Discretisation, creepage: np.ndarray) -> np.ndarray:
     """The uniform rigid shift of creepages found in place of forces."""
-    motion, step = disc.motion, disc.step
+    motion, step = disc.loading.motion, disc.step
     assert motion is not None
     assert step is not None
-    return np.asarray((creepage[:2] - np.array(motion.rigid[:2])) * step * disc.length / disc.displacement)
+    return np.asarray(
+        (creepage[:2] - np.array(motion.rigid[:2])) * step * disc.scales.length / disc.scales.displacement
+    )
 
 
 def _state(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
@@ -35,8 +35,11 @@ def no_slip_forces(scene: Scene) -> tuple[np.ndarray, int]:
     both = np.ones((2, *scene.grid.shape))
     problem = disc.tangential_problem(disc.hertz.on_elements(scene.grid), acting=both)
     units = [replace(scene.motion, vx=vx, vy=vy, spin=spin) for vx, vy, spin in np.eye(3)]
-    shifts = [disc.moved(unit).rigid_shift.reshape(2, -1)[:, problem.operator.elements].ravel() for unit in units]
+    shifts = [
+        disc.with_loading(motion=unit).rigid_shift.reshape(2, -1)[:, problem.operator.elements].ravel()
+        for unit in units
+    ]
     tractions = np.linalg.solve(problem.operator.matrix, -np.transpose(shifts)).reshape(2, -1, 3)
     x, y = problem.points
-    moment = (x @ tractions[1] - y @ tractions[0]) * disc.length
-    return np.array([*tractions.sum(axis=1), moment]) * problem.area * disc.force, problem.size
+    moment = (x @ tractions[1] - y @ tractions[0]) * disc.scales.length
+    return np.array([*tractions.sum(axis=1), moment]) * problem.area * disc.scales.force, problem.size

@@ -17,7 +17,7 @@ from varcontact import checks
 from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
-from varcontact.system.reading import reading
+from varcontact.system.files import reading
 from varcontact.theories.table_nodes import HALFWAY, linear_part, places
 
 FORMAT = "varcontact table 3"

@@ -63,11 +63,11 @@ def table_tractions(
     creepage : ndarray, shape (3,)
         vx, vy, spin; those found where forces are prescribed.
     """
-    hertz, motion = disc.hertz, disc.motion
+    hertz, motion = disc.hertz, disc.loading.motion
     assert hertz is not None
     assert isinstance(motion, Steady)
-    assert isinstance(disc.coefficient, float)
-    G, limit = disc.bodies.combined_G, disc.coefficient * hertz.force
+    assert isinstance(disc.loading.coefficient, float)
+    G, limit = disc.bodies.combined_G, disc.loading.coefficient * hertz.force
     creepage = np.array(motion.rigid)
     if motion.Fx is not None or motion.Fy is not None:
         size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
@@ -81,10 +81,10 @@ def table_tractions(
         creepage[:2] = creepages_meeting(force, (motion.vx, motion.vy), (motion.Fx, motion.Fy), unit, limit)
     found = table_forces(hertz.a, hertz.b, G, limit, creepage)
     vx, vy, spin = map(float, creepage)
-    begun = simplified(disc.moved(replace(motion, vx=vx, vy=vy, spin=spin, Fx=None, Fy=None)), state)
+    begun = simplified(disc.with_loading(motion=replace(motion, vx=vx, vy=vy, spin=spin, Fx=None, Fy=None)), state)
     size = float(np.sqrt(hertz.a * hertz.b))
     wanted = np.array([*found.force, float(found.moment) / size]) / limit
-    bound = disc.coefficient * state.pressure
+    bound = disc.loading.coefficient * state.pressure
     x, y = np.meshgrid(disc.grid.x / size, disc.grid.y / size)
     return _carrying(begun.traction, bound, np.stack([x, y]), wanted), creepage
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.scene_file import bodies_from, solve_table
+from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction import LAWS
 from varcontact.wheel_rail.profile import Profile

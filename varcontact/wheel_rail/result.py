@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from varcontact.results.quantities_of_interest import units
 from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
-from varcontact.solving.error_norm import units
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

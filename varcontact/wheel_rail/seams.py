@@ -11,16 +11,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.problem import NormalProblem, RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.errors import NotConverged
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.newton.drive import DENSE
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solvers.settings import Settings
 
 FALL = 0.8
 """Exponent of the weight's fall with the distance of the parts, CONTACT's."""
@@ -86,11 +86,11 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
     for _ in range(ROUNDS):
         raw = _pressed(replace(problem, distance=problem.distance - taken.ravel()), raw)
         pressure, before = raw.traction.reshape(grid.shape), taken
-        parts = [disc.normal_operator.apply((pressure * (part == j)[:, None])[None])[0] for j in range(len(missing))]
+        parts = [disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0] for j in range(len(missing))]
         taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
-        change = float(np.abs(taken - before).max()) * disc.displacement / scene.approach
+        change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
         if change <= CLOSE:
-            return replace(scene, surface=SampledDistance(surface.h - taken * disc.displacement))
+            return replace(scene, surface=SampledDistance(surface.h - taken * disc.scales.displacement))
     raise NotConverged("the parts of a patch were not brought to rest", change)
 
 

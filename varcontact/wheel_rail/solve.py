@@ -13,12 +13,12 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.quantities_of_interest import units
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
-from varcontact.solving.error_norm import units
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.solving.target import BY_DEFAULT

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import unloaded
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.passes import PASSES, defect_corrected
-from varcontact.solving.subproblems import Steps
-from varcontact.solving.timing import Clock
 
 REFERENCES = Path(__file__).parents[2] / "data" / "refined_references.csv"
 PLAIN = (96, 128, 192, 256, 384)
@@ -66,7 +66,7 @@ def reference(case: dict[str, float]) -> tuple[np.ndarray, float]:
         grid = plan.sizes.grid
         lattice = vc.Grid(nx=cells, ny=cells).spread((-posed.hertz.a, posed.hertz.a, -posed.hertz.b, posed.hertz.b))
         assert lattice.shape == (grid[1], grid[0])
-        steps = Steps(plan, 1e-7, False, Clock(), refined=False)
+        steps = ContactSolver(plan, 1e-7, False, SolveStats(), refined=False)
         disc = discretise(replace(posed, grid=lattice), lattice)
         state = steps.traction(disc, steps.pressure(disc, unloaded(lattice)))
         passed = defect_corrected(disc, state, steps.traction, steps.traction, parts, passes=PASSES + 2)

@@ -9,7 +9,7 @@ import numpy as np
 import varcontact as vc
 from tests.benchmarks.random_scenes import scenes as random_scenes
 from tests.benchmarks.refinement import FRICTION
-from varcontact.solving.error_norm import error, units, values
+from varcontact.results.quantities_of_interest import error, units, values
 
 FULL = FRICTION / 3.7
 """About the creepage of saturation of a circle."""

@@ -22,7 +22,7 @@ from tests.benchmarks.refinement import (
 )
 from varcontact.reference import carter, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
-from varcontact.solving.error_norm import values
+from varcontact.results.quantities_of_interest import values
 
 STEEL = vc.Bodies(G=1.0, nu=0.25)
 SLOPES = (8, 16, 32, 48, 64)

@@ -9,17 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 import varcontact as vc
-from varcontact.discrete.discretisation import Carried, Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.parts import means
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import means
 from varcontact.elasticity.operators import influence_operator
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.field import held_behind, reconstructed
 from varcontact.solving.defect_correction.parts import Parts
 from varcontact.solving.defect_correction.pressed import within_parts
 from varcontact.solving.defect_correction.sublattice import Sublattice, loads
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 from varcontact.study.converge import contact_of
 
 PARTS, PASSES = (2, 2), 3
@@ -29,16 +28,18 @@ def corrected(scene: vc.Scene, cells: int, again: bool) -> np.ndarray:
     """Fx, Fy and Mz: of the grid, and after each pass; the pressure on parts solved for `again` in each of them."""
     grid = vc.Grid(nx=cells, ny=cells).spread(contact_of(scene))
     posed = replace(scene, grid=grid)
-    steps = Steps(vc.plan(posed, normal="newton", tangential="newton"), 1e-8, False, Clock(), refined=False)
+    steps = ContactSolver(
+        vc.plan(posed, normal="newton", tangential="newton"), 1e-8, False, SolveStats(), refined=False
+    )
     disc = discretise(posed, grid)
     state = contact(disc, steps, steps.pressure(disc, unloaded(grid)))
     within = within_parts(disc)
     finest = grid.divided((PARTS[0] * within[0], PARTS[1] * within[1]))
     on_finest = discretise(replace(scene, grid=finest), finest)
     pressure = steps.pressure(on_finest, unloaded(finest))
-    fine, by_pressure = _parts(disc, state, pressure.pressure * (on_finest.pressure / disc.pressure))
+    fine, by_pressure = _parts(disc, state, pressure.pressure * (on_finest.scales.pressure / disc.scales.pressure))
     field = reconstructed(state.traction, *fine.shapes, PARTS)
-    forces = [loads(state.traction * disc.pressure, grid)]
+    forces = [loads(state.traction * disc.scales.pressure, grid)]
     for _ in range(PASSES):
         own = disc.known_shift + disc.tangential_operator.apply(state.traction)
         own += disc.pressure_to_shift.apply(state.pressure[None])
@@ -46,11 +47,13 @@ def corrected(scene: vc.Scene, cells: int, again: bool) -> np.ndarray:
         bound = fine.coefficient * state.pressure
         inside = (bound > 0) & (means(fine.bound, PARTS) > 0)
         correction = held_behind(lacking, state.traction, bound) * inside
-        state = contact(replace(disc, carried=Carried(-correction, np.zeros(2))), steps, state)
+        state = contact(disc.with_loading(previous_step=PreviousStep(-correction, np.zeros(2))), steps, state)
         if again:
-            spread = field.repeat(within[0], axis=1).repeat(within[1], axis=2) * (disc.pressure / on_finest.pressure)
+            spread = field.repeat(within[0], axis=1).repeat(within[1], axis=2) * (
+                disc.scales.pressure / on_finest.scales.pressure
+            )
             pressure = steps.pressure(on_finest, replace(pressure, traction=spread))
-        fine, by_pressure = _parts(disc, state, pressure.pressure * (on_finest.pressure / disc.pressure))
+        fine, by_pressure = _parts(disc, state, pressure.pressure * (on_finest.scales.pressure / disc.scales.pressure))
         field = reconstructed(state.traction, *fine.shapes, PARTS)
         forces.append(fine.forces(field))
     return np.array(forces)
@@ -63,7 +66,7 @@ def _parts(disc: Discretisation, state: ContactState, finer: np.ndarray) -> tupl
     side, operators = lattice.sides[0], disc.operators
     slopes = influence_operator(lattice, "xy", "z", nu=operators.nu, K=disc.K, lag=side, offset=-side / 2)
     by_pressure = means(slopes.apply(finer[None]), within) * within[1] * parts.steps
-    return Sublattice(parts, np.full(disc.grid.shape, disc.coefficient)), by_pressure
+    return Sublattice(parts, np.full(disc.grid.shape, disc.loading.coefficient)), by_pressure
 
 
 def table() -> None:

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import normal_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import normal_residual
 from varcontact.solvers.active_set.norm import norm
 
 GRID = vc.Grid(nx=10, ny=10).spread((-1.2, 1.2, -0.9, 0.9))

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
-from varcontact.solvers.conic.solvers import solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import solve_tangential
+from varcontact.solvers.interface import Settings
 
 HARD = 1.0644223380502587
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
+from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
-from varcontact.solvers.conic.programs import normal_potential, normal_program
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import solve_normal, solve_tangential
+from varcontact.solvers.conic.programs import Workspace, normal_potential, normal_program
+from varcontact.solvers.interface import Settings
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))
 CLOSE = {"normal": 1e-8, "tangential": 1e-5}
@@ -20,7 +19,7 @@ CLOSE = {"normal": 1e-8, "tangential": 1e-5}
 
 def fresh_and_kept(solve, name, problems, tol, **settings):
     """Answers in a row with one store of set-ups, and each from nothing."""
-    setups = Setups()
+    setups = Workspace()
     for posed in problems:
         kept = solve(name, posed, Settings(1e-8, setups=setups, **settings))
         fresh = solve(name, posed, Settings(1e-8, **settings))
@@ -78,7 +77,7 @@ def test_tangential(rolling, name, kind):
 def test_what_is_found(rolling):
     """Same matrices or not, same structure or not."""
     first, _, bumpy, _, softer, _, _, by_approach, _ = (normal_program(p) for p in normal_problems(rolling))
-    setups = Setups()
+    setups = Workspace()
     assert setups.find("key", first) is None
     setups.keep("key", first, "kept")
     assert setups.find("key", first) == ("kept", True)
@@ -94,6 +93,6 @@ def test_what_is_found(rolling):
 def test_a_warm_start_saves_iterations(rolling):
     """Splitting begins where it ended: solving the same again takes fewer iterations."""
     posed = discretise(rolling(), GRID).normal_problem()
-    setups = Setups()
+    setups = Workspace()
     first, again = (solve_normal("scs", posed, Settings(1e-6, setups=setups)) for _ in range(2))
     assert again.iterations < first.iterations

@@ -7,11 +7,10 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import varcontact as vc
-from varcontact.solvers.conic.accuracy import BACKENDS
+from varcontact.solvers.conic.backends import BACKENDS, backend
 from varcontact.solvers.conic.programs import ConicProgram
-from varcontact.solvers.conic.solvers import backend
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import CVXPY_SOLVERS, PROGRAM_SOLVERS
-from varcontact.solvers.settings import Settings
 
 GRID = vc.Grid(nx=8, ny=8)
 ALL = [*PROGRAM_SOLVERS, *(f"qpsolvers:{name}" for name in BACKENDS), *(f"cvxpy:{name}" for name in CVXPY_SOLVERS)]

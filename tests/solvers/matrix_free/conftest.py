@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.operators import influence_operator
 
 SHAPES = ("ellipse", "needle", "patches", "holes", "wavy", "row", "strip", "single", "levels")

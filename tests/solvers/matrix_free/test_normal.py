@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.gap import normal_gap, normal_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.errors import SceneError
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.newton import krylov
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton import gcr
 from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
 
@@ -104,7 +104,7 @@ def test_bad_input(normal_problem):
 
 def test_wrong_linear_solves_do_not_lead_astray(normal_problem, monkeypatch):
     """Two steps of three are noise; and where all are, NORM is asked."""
-    problem, exact, calls = normal_problem(1), krylov.gcr, []
+    problem, exact, calls = normal_problem(1), gcr.gcr, []
     rng = np.random.default_rng(0)
 
     def wrong(system, right, forces, lacking, enough, room):
@@ -118,7 +118,7 @@ def test_wrong_linear_solves_do_not_lead_astray(normal_problem, monkeypatch):
     raw = newton_normal(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("", "Solved") and calls.count(False) > 4
     monkeypatch.setattr(krylov, "gcr", lambda *a: dataclasses.replace(exact(*a), traction=np.full(a[1].shape, np.nan)))
-    monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)
+    monkeypatch.setattr("varcontact.solvers.newton.driver.forward_backward_forward", lambda at, *_: at)
     densely = newton_normal(problem, SETTINGS)
     assert (densely.solver, densely.status) == ("norm", "Solved")
     assert densely.reason == "newton missed the tolerance, norm was used"

@@ -7,15 +7,14 @@ import pytest
 
 from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Grid
-from varcontact.solvers.newton import krylov
-from varcontact.solvers.newton.kernel import kernel, unit
-from varcontact.solvers.newton.krylov import Forces, Room, gcr
-from varcontact.solvers.newton.levels import Box, doubled, halved, halved_mean
-from varcontact.solvers.newton.newton import point
-from varcontact.solvers.newton.preconditioner import circulant, parzen
-from varcontact.solvers.newton.safeguard import balanced, damped, forward_backward_forward
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton import gcr
+from varcontact.solvers.newton.driver import point
+from varcontact.solvers.newton.gcr import Forces, Room, gcr
+from varcontact.solvers.newton.globalisation import balanced, damped, forward_backward_forward
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean
+from varcontact.solvers.newton.kernel import circulant, kernel, parzen, unit
 from varcontact.solvers.newton.tangential import _Posed
-from varcontact.solvers.settings import Settings
 
 
 @pytest.fixture(params=["ellipse", "strip", "row", "single"])
@@ -199,6 +198,6 @@ def test_the_window_keeps_the_symbol_positive(tangential_problem):
 def test_room_is_bounded():
     """Few directions for very many unknowns; more where they cost nothing; hardly more than there are unknowns."""
     forces = Forces((0,), np.zeros(1), 1.0)
-    assert len(Room.of(10**6, forces).images) == krylov.FEWEST
-    assert len(Room.of(1000, dataclasses.replace(forces, components=())).images) == krylov.MOST
+    assert len(Room.of(10**6, forces).images) == gcr.FEWEST
+    assert len(Room.of(1000, dataclasses.replace(forces, components=())).images) == gcr.MOST
     assert 36 < len(Room.of(36, forces).images) < 100

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.gap import gap, tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged, SceneError
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.newton import krylov
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton import gcr
 from varcontact.solvers.newton.kernel import Kernel
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
 
@@ -128,7 +128,7 @@ def test_start_of_another_grid_is_refused(tangential_problem):
 @pytest.mark.parametrize("carried", [0.0, 0.5])
 def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch, carried):
     """Four steps of five are noise: the line search and Tseng's steps bring it to the tolerance all the same."""
-    problem, exact, calls = tangential_problem(0, carried=carried, rolling=True, step=1.0), krylov.gcr, []
+    problem, exact, calls = tangential_problem(0, carried=carried, rolling=True, step=1.0), gcr.gcr, []
     rng = np.random.default_rng(0)
 
     def wrong(system, right, forces, lacking, enough, room):
@@ -150,7 +150,7 @@ def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch,
 def lost(system, right, forces, lacking, enough, room):
     """A linear solve that is nothing but noise."""
     step = 1e3 * np.random.default_rng(0).normal(size=right.shape) * system.conditions.contact
-    return krylov.Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
+    return gcr.Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
 
 
 def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
@@ -163,16 +163,16 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     settings = Settings(1e-8)
     raw = newton_tangential(problem, settings)
     assert (raw.solver, raw.status) == ("", "Solved")
-    assert settings.tally.calls["tseng"].count > 1 and set(settings.tally.calls) == {"tseng"}
+    assert settings.stats.calls[""]["tseng"].count > 1 and set(settings.stats.calls[""]) == {"tseng"}
     check_exact(problem, raw)
 
-    monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)
+    monkeypatch.setattr("varcontact.solvers.newton.driver.forward_backward_forward", lambda at, *_: at)
     raw = newton_tangential(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("tang-safeguarded", "Solved")
     assert raw.reason == "newton missed the tolerance, tang-safeguarded was used"
     check_exact(problem, raw)
 
-    monkeypatch.setattr("varcontact.solvers.newton.drive.DENSE", 0)
+    monkeypatch.setattr("varcontact.solvers.newton.driver.DENSE", 0)
     raw = newton_tangential(problem, SETTINGS)
     assert raw.status == "MaxIterations" and not raw.solved
     assert tangential_residual(problem, raw.traction, raw.rigid) > SETTINGS.tol
@@ -187,7 +187,7 @@ def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):
     assert raw.status == "NotANumber" and not raw.solved
     assert np.isfinite(raw.traction).all()
 
-    exact, calls = krylov.gcr, []
+    exact, calls = gcr.gcr, []
 
     def once(*arguments):
         calls.append(1)
@@ -201,7 +201,7 @@ def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):
     check_exact(problem, raw)
 
     monkeypatch.setattr(GridOperator, "apply", lambda self, tractions: np.full(tractions.shape, np.nan))
-    monkeypatch.setattr("varcontact.solvers.newton.drive.DENSE", 0)
+    monkeypatch.setattr("varcontact.solvers.newton.driver.DENSE", 0)
     with pytest.raises(NotConverged, match="newton says 'NotANumber'"):
         vc.solve(rolling(), tangential="newton")
 
@@ -224,7 +224,7 @@ def test_forms_no_matrix(rolling, monkeypatch, name):
         raise AssertionError("a dense matrix was assembled")
 
     monkeypatch.setattr(GridOperator, "dense", refuse)
-    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", 0)
     scene = rolling(grid=vc.Grid(nx=26, ny=25), **NO_MATRIX[name])
     found = vc.solve(scene, normal="newton", tangential="newton")
     for sol in found if name == "history" else [found]:

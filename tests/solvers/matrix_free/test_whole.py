@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.problem import RawSolution
-from varcontact.solvers.newton.whole import WholeProblem, _Posed
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.problems import RawSolution
+from varcontact.solvers.newton.coupled import CoupledProblem, _Posed
 
 BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
 
@@ -23,12 +23,12 @@ def posed(request):
         grid=vc.Grid(nx=7, ny=6, dx=0.03, dy=0.04, x0=-0.1, y0=-0.12),
     )
     disc = discretise(scene, scene.grid)
-    problem = WholeProblem(
-        normal=disc.normal_operator,
-        traction_to_distance=disc.traction_to_distance,
+    problem = CoupledProblem(
+        normal=disc.operators.normal,
+        traction_to_distance=disc.operators.traction_to_distance,
         pressure_to_shift=disc.pressure_to_shift,
         tangential=disc.tangential_operator,
-        distance=(disc.distance - disc.base) / disc.displacement,
+        distance=(disc.distance - disc.base) / disc.scales.displacement,
         rigid_shift=disc.known_shift,
         friction=np.full(disc.grid.shape, 0.3),
         area=disc.lattice.area,

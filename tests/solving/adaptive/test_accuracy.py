@@ -12,8 +12,8 @@ import varcontact as vc
 from tests.command import run
 from varcontact.errors import NotConverged
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from varcontact.results.quantities_of_interest import error, units, values
 from varcontact.solving import adaptive
-from varcontact.solving.error_norm import error, units, values
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
 ROLLING = vc.Scene(

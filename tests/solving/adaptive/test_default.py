@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from tests.benchmarks.random_scenes import scenes
-from varcontact.solving.error_norm import error, units, values
+from varcontact.results.quantities_of_interest import error, units, values
 
 ROLLING = vc.Scene(
     bodies=vc.Bodies(G=82e9, nu=0.28),

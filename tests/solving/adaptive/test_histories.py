@@ -8,7 +8,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from varcontact.reference import cattaneo_mindlin
-from varcontact.solving.error_norm import units, values
+from varcontact.results.quantities_of_interest import units, values
 
 REFERENCES = {name: each for name, each in vc.references().items() if each.kind == "transient"}
 ROLLING = vc.Scene(

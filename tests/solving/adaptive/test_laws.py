@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
-from varcontact.solving.error_norm import units
+from varcontact.results.quantities_of_interest import units
 
 BODIES = vc.Bodies(G=1.0, nu=0.28)
 BOTH = vc.StaticKinetic(static=0.3, kinetic=0.09)

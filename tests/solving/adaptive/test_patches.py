@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.results.quantities_of_interest import error, units, values
 from varcontact.solving import adaptive
-from varcontact.solving.error_norm import error, units, values
 
 X = np.linspace(-0.45, 0.45, 601)
 

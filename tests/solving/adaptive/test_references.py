@@ -3,7 +3,7 @@
 import pytest
 
 import varcontact as vc
-from varcontact.solving.error_norm import values
+from varcontact.results.quantities_of_interest import values
 
 CHOSEN = {
     name: each for k, (name, each) in enumerate(vc.references().items()) if k % 5 == 0 and each.kind != "transient"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.io.scene_file import scene_from, scene_to
+from varcontact.io.scene_toml import scene_from, scene_to
 
 DEEP = vc.Cylinders(R=1.0, reference_depth=1.0)
 

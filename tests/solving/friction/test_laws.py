@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.io.scene_file import scene_from, scene_to
+from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.scene.friction import LAWS, kind_of
 from varcontact.solving import friction_loop as falling
 

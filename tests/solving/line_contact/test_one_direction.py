@@ -11,17 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
-from varcontact.discrete.bounds import force_bound
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.gap import gap, project, tangential_residual
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.force_bounds import force_bound
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
+from varcontact.solvers.conic.backends import solve_tangential
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
-from varcontact.solvers.conic.solvers import solve_tangential
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
-from varcontact.solvers.settings import Settings
-from varcontact.solving.grid_search import first_grid
+from varcontact.solving.potential_contact import first_grid
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 QUADRATIC = [name for name in normal_methods() if states_programs(name) and name not in tangential_methods()]
@@ -324,5 +324,5 @@ def test_force_bound_dense_and_by_fft_agree(monkeypatch, along):
     problem = posed(vc.Steady(**{along: 0.02}))
     traction = 0.9 * tang_safeguarded(problem).traction
     dense = force_bound(problem, traction, np.zeros(1))
-    monkeypatch.setattr("varcontact.discrete.symmetric.DENSE_LIMIT", 0)
+    monkeypatch.setattr("varcontact.discrete.positive_definite.DENSE_LIMIT", 0)
     np.testing.assert_allclose(force_bound(problem, traction, np.zeros(1)), dense, rtol=1.1e-3)

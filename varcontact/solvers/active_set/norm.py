@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.problem import NormalProblem, RawSolution
+from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.solvers.interface import check_time
 
 

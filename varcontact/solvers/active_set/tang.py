@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from varcontact.discrete.gap import magnitude, project, tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import magnitude, project, tangential_residual
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.splitting import Splitting
 from varcontact.system.interrupts import interruptible
@@ -223,18 +223,18 @@ def tang_safeguarded(
 
 
 def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterator[tuple[Point, int]]:
-    """Where else to begin, and the Newton steps that led there; of 600 random problems each is the only one for some."""
+    """Where else to begin, and the Newton steps that led there: each is the only one for some of 600 random problems."""
     if problem.free:
-        with settings.tally.called("tang"):
+        with settings.stats.called("tang"):
             rough = tang(problem, deadline=settings.deadline)
-            settings.tally.iterated("tang", rough.iterations)
+            settings.stats.iterated("tang", rough.iterations)
         yield Point(rough.traction, rough.rigid), rough.iterations
         yield _balanced(problem, at), 0
     splitting = Splitting.of_tangential(problem)
     for rounds in SPLITTING_ROUNDS:
-        with settings.tally.called("splitting"):
+        with settings.stats.called("splitting"):
             at = _split(problem, splitting, at, rounds, settings.deadline)
-            settings.tally.iterated("splitting", rounds)
+            settings.stats.iterated("splitting", rounds)
         yield at, 0
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.problem import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.solvers.conic.programs import (
     ConicProgram,
     gap_program,

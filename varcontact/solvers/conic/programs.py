@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.discrete.problem import NormalProblem, TangentialProblem
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import point, solve_from
@@ -215,9 +215,7 @@ class ScaledCoupled:
     residual: Callable[[RawSolution], float]
 
     @classmethod
-    def of(
-        cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]
-    ) -> ScaledCoupled:
+    def of(cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]) -> ScaledCoupled:
         bound = float((problem.friction * start.traction[0]).max())
         load = np.full((len(start.traction), 1, 1), bound)
         load[0] = float(start.traction[0].max())

@@ -14,7 +14,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from varcontact.checks import wrong_shape
-from varcontact.discrete.problem import RawSolution
+from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.newton.gcr import Step, gcr
 from varcontact.solvers.newton.globalisation import (
@@ -176,7 +176,7 @@ def newton(
         if not np.isfinite(now.merit):
             return Result(best, "NotANumber", count)
         ny, nx = at.traction.shape[1:]
-        settings.tally.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
+        settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
         if now.residual < least:
             best, least = at, now.residual
         if now.residual <= goal:
@@ -228,9 +228,9 @@ def _step(conditions: Conditions, at: Point, now: Measure, goal: float, damping:
 def _guarded(conditions: Conditions, at: Point, steps: int, settings: Settings, finest: Problem | None) -> Point:
     """After steps that converge wherever M is monotone."""
     shift = partial(_single_shift, conditions) if finest is None else finest.shift
-    with settings.tally.called("tseng"):
+    with settings.stats.called("tseng"):
         at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
-        settings.tally.iterated("tseng", steps)
+        settings.stats.iterated("tseng", steps)
     return replace(at, noise=NOISE if finest is None else EXACT)
 
 

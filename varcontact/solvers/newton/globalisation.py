@@ -1,4 +1,4 @@
-"""What leads Newton's method to the solution: a line search, damping, balanced forces, and steps that always converge."""
+"""What leads Newton's method to the solution: line search, damping, balanced forces, steps that always converge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Products with influence numbers on a box of equal elements, and their approximate inverse, by FFT in single precision.
+"""Products with influence numbers on a box of equal elements, and their approximate inverse, by FFT (float32).
 
 Influence numbers are divided by a unit of the operator: the numbers of a grid twice as coarse are then the first of
 the same table; those of a line contact are so but for a constant, as a logarithm grows by one.

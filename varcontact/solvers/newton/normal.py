@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.gap import normal_gap, normal_residual
-from varcontact.discrete.problem import NormalProblem, RawSolution
+from varcontact.discrete.problems import NormalProblem, RawSolution
+from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import EXACT, check_start, not_a_number, point, solve
@@ -215,9 +215,9 @@ class ScaledNormal:
 
     def by_active_sets(self, near: RawSolution) -> RawSolution:
         """NORM from what Newton's method has; one element at a time where that cycles."""
-        deadline, tally = self.settings.deadline, self.settings.tally
-        with tally.called("norm"):
+        deadline, stats = self.settings.deadline, self.settings.stats
+        with stats.called("norm"):
             raw = norm(self.problem, near, deadline=deadline)
             raw = raw if raw.solved else norm(self.problem, exchange="one", deadline=deadline)
-            tally.iterated("norm", raw.iterations)
+            stats.iterated("norm", raw.iterations)
         return replace(raw, solver="norm")

@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.gap import gap, project, tangential_residual
-from varcontact.discrete.problem import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
@@ -302,9 +302,9 @@ class ScaledTangential:
 
     def by_active_sets(self, near: RawSolution) -> RawSolution:
         """The safeguarded TANG, from its own start."""
-        with self.settings.tally.called("tang-safeguarded"):
+        with self.settings.stats.called("tang-safeguarded"):
             raw = tang_safeguarded(self.problem, settings=self.settings)
-            self.settings.tally.iterated("tang-safeguarded", raw.iterations)
+            self.settings.stats.iterated("tang-safeguarded", raw.iterations)
         return replace(raw, solver="tang-safeguarded")
 
 

@@ -13,9 +13,8 @@ from varcontact.errors import SceneError
 from varcontact.planning.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Steady
+from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.scene.transient import Transient
 from varcontact.solving.defect_correction.passes import PARTS
 from varcontact.solving.defect_correction.pressed import FINER
 from varcontact.system.memory import SMALLER, need

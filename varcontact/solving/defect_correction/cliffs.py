@@ -11,7 +11,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.smoothing import how_to_smooth
+from varcontact.scene.interpolation import how_to_smooth
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.defect_correction.check import KINDS
 
@@ -69,7 +69,7 @@ def check_cliffs(disc: Discretisation, state: ContactState) -> None:
     cliff = steepest_cliff(surface, disc.grid, contact)
     if cliff is None:
         return
-    pressure = cliff.slope * disc.length / disc.displacement / (math.pi * (1 - disc.bodies.combined_nu))
+    pressure = cliff.slope * disc.scales.length / disc.scales.displacement / (math.pi * (1 - disc.bodies.combined_nu))
     if pressure < (TELLS_LINE if disc.line else TELLS) * float(state.pressure[contact].mean()):
         return
     place = f"x = {cliff.x:.3g}" + ("" if disc.line else f", y = {cliff.y:.3g}")

@@ -14,18 +14,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from varcontact.discrete.contact_grid import across
-from varcontact.discrete.discretisation import Carried, Discretisation
+from varcontact.discrete.discretisation import Discretisation, PreviousStep
 from varcontact.discrete.operators import Operators
-from varcontact.discrete.parts import means
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import means
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Cells, Grid
-from varcontact.scene.motion import TimeStep
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Surface
-from varcontact.scene.transient import Transient
-from varcontact.solving.certify import judged
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.check import KINDS, LEAST_OF_A_HISTORY, check_count
 from varcontact.solving.defect_correction.cliffs import check_cliffs
 from varcontact.solving.defect_correction.parts import Brought
@@ -40,9 +40,8 @@ from varcontact.solving.defect_correction.road import (
     roughly,
 )
 from varcontact.solving.defect_correction.sublattice import loads
+from varcontact.solving.finish import finish
 from varcontact.solving.march import March, begun, check_held, marching_on, state_of, without_contact, without_load
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 
 ROUGH = 1e-7
 """Residual of the coarse solves before the last of a step: what an element slips by or not, all later steps feel."""
@@ -87,12 +86,12 @@ class PartsMarch:
         assert isinstance(motion, TimeStep)
         came, force = np.zeros((2, *self.operators.lattice.shape)), np.zeros(2)
         if before is not None and before.any():
-            came = self.operators.carrying(motion.direction * motion.dq / disc.length).apply(before)
+            came = self.operators.carrying(motion.direction * motion.dq / disc.scales.length).apply(before)
             force = loads(before, self.operators.lattice)[:2]
-        posed = replace(disc, carried=Carried(means(came, self.cells), force))
+        posed = disc.with_loading(previous_step=PreviousStep(means(came, self.cells), force))
         return scene, posed, Brought(came, self.operators)
 
-    def pressed(self, scene: Scene, disc: Discretisation, start: ContactState, steps: Steps) -> ContactState:
+    def pressed(self, scene: Scene, disc: Discretisation, start: ContactState, steps: ContactSolver) -> ContactState:
         """A step with its pressure, on a grid that holds its contact.
 
         Parameters
@@ -108,7 +107,13 @@ class PartsMarch:
         return state
 
     def corrected(
-        self, scene: Scene, disc: Discretisation, state: ContactState, brought: Brought, steps: Steps, last: Steps
+        self,
+        scene: Scene,
+        disc: Discretisation,
+        state: ContactState,
+        brought: Brought,
+        steps: ContactSolver,
+        last: ContactSolver,
     ) -> Corrected:
         """A step after its passes.
 
@@ -121,12 +126,12 @@ class PartsMarch:
         steps, last : Steps
             The methods of all coarse solves but the last, and of that.
         """
-        with last.clock("refinement"):
+        with last.stats.stage("refinement"):
             if scene.motion.Fx is not None or scene.motion.Fy is not None:
                 state = contact(disc, steps, state)  # a force beyond friction is refused as without refinement
             return passed(disc, state, steps, last, self._pressed(scene, disc, last), brought)
 
-    def _pressed(self, scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
+    def _pressed(self, scene: Scene, disc: Discretisation, steps: ContactSolver) -> np.ndarray | None:
         """The pressure on parts of the parts: of the last load, as long as that stays."""
         load = scene.surface, scene.normal_force, scene.approach
         if load not in self._finer:
@@ -168,7 +173,7 @@ class Coarser:
         return self.found[k]
 
     def _go_on(self) -> None:
-        rough = replace(roughly(self.on.march.steps, ROUGH), clock=Clock())
+        rough = replace(roughly(self.on.march.steps, ROUGH), stats=SolveStats())
         scene, disc, brought = self.on.problem(len(self.found), self.traction)
         if without_load(disc, closed_form=rough.plan.closed_form):
             self.left, self.traction = unloaded(disc.grid), None
@@ -216,17 +221,17 @@ class CorrectedMarch:
         told : callable, optional
             Called with the name of each stage.
         """
-        steps = replace(self.on.march.steps, clock=Clock(told))
+        steps = replace(self.on.march.steps, stats=SolveStats(told))
         was = None if before is None else before.refinement
-        with steps.clock("carried"):
+        with steps.stats.stage("carried"):
             scene, disc, brought = self.on.problem(
-                k, None if was is None else was.traction / self.on.march.disc.pressure
+                k, None if was is None else was.traction / self.on.march.disc.scales.pressure
             )
         touches = not without_load(disc, closed_form=steps.plan.closed_form)
         if touches:
             state = self.on.pressed(scene, disc, state_of(disc, before), steps)
             check_cliffs(disc, state)
-        with steps.clock("error estimate"):
+        with steps.stats.stage("error estimate"):
             coarser = self.coarser.loads(k)
         if not touches:
             bare = without_contact(scene, disc, steps)
@@ -236,10 +241,10 @@ class CorrectedMarch:
         refinement = recorded(found, coarser[:3], coarser[3:])
         if before is not None:
             refinement = _remembering(refinement, before, scene, found.state.pressure)
-        return judged(scene, found.disc, found.state, steps, refinement)
+        return finish(scene, found.disc, found.state, steps, refinement)
 
 
-def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: Steps) -> CorrectedMarch:
+def corrected_march(scene: Scene, contacts: list[Scene], grid: Grid, steps: ContactSolver) -> CorrectedMarch:
     """The corrected march of a history on its grid, in the scales of the first of its largest contacts.
 
     Parameters

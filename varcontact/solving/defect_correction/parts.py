@@ -77,7 +77,7 @@ class Parts:
         """Semi-axes of Hertz's contact, dimensionless."""
         hertz = self.disc.hertz
         assert hertz is not None
-        return hertz.a / self.disc.length, hertz.b / self.disc.length
+        return hertz.a / self.disc.scales.length, hertz.b / self.disc.scales.length
 
     @cached_property
     def pressed(self) -> Pressed:
@@ -89,7 +89,7 @@ class Parts:
     @cached_property
     def rooted(self) -> Rooted | None:
         """Tractions over the root of the distance from the edge, of Hertz's contact in rolling."""
-        if not self.disc.steady or self.finer is not None:
+        if not self.disc.loading.steady or self.finer is not None:
             return None
         gradients = rooted_gradients(*self.axes, nu=self.disc.operators.nu)
         return rooted(self.root_means.over, gradients, self.lattice.sides[0], self.derivative)
@@ -97,7 +97,7 @@ class Parts:
     @cached_property
     def sloped(self) -> Rooted | None:
         """Hertz's pressure times 1, x and y, in rolling; in line contact the pressure alone is as exact."""
-        if not self.disc.steady or self.finer is not None or self.disc.line:
+        if not self.disc.loading.steady or self.finer is not None or self.disc.line:
             return None
         gradients = mean_gradients(self.lattice, *self.axes, self.disc.operators.nu)
         return rooted(self.root_means.times, gradients, self.lattice.sides[0], self.derivative)
@@ -105,17 +105,20 @@ class Parts:
     @property
     def weights(self) -> tuple[np.ndarray, np.ndarray]:
         """What tractions are in proportion to without slip, on the elements and on the parts; in a step it slips."""
-        return self.pressed.weights if self.disc.steady else (self.elements, self.pressed.pressure)
+        return self.pressed.weights if self.disc.loading.steady else (self.elements, self.pressed.pressure)
 
     @cached_property
     def known_shift(self) -> np.ndarray:
         """Shift in a step of the coarse grid but for that by tractions, at the centres of the parts, (2, ...)."""
-        disc, motion = self.disc, self.disc.motion
+        disc, motion = self.disc, self.disc.loading.motion
         assert motion is not None
         if isinstance(motion, Steady):
             motion = replace(motion, spin_offset=0.0)  # the derivative is exact: nothing is sampled ahead
         x, y = np.meshgrid(self.lattice.x, self.lattice.y)
-        rigid = motion.step((disc.step or 0.0) * disc.length).shift(x, y, disc.length) / disc.displacement
+        rigid = (
+            motion.step((disc.step or 0.0) * disc.scales.length).shift(x, y, disc.scales.length)
+            / disc.scales.displacement
+        )
         return rigid if self.brought is None else rigid - self.brought.displacement
 
     def elastic_shift(self, traction: np.ndarray) -> np.ndarray:
@@ -133,7 +136,7 @@ class Parts:
         ndarray, shape (2, ny rows, nx columns)
             In steady rolling by a step of the coarse grid; in a shift or a step at the centres of the parts.
         """
-        if not self.disc.steady:
+        if not self.disc.loading.steady:
             return self.displacement.apply(traction)
         if self.sloped is not None:
             return (self.derivative.apply(traction) + self.sloped.lacking(traction)) * self.steps

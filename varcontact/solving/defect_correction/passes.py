@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from varcontact.discrete.discretisation import Carried, Discretisation
-from varcontact.discrete.parts import means
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.discretisation import Discretisation, PreviousStep
 from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import unit_slip
+from varcontact.discrete.subgrid import means
 from varcontact.scene.motion import Motion, Steady
 from varcontact.solving.defect_correction.field import continued, held_behind
 from varcontact.solving.defect_correction.parts import Brought, Parts
@@ -144,12 +144,12 @@ def defect_corrected(
     -------
     Corrected
     """
-    cells, share, given = (1 if disc.line else parts, parts), shares(disc, state, finer), disc.coefficient
+    cells, share, given = (1 if disc.line else parts, parts), shares(disc, state, finer), disc.loading.coefficient
     if np.any(share != 1) or brought is not None:
-        disc = disc.rubbing(of_elements(disc) * share)
+        disc = disc.with_loading(coefficient=of_elements(disc) * share)
         state = rough(disc, state)
     divided = Parts(disc, cells, state.pressure * share, finer, brought)
-    fine = _on_parts(divided, replace(disc, coefficient=given), state)
+    fine = _on_parts(divided, disc.with_loading(coefficient=given), state)
     posed, traction = disc, fine.field(state.traction)
     stuck = fine.sticks(traction)
     settles = not stuck and divided.sloped is not None
@@ -157,7 +157,7 @@ def defect_corrected(
         fine = _unslipping(fine, disc, state, rough)
         traction = fine.field(state.traction)
     left = passes or (STUCK if stuck else OF_HERTZ if settles else PASSES if brought is None else OF_A_STEP)
-    forces, creepages = [loads(state.traction * disc.pressure, disc.grid)], [_creepages(disc, state)]
+    forces, creepages = [loads(state.traction * disc.scales.pressure, disc.grid)], [_creepages(disc, state)]
     used, found = [np.zeros(state.traction.size + 2)], []  # corrections, and forces beside those given
     seconds, taken = [], []
     while left:
@@ -169,11 +169,15 @@ def defect_corrected(
         posed = _with(disc, used[-1])
         state = (rough if left and not stuck else last)(posed, state)
         if not stuck:
-            fine = _on_parts(divided, replace(posed, coefficient=given), state)
+            fine = _on_parts(divided, posed.with_loading(coefficient=given), state)
         traction = fine.field(state.traction)
         forces.append(fine.forces(traction))
         creepages.append(_creepages(disc, state))
-        if stuck and passes is None and _settled(np.array(forces) * [1, 1, 1 / disc.length], np.array(creepages)):
+        if (
+            stuck
+            and passes is None
+            and _settled(np.array(forces) * [1, 1, 1 / disc.scales.length], np.array(creepages))
+        ):
             left = 0
         seconds.append(time.perf_counter() - begun)
     shift = fine.shift(traction, state.rigid) * (fine.bound > 0)
@@ -188,24 +192,24 @@ def _lacking(disc: Discretisation, fine: Sublattice, state: ContactState, tracti
     bound = fine.coefficient * fine.parts.elements
     if isinstance(fine, Unslipping):
         lacking = lacking * fine.still.rows[:, None]  # elsewhere the field does not depend on the elements
-    elif disc.steady:
+    elif disc.loading.steady:
         lacking = held_behind(lacking, state.traction, bound)
-    more = loads(state.traction * disc.pressure, disc.grid) - fine.forces(traction)
-    return np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.force])
+    more = loads(state.traction * disc.scales.pressure, disc.grid) - fine.forces(traction)
+    return np.array([*(lacking * (bound > 0)).ravel(), *more[:2] / disc.scales.force])
 
 
 def _with(disc: Discretisation, correction: np.ndarray) -> Discretisation:
     """The coarse problem with a correction, as of `_lacking`."""
-    shift, more = correction[:-2].reshape(2, *disc.grid.shape), correction[-2:] * disc.force
-    came = Carried(np.zeros_like(shift), np.zeros(2)) if disc.carried is None else disc.carried
-    prescribed = np.array([getattr(disc.motion, name) or 0.0 for name in ("Fx", "Fy")])
-    carried = Carried(came.displacement - shift, came.force)
-    return replace(disc, motion=with_forces(disc.motion, prescribed + more), carried=carried)
+    shift, more = correction[:-2].reshape(2, *disc.grid.shape), correction[-2:] * disc.scales.force
+    came = disc.loading.previous_step or PreviousStep(np.zeros_like(shift), np.zeros(2))
+    prescribed = np.array([getattr(disc.loading.motion, name) or 0.0 for name in ("Fx", "Fy")])
+    carried = PreviousStep(came.displacement - shift, came.force)
+    return disc.with_loading(motion=with_forces(disc.loading.motion, prescribed + more), previous_step=carried)
 
 
 def _on_parts(parts: Parts, disc: Discretisation, state: ContactState) -> Sublattice:
     """The parts with their bound; under a law from the coefficients found."""
-    known = of_elements(disc) if disc.law is None else continued(coefficient(disc, state), state.pressure > 0)
+    known = of_elements(disc) if disc.loading.law is None else continued(coefficient(disc, state), state.pressure > 0)
     return Sublattice(parts, known)
 
 
@@ -216,13 +220,14 @@ def _unslipping(fine: Sublattice, disc: Discretisation, state: ContactState, rou
     """
     weight, found = fine.parts.weights[0], Still(fine.parts)
     size, elements = SMALL * np.hypot(*state.traction).max() / weight.max(), np.array([weight, weight])
-    assert isinstance(disc.motion, Steady)
-    still = replace(disc, motion=replace(disc.motion, vx=0.0, vy=0.0, spin=0.0, Fx=None, Fy=None))
+    assert isinstance(disc.loading.motion, Steady)
+    still = disc.with_loading(motion=replace(disc.loading.motion, vx=0.0, vy=0.0, spin=0.0, Fx=None, Fy=None))
     for i in (0, 1) if size > 0 else ():
         traction = np.zeros((2, *found.weight.mean.shape))
         traction[i] = size * found.weight.mean
         shift = found.on_elements(found.elastic_shift(traction)) * (weight > 0)
-        elements[i] = rough(replace(still, carried=Carried(shift, np.zeros(2))), state).traction[i] / size
+        posed = still.with_loading(previous_step=PreviousStep(shift, np.zeros(2)))
+        elements[i] = rough(posed, state).traction[i] / size
     return Unslipping(fine.parts, fine.coefficient, found, np.clip(elements, weight / 2, 2 * weight))
 
 
@@ -256,7 +261,7 @@ def of_elements(disc: Discretisation) -> np.ndarray:
     ndarray, shape (ny, nx)
         [-]
     """
-    known, shape = np.asarray(UNBOUNDED if disc.no_slip else disc.coefficient), disc.grid.shape
+    known, shape = np.asarray(UNBOUNDED if disc.loading.no_slip else disc.loading.coefficient), disc.grid.shape
     return known.reshape(shape) if known.ndim else np.full(shape, float(known))
 
 
@@ -280,7 +285,7 @@ def shares(disc: Discretisation, state: ContactState, finer: np.ndarray | None) 
         One outside the contact; one all over for Hertz's pressure in steady rolling, and under a law of friction.
     """
     own, (ny, nx) = state.pressure, disc.grid.shape
-    if disc.law is not None or (finer is None and disc.steady):
+    if disc.loading.law is not None or (finer is None and disc.loading.steady):
         return np.ones((ny, nx))
     if finer is None:
         assert disc.hertz is not None
@@ -337,5 +342,5 @@ def with_forces(motion: Motion | None, forces: np.ndarray) -> Motion:
 
 def _creepages(disc: Discretisation, state: ContactState) -> np.ndarray:
     """vx and vy, given or found."""
-    assert disc.motion is not None
-    return np.asarray(disc.motion.rigid[:2] + state.rigid / unit_slip(disc))
+    assert disc.loading.motion is not None
+    return np.asarray(disc.loading.motion.rigid[:2] + state.rigid / unit_slip(disc))

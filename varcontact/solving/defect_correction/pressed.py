@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.parts import means
+from varcontact.discrete.subgrid import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.scene.grid import Cells, Grid
@@ -61,11 +61,11 @@ def hertz_pressed(disc: Discretisation, cells: Cells, weight: np.ndarray) -> Pre
     assert hertz is not None
     grid, lattice = disc.grid.divided(cells), disc.lattice.divided(cells)
     x, y = np.meshgrid(lattice.x, lattice.y)
-    a, b = hertz.a / disc.length, hertz.b / disc.length
+    a, b = hertz.a / disc.scales.length, hertz.b / disc.scales.length
     gradients = ellipsoidal_gradients(x, y, a, b, nu=disc.operators.nu)
     return Pressed(
-        hertz.mean_pressure(*grid.lines) / disc.pressure,
-        -lattice.sides[0] * hertz.peak_pressure / disc.pressure * gradients,
+        hertz.mean_pressure(*grid.lines) / disc.scales.pressure,
+        -lattice.sides[0] * hertz.peak_pressure / disc.scales.pressure * gradients,
         (means(weight, cells), weight),
     )
 
@@ -96,7 +96,7 @@ def solved_pressed(disc: Discretisation, cells: Cells, elements: np.ndarray, fin
 
     def behind(lattice: Grid, trailing: np.ndarray) -> np.ndarray:
         distance = np.maximum(lattice.x[None, :] - trailing, 0.0) + BEHIND * disc.grid.sides[0]
-        return np.asarray(distance / disc.length)
+        return np.asarray(distance / disc.scales.length)
 
     on_elements = elements / behind(disc.grid, _trailing(finer, grid, both))
     on_parts = pressure / behind(disc.grid.divided(cells), _trailing(finer, grid, within))

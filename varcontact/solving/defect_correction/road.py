@@ -9,28 +9,26 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import across, within
-from varcontact.discrete.containment import contact_box
-from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.discretise import discretise
-from varcontact.discrete.slip import unit_slip
+from varcontact.discrete.contact_grid import across, contact_box, within
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import Saturated, SceneError
 from varcontact.results.error_estimate import ErrorEstimate, Solve
+from varcontact.results.quantities_of_interest import creepage_names, units, units_of
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, Paraboloids, SampledDistance
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.check import KINDS, check_count
 from varcontact.solving.defect_correction.cliffs import check_cliffs
 from varcontact.solving.defect_correction.parts import Brought
 from varcontact.solving.defect_correction.passes import PARTS, Corrected, defect_corrected
 from varcontact.solving.defect_correction.pressed import within_parts
-from varcontact.solving.error_norm import creepage_names, units, units_of
-from varcontact.solving.subproblems import Steps, contact
-from varcontact.solving.timing import Clock
 
 ROUGH = 1e-5
 """Residual of all coarse solves but the last: parts of a hundred of what a pass changes."""
@@ -41,7 +39,9 @@ ROUNDING = 1e-12
 """Shares of an element below this are due to rounding."""
 
 
-def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Steps) -> tuple[Corrected, Refinement]:
+def refined(
+    scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver
+) -> tuple[Corrected, Refinement]:
     """A coarse solution after the passes, and the record of these with an estimate of the error.
 
     Parameters
@@ -68,10 +68,10 @@ def refined(scene: Scene, disc: Discretisation, state: ContactState, steps: Step
     if scene.hertz is None:
         check_count(scene, across(state.pressure))
     check_cliffs(disc, state)
-    with steps.clock("refinement"):
+    with steps.stats.stage("refinement"):
         finer = finer_pressure(scene, disc, steps)
         found = passed(disc, state, roughly(steps), steps, finer)
-    with steps.clock("error estimate"):
+    with steps.stats.stage("error estimate"):
         coarser = corrected_on(*_halved(from_a_depth(scene, disc), disc, state), steps)
     return found, recorded(found, coarser.forces[-1], coarser.creepages[-1])
 
@@ -95,22 +95,22 @@ def recorded(found: Corrected, forces: np.ndarray, creepages: np.ndarray) -> Ref
     Refinement
         In physical units.
     """
-    rolled, carried, last = unit_slip(found.disc), found.disc.carried, found.forces[-1]
+    rolled, carried, last = unit_slip(found.disc), found.disc.loading.previous_step, found.forces[-1]
     assert carried is not None
-    prescribed = [getattr(found.parts.disc.motion, name) for name in ("Fx", "Fy")]
+    prescribed = [getattr(found.parts.disc.loading.motion, name) for name in ("Fx", "Fy")]
     posed = [F if given is None else given for F, given in zip(last, [*prescribed, None], strict=True)]
     of_forces = np.max([np.abs(last - forces), found.unsettled(found.forces), np.abs(last - posed)], axis=0)
     of_creepages = np.maximum(np.abs(found.creepages[-1] - creepages), found.unsettled(found.creepages))
     if found.stuck:
         of_creepages, of_forces = SAFETY * of_creepages, SAFETY * of_forces
         if posed[:2] == list(last[:2]) and not found.disc.line:  # given forces are met, whatever the moment is
-            arm = found.disc.length * math.sqrt(math.prod(found.parts.axes))
+            arm = found.disc.scales.length * math.sqrt(math.prod(found.parts.axes))
             size = np.hypot(np.hypot(*of_forces[:2]), of_forces[2] / arm)
             of_forces = np.array([size, 0.0, size * arm])
     return Refinement(
         kind=KINDS[0],
         grid=found.parts.grid,
-        traction=found.traction * found.disc.pressure,
+        traction=found.traction * found.disc.scales.pressure,
         slip=found.shift / rolled,
         correction=-carried.displacement / rolled,
         share=found.share,
@@ -162,7 +162,7 @@ def _of_the_force(solution: Solution, found: Refinement) -> dict[str, float]:
     return {"Fx": size, "Fy": size} | moment | dict.fromkeys(names, creepage)
 
 
-def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
+def corrected_on(scene: Scene, grid: Grid, steps: ContactSolver) -> Corrected:
     """The corrected solution on another grid, as fast as it is had: without certificate.
 
     Parameters
@@ -177,7 +177,7 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
     -------
     Corrected
     """
-    rough = replace(roughly(steps), clock=Clock())
+    rough = replace(roughly(steps), stats=SolveStats())
     disc = discretise(replace(scene, grid=grid), grid, coupled=False)
     try:
         state = contact(disc, rough, rough.pressure(disc, unloaded(grid)))
@@ -189,8 +189,8 @@ def corrected_on(scene: Scene, grid: Grid, steps: Steps) -> Corrected:
 def passed(
     disc: Discretisation,
     state: ContactState,
-    rough: Steps,
-    last: Steps,
+    rough: ContactSolver,
+    last: ContactSolver,
     finer: np.ndarray | None,
     brought: Brought | None = None,
 ) -> Corrected:
@@ -228,12 +228,12 @@ def passed(
         ) from None
 
 
-def _solved(steps: Steps, disc: Discretisation, state: ContactState) -> ContactState:
+def _solved(steps: ContactSolver, disc: Discretisation, state: ContactState) -> ContactState:
     """The tractions that go with the pressure of a state, from those it has."""
     return contact(disc, steps, state)
 
 
-def roughly(steps: Steps, tol: float = ROUGH) -> Steps:
+def roughly(steps: ContactSolver, tol: float = ROUGH) -> ContactSolver:
     """The same methods, as exact as the solves before the last need to be.
 
     Parameters
@@ -245,7 +245,7 @@ def roughly(steps: Steps, tol: float = ROUGH) -> Steps:
     return replace(steps, tol=max(steps.tol, tol), refined=False)
 
 
-def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarray | None:
+def finer_pressure(scene: Scene, disc: Discretisation, steps: ContactSolver) -> np.ndarray | None:
     """The pressure on parts of the parts, dimensionless as on the elements; None where it is Hertz's.
 
     Parameters
@@ -271,9 +271,9 @@ def finer_pressure(scene: Scene, disc: Discretisation, steps: Steps) -> np.ndarr
     rows, columns = within_parts(disc)
     grid = disc.grid.divided((rows if disc.line else rows * PARTS, columns * PARTS))
     posed = discretise(replace(scene, grid=grid, friction=None, motion=None), grid)
-    quick = replace(steps, plan=replace(steps.plan, normal="newton"), clock=Clock(), setups=None, refined=False)
+    quick = replace(steps, plan=replace(steps.plan, normal="newton"), stats=SolveStats(), workspace=None, refined=False)
     try:
-        return quick.pressure(posed, unloaded(grid)).pressure * (posed.pressure / disc.pressure)
+        return quick.pressure(posed, unloaded(grid)).pressure * (posed.scales.pressure / disc.scales.pressure)
     finally:
         posed.operators.forget()
 
@@ -299,9 +299,9 @@ def from_a_depth(scene: Scene, disc: Discretisation) -> Scene:
     disc : Discretisation
     """
     surface = scene.surface
-    if not disc.afloat or isinstance(surface, Paraboloids | Ellipse):
+    if not disc.undetermined_constant or isinstance(surface, Paraboloids | Ellipse):
         return scene
-    return replace(scene, surface=replace(surface, reference_depth=disc.operators.depth * disc.length))
+    return replace(scene, surface=replace(surface, reference_depth=disc.operators.depth * disc.scales.length))
 
 
 def friction_on(scene: Scene, grid: Grid, other: Grid) -> Any:

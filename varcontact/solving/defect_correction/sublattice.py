@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.parts import means
+from varcontact.discrete.subgrid import means
 from varcontact.scene.grid import Cells, Grid
 from varcontact.solving.defect_correction.field import Shape, reconstructed
 from varcontact.solving.defect_correction.parts import Parts
@@ -160,7 +160,7 @@ class Sublattice:
         -------
         ndarray, shape (3,)
         """
-        return loads(traction * self.parts.disc.pressure, self.parts.grid)
+        return loads(traction * self.parts.disc.scales.pressure, self.parts.grid)
 
 
 def loads(traction: np.ndarray, grid: Grid) -> np.ndarray:

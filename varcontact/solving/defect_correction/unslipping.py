@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.discrete.parts import means
+from varcontact.discrete.subgrid import means
 from varcontact.elasticity.ellipsoidal import rooted_gradients
 from varcontact.solving.defect_correction.moments import Spread, Weight, over_ellipse
 from varcontact.solving.defect_correction.parts import Parts
@@ -199,7 +199,7 @@ class Unslipping(Sublattice):
         -------
         ndarray, shape (3,)
         """
-        grid, pressure, spread = self.parts.grid, self.parts.disc.pressure, self.still.spread(traction)
+        grid, pressure, spread = self.parts.grid, self.parts.disc.scales.pressure, self.still.spread(traction)
         dx, dy = grid.sides
         within = np.sum(dx * spread.along[1] - dy * spread.across[0]) * grid.area * pressure
         return loads(traction * pressure, grid) + np.array([0.0, 0.0, within])

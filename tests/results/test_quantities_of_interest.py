@@ -1,0 +1,131 @@
+"""The norm of errors: which values count, their units, and invariance to units of length and force."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference import carter, cattaneo_mindlin, line_contact
+from varcontact.results.quantities_of_interest import error, semi_axes, units, values
+
+SCENE = vc.Scene(
+    bodies=vc.Bodies(G=1.0, nu=0.0),
+    surface=vc.Paraboloids(Rx=1.0, Ry=1.0),
+    normal_force=1e-3,
+    friction=0.4,
+    motion=vc.Steady(vx=1e-3, spin=1e-3),
+    grid=vc.Grid(nx=10, ny=10),
+)
+
+
+def test_forces_by_f_fz_and_the_moment_by_f_fz_a():
+    sol = vc.solve(SCENE)
+    found, per = values(sol), units(sol)
+    assert found == {"Fx": sol.force[0], "Fy": sol.force[1], "Mz": sol.moment}
+    assert per == pytest.approx({"Fx": 4e-4, "Fy": 4e-4, "Mz": 4e-4 * SCENE.hertz.a}, rel=1e-12)
+
+
+def test_the_error_is_the_largest_in_units():
+    per, exact = {"Fx": 2.0, "Mz": 0.5}, {"Fx": 1.0, "Mz": 0.0}
+    assert error({"Fx": 1.2, "Mz": 0.1, "more": 9.0}, exact, per) == pytest.approx(0.2)
+    assert error({"Fx": 0.6, "Mz": 0.0}, exact, per) == pytest.approx(0.2)
+
+
+def test_a_value_that_was_not_found_is_no_small_error():
+    assert math.isnan(error({"Fx": 1.0}, {"Fx": 1.0, "Mz": 0.0}, {"Fx": 1.0, "Mz": 1.0}))
+    assert math.isnan(error({"Fx": math.nan}, {"Fx": 1.0}, {"Fx": 1.0}))
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(vx=1e-3, spin=1e-3), vc.Steady(Fx=-2e-4), vc.Shift(Fx=-2e-4), None])
+def test_nothing_depends_on_the_units(motion):
+    length, force = 1e3, 50.0
+    scene = replace(SCENE, motion=motion)
+    if isinstance(motion, vc.Steady):
+        Fx = None if motion.Fx is None else motion.Fx * force
+        motion = replace(motion, spin=motion.spin / length, Fx=Fx)
+    elif motion is not None:
+        motion = vc.Shift(Fx=motion.Fx * force)
+    bodies, surface = vc.Bodies(G=force / length**2, nu=0.0), vc.Paraboloids(length, length)
+    other = replace(scene, bodies=bodies, surface=surface, normal_force=1e-3 * force, motion=motion)
+    coarse = [vc.solve(each) for each in (scene, other)]
+    fine = [vc.solve(replace(each, grid=vc.Grid(nx=14, ny=14))) for each in (scene, other)]
+    first, second = (
+        error(values(rough), values(smooth), units(smooth)) for rough, smooth in zip(coarse, fine, strict=True)
+    )
+    assert 1e-6 < first < 0.2
+    assert second == pytest.approx(first, rel=1e-6)
+
+
+def test_prescribed_forces_count_by_the_saturation_shift():
+    """Just below the limit of friction Cattaneo's shift is the unit: all of the contact slips."""
+    sol = vc.solve(replace(SCENE, motion=vc.Shift(Fx=-2e-4)))
+    limit = cattaneo_mindlin(SCENE.hertz, SCENE.bodies, 0.4, -4e-4 * (1 - 1e-12)).shift
+    assert list(values(sol)) == ["ux", "Fy", "Mz"]
+    assert units(sol)["ux"] == pytest.approx(limit, rel=1e-6)
+
+
+def test_prescribed_forces_in_line_contact_count_by_carters_creepage():
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=2.0), normal_force=1e-3, friction=0.3,
+        motion=vc.Steady(Fx=-2e-4), grid=vc.Grid(nx=20),
+    )  # fmt: skip
+    contact = line_contact(2.0, scene.bodies, force=1e-3)
+    sol = vc.solve(scene)
+    assert list(values(sol)) == ["vx", "Fy"]
+    full = carter(contact, 0.3, creepage=1e-6).full_sliding_creepage
+    assert units(sol)["vx"] == pytest.approx(full, rel=1e-12)
+    exact = carter(contact, 0.3, force=-2e-4).creepage
+    assert error({"vx": sol.creepage[0]}, {"vx": exact}, units(sol)) < 0.05
+
+
+def test_normal_contact_counts_relative_to_itself():
+    sol = vc.solve(replace(SCENE, motion=None, friction=None), normal="norm")
+    assert values(sol) == {"approach": sol.approach, "peak_pressure": sol.pressure.max()}
+    assert units(sol) == values(sol)
+    given = vc.solve(replace(SCENE, motion=None, friction=None, normal_force=None, approach=1e-3), normal="norm")
+    assert list(values(given)) == ["normal_force", "peak_pressure"]
+
+
+def test_a_motion_without_friction_is_normal_contact():
+    assert list(values(vc.solve(replace(SCENE, friction=0.0)))) == ["approach", "peak_pressure"]
+
+
+def test_a_line_contact_without_depth_has_no_approach():
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Cylinders(R=2.0), normal_force=1e-3, grid=vc.Grid(nx=20)
+    )
+    assert list(values(vc.solve(scene))) == ["peak_pressure"]
+
+
+def test_the_semi_axes_of_samples_are_those_of_hertz():
+    x, y = np.linspace(-0.2, 0.2, 61), np.linspace(-0.4, 0.4, 61)
+    sampled = vc.SampledDistance(x**2 + (y**2 / 6)[:, None], x=x, y=y)
+    surface = vc.Paraboloids(Rx=0.5, Ry=3.0)
+    exact = replace(SCENE, surface=surface).hertz
+    sol = vc.solve(replace(SCENE, surface=sampled, grid=vc.Grid(nx=24, ny=24)))
+    assert semi_axes(sol) == pytest.approx((exact.a, exact.b), rel=0.02)
+    assert units(sol)["Mz"] == pytest.approx(4e-4 * math.sqrt(exact.a * exact.b), rel=0.02)
+
+
+def test_a_history_counts_by_its_largest_friction_limit():
+    motion = vc.Transient(steps=3, dq=[0.0, 0.02, 0.02], ux=[1e-4, 0.0, 0.0], normal_force=[2e-3, 1e-3, 1e-3])
+    history = vc.solve(replace(SCENE, motion=motion))
+    found, per = values(history, [0, 2]), units(history, [0, 2])
+    assert list(found) == ["Fx[0]", "Fy[0]", "Mz[0]", "Fx[2]", "Fy[2]", "Mz[2]"]
+    assert found["Fx[2]"] == history[2].force[0]
+    assert per["Fx[2]"] == per["Fx[0]"] == pytest.approx(8e-4, rel=1e-9)
+
+
+def test_infinite_friction_has_no_unit():
+    sol = vc.solve(replace(SCENE, friction=np.inf))
+    with pytest.raises(vc.SceneError, match="friction = inf: errors are measured by the friction limit f Fz"):
+        units(sol)
+
+
+def test_friction_by_element_counts_as_it_is():
+    grid = vc.Grid(nx=12, ny=12, dx=0.02, dy=0.02, x0=-0.12, y0=-0.12)
+    friction = np.full((12, 12), 0.1)
+    friction[:, 6:] = 0.3
+    assert units(vc.solve(replace(SCENE, friction=friction, grid=grid)))["Fx"] == pytest.approx(0.2e-3, rel=1e-9)

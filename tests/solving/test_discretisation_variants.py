@@ -1,0 +1,136 @@
+"""Ways: the grids they make, what they serve, and extrapolation, against closed forms."""
+
+from dataclasses import replace
+
+import pytest
+
+import varcontact as vc
+from varcontact.reference import carter, line_contact
+from varcontact.solving.discretisation_variants import Way, answer, extrapolated
+
+SCENE = vc.Scene(
+    bodies=vc.Bodies(G=1.0, nu=0.28),
+    surface=vc.Ellipse(a=1.0, b=1.0),
+    normal_force=1.0,
+    friction=0.3,
+    motion=vc.Steady(vx=0.05, spin=0.05),
+)
+CYLINDERS = vc.Scene(
+    bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Cylinders(R=1.0), normal_force=1e-3, friction=0.3,
+    motion=vc.Steady(Fx=-1.5e-4),
+)  # fmt: skip
+UNLIKE = replace(SCENE, bodies=vc.Bodies(G=(1.0, 4.0), nu=(0.2, 0.3)))
+
+
+def test_a_plain_way_is_solve_on_its_grid():
+    sol = vc.solve(replace(SCENE, grid=vc.Grid(nx=10, ny=10)))
+    found = answer(SCENE, Way(cells=10))
+    assert found.values == {"Fx": sol.force[0], "Fy": sol.force[1], "Mz": sol.moment}
+    assert found.solutions[0].grid == sol.grid
+
+
+def test_a_way_may_have_more_elements_along_x():
+    assert Way(cells=10, along=1.5).of(SCENE, 10).grid == vc.Grid(nx=15, ny=10)
+    assert Way(cells=10, edge="touched").of(SCENE, 5).grid == vc.Grid(nx=5, ny=5, edge="touched")
+    assert Way(cells=10).of(CYLINDERS, 10).grid == vc.Grid(nx=40)
+
+
+def test_the_margin_is_the_scenes():
+    assert Way(cells=6).of(replace(SCENE, grid=vc.Grid(nx=4, ny=4, margin=3)), 6).grid.margin == 3
+
+
+def test_entries_of_the_motion_and_options_of_solve():
+    way = Way(cells=8, motion=(("spin_offset", 0.0),), options=(("tangential", "fastsim"),))
+    sol = answer(SCENE, way, certify=None).solutions[0]
+    assert sol.motion.spin_offset == 0.0
+    assert sol.plan.tangential == "fastsim"
+    assert sol.certificate.level == "none"
+
+
+def test_extrapolation_takes_a_power_of_the_size_off():
+    """Values 2 + 3/n and 2 + 3/n^2 are extrapolated to 2."""
+    for order in (1.0, 2.0):
+        way = Way(cells=12, coarser=8, order=order)
+        found = extrapolated(way, [{"Fx": 2 + 3 / n**order} for n in (8, 12)])
+        assert found["Fx"] == pytest.approx(2.0, abs=1e-12)
+
+
+def test_extrapolation_of_touched_elements_tends_to_carters_creepage():
+    exact = carter(line_contact(1.0, CYLINDERS.bodies, force=1e-3), 0.3, force=-1.5e-4).creepage
+    plain = answer(CYLINDERS, Way(cells=16, edge="touched")).values["vx"]
+    two = answer(CYLINDERS, Way(cells=16, coarser=8, edge="touched")).values["vx"]
+    assert abs(two - exact) < 0.1 * abs(plain - exact)
+
+
+def test_of_two_grids_both_solutions_are_there():
+    coarse, fine = answer(SCENE, Way(cells=8, coarser=4, edge="touched")).solutions
+    assert (coarse.grid.nx, fine.grid.nx) == (6, 10)
+
+
+def test_a_history_by_the_steps_that_count():
+    scene = replace(SCENE, motion=vc.Transient(steps=3, dq=0.25, vx=0.05))
+    found = answer(scene, Way(cells=8, coarser=4, edge="touched"), steps=(2,))
+    assert list(found.values) == ["Fx[2]", "Fy[2]", "Mz[2]"]
+    for steps, message in (((3,), r"steps\[0\] = 3 .* from 0 to 2"), (("x",), r"steps\[0\] = 'x'"), (2, "steps = 2")):
+        with pytest.raises(vc.SceneError, match=message):
+            answer(scene, Way(cells=8), steps=steps)
+
+
+@pytest.mark.parametrize(("scene", "way", "reason"), [
+    (UNLIKE, Way(cells=8, edge="touched"), "the edge 'touched' is for a pressure that tractions do"),
+    (replace(SCENE, motion=None), Way(cells=8, edge="touched"), "nothing rubs"),
+    (replace(SCENE, motion=vc.Shift(ux=0.1)), Way(cells=8, motion=(("spin_offset", 0.5),)), "is for steady rolling"),
+])  # fmt: skip
+def test_ways_that_do_not_serve_say_so(scene, way, reason):
+    assert reason in way.why_not(scene)
+    with pytest.raises(vc.SceneError, match=f"way {way}: .*{reason}"):
+        answer(scene, way)
+
+
+def test_a_second_grid_is_coarser():
+    with pytest.raises(vc.SceneError, match="fewer elements than cells = 8"):
+        Way(cells=8, coarser=8)
+
+
+def test_an_accuracy_is_that_of_solve():
+    way = Way(accuracy=0.03)
+    found, sol = answer(SCENE, way), vc.solve(SCENE, accuracy=0.03)
+    assert found.values["Fx"] == sol.force[0] and found.solutions[-1].grid == sol.grid
+    assert found.solutions[-1].error_estimate is not None
+    with pytest.raises(vc.SceneError, match="accuracy"):
+        answer(replace(SCENE, grid=vc.Grid(nx=4, ny=4)), way)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "cells = 0 is not allowed: must be a whole number, 1 or more"),
+        ({"cells": "8"}, "cells = '8'"),
+        ({"cells": 8, "accuracy": 0.01}, "accuracy = 0.01 is not allowed: must be the only choice of a grid"),
+        ({"edge": "touched", "accuracy": 0.01}, "leave out what else describes one"),
+        ({"order": 2.0, "accuracy": 0.01}, "leave out what else describes one"),
+        ({"accuracy": "x"}, "accuracy = 'x'"),
+        ({"cells": 8, "along": 0.0}, "along = 0.0"),
+        ({"cells": 8, "coarser": 4, "order": 0}, "order = 0"),
+        ({"cells": 8, "options": (("accuracy", 0.1),)}, "give it as the accuracy of the way"),
+        ({"cells": 8, "options": {"tangential": "fastsim"}}, "options = .* must be pairs of a name and a value"),
+        ({"cells": 8, "options": ("tangential", "fastsim")}, "options = .* must be pairs of a name and a value"),
+        ({"cells": 8, "motion": (("spin_offset", 0.0, 1.0),)}, "motion = .* must be pairs of a name and a value"),
+        ({"cells": 8, "motion": ((0.0, "spin_offset"),)}, "motion = .* must be pairs of a name and a value"),
+    ],
+)
+def test_a_way_has_cells_or_an_accuracy(given, message):
+    with pytest.raises(vc.SceneError, match=message):
+        Way(**given)
+
+
+def test_names():
+    assert str(Way(cells=24)) == "centres 24"
+    assert str(Way(cells=16, coarser=8, edge="touched")) == "touched 8 + 16"
+    assert str(Way(cells=10, options=(("tangential", "fastsim"),))) == "fastsim 10"
+    assert str(Way(accuracy=0.01)) == "accuracy 0.01"
+    assert str(Way(cells=16, coarser=8, order=2.0)) == "centres 8 + 16 by order 2"
+    assert str(Way(cells=8, motion=(("dq", 0.5),))) != str(Way(cells=8, motion=(("spin_offset", 0.5),)))
+    assert Way(cells=16, coarser=8, edge="touched", along=1.5).family == (
+        "touched, extrapolated, 1.5 times as many along x"
+    )

@@ -1,0 +1,336 @@
+"""Sizing the potential contact, and refusing one that does not hold the contact."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.planning.choice import make_plan
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving import potential_contact
+from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.start_grid import interpolated
+
+BODIES = vc.Bodies(G=1.0, nu=0.3)
+
+
+def paraboloid(x, y, Rx=1.0, Ry=2.0):
+    return (x**2 / (2 * Rx))[None, :] + (y**2 / (2 * Ry))[:, None]
+
+
+def test_a_grid_is_so_many_elements_across_the_ellipse():
+    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1, grid=vc.Grid(24, 24))
+    sol = vc.solve(scene)
+    hertz = scene.hertz
+    assert sol.grid.shape == (26, 26)
+    assert sol.grid.sides == pytest.approx((hertz.a / 12, hertz.b / 12))
+    assert sol.grid.box[0] == pytest.approx(-hertz.a * 13 / 12)
+
+
+@pytest.mark.parametrize("grid", [vc.Grid(nx=24, ny=24), vc.Grid(nx=20, ny=16)])
+def test_samples_with_coordinates_find_their_contact(grid):
+    """A paraboloid given by samples, off the middle of a wide field: the same contact as in closed form."""
+    x, y = np.linspace(-3.0, 2.0, 61), np.linspace(-2.5, 2.5, 71)
+    surface = vc.SampledDistance(paraboloid(x - 0.5, y + 0.2), x, y)
+    scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=0.1, grid=grid)
+    sol = vc.solve(scene)
+    hertz = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1).hertz
+    centre = [np.sum(c * sol.pressure) / sol.pressure.sum() for c in np.meshgrid(sol.grid.x, sol.grid.y)]
+    assert centre == pytest.approx([0.5, -0.2], abs=1e-3)
+    assert sol.approach == pytest.approx(hertz.approach, rel=2e-3)
+    assert sol.pressure.max() == pytest.approx(hertz.peak_pressure, rel=0.02)
+    across = np.flatnonzero((sol.pressure > 0).any(axis=0)).size
+    assert across == pytest.approx(grid.nx, abs=1)
+
+
+def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
+    """Begin with far too small a box: it is enlarged on all sides until it holds the contact."""
+    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.1, grid=vc.Grid(nx=12, ny=12))
+    a, b = scene.hertz.a, scene.hertz.b
+    expected = vc.solve(scene, normal="clarabel")
+    small = scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * b, 0.3 * b))
+    begun = []
+    monkeypatch.setattr(potential_contact, "_looked_for", lambda *_: (begun.append(small) or small, None))
+    grown = vc.solve(scene, normal="clarabel")
+    assert begun == [small], "the search began with the small box"
+    assert grown.approach == pytest.approx(expected.approach, rel=0.01)
+    assert grown.areas["contact"] == pytest.approx(expected.areas["contact"], rel=0.1)
+    left, right, bottom, top = grown.grid.box
+    assert left < -a and a < right and bottom < -b and b < top
+
+
+@pytest.mark.parametrize("centre", [(0.1, 0.33), (-0.26, 0.2), (0.41, -0.07)])
+def test_a_mirrored_surface_has_the_mirrored_grid(centre):
+    """Also where samples lie on the borders of the elements by which the contact is looked for."""
+    x = np.linspace(-2.0, 2.0, 81)
+    h = paraboloid(x - centre[0], x - centre[1], Ry=0.7) + 0.05 * np.outer(x, x)
+    here, along, across = (
+        vc.solve(vc.Scene(bodies=BODIES, surface=vc.SampledDistance(samples, x, x), normal_force=0.05))
+        for samples in (h, h[:, ::-1], h[::-1])
+    )
+    left, right, bottom, top = here.grid.box
+    assert along.grid.box == pytest.approx((-right, -left, bottom, top), abs=1e-12)
+    assert across.grid.box == pytest.approx((left, right, -top, -bottom), abs=1e-12)
+    np.testing.assert_allclose(along.pressure[:, ::-1], here.pressure, atol=1e-9 * here.pressure.max())
+    np.testing.assert_allclose(across.pressure[::-1], here.pressure, atol=1e-9 * here.pressure.max())
+
+
+@pytest.mark.parametrize("creepage", [0.3, -0.9])
+def test_grid_grows_where_tractions_move_the_contact(creepage):
+    """A soft cylinder dragged over a rigid one has contact beyond the grid about Hertz's."""
+    soft = vc.Scene(
+        bodies=vc.Bodies(G=(1.0, np.inf), nu=0.0),
+        surface=vc.Cylinders(R=1.0, reference_depth=10.0),
+        normal_force=1.0,
+        friction=1.0,
+        motion=vc.Steady(vx=creepage),
+        grid=vc.Grid(nx=30),
+    )
+    sol = vc.solve(soft)
+    ahead = np.sign(creepage) * np.array(sol.grid.box[:2])
+    assert ahead.max() > 1.2 * soft.hertz.a * 32 / 30, "beyond the grid about Hertz's contact"
+    assert (sol.pressure > 0).sum() == pytest.approx(30, abs=1)
+    dx = sol.grid.sides[0]
+    wide = vc.Grid(nx=sol.grid.nx + 40, dx=dx, x0=sol.grid.box[0] - 20 * dx)
+    known = vc.solve(replace(soft, grid=wide))
+    np.testing.assert_allclose(sol.pressure, known.pressure[:, 20:-20], atol=1e-6 * known.pressure.max())
+    np.testing.assert_allclose(sol.traction, known.traction[:, :, 20:-20], atol=1e-6 * known.pressure.max())
+
+
+def test_two_patches_are_both_seen():
+    x, y = np.linspace(-3.0, 3.0, 121), np.linspace(-1.0, 1.0, 41)
+    h = np.minimum(paraboloid(x - 2, y, 1, 1), paraboloid(x + 2, y, 1, 1) + 1e-4)
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=100.0, nu=0.3),
+        surface=vc.SampledDistance(h, x, y),
+        normal_force=1.0,
+        grid=vc.Grid(nx=60, ny=8),
+    )
+    sol = vc.solve(scene)
+    middle = sol.grid.nx // 2
+    assert sol.pressure[:, :middle].any()
+    assert sol.pressure[:, middle:].any()
+    # An explicit grid over one of them only is refused, though no contact touches its edge.
+    one = vc.Grid(nx=20, ny=20, dx=0.05, dy=0.05, x0=1.5, y0=-0.5)
+    with pytest.raises(vc.SceneError, match="extends to"):
+        vc.solve(vc.Scene(bodies=scene.bodies, surface=scene.surface, normal_force=1.0, grid=one))
+
+
+@pytest.mark.parametrize("normal", ["hertz", "clarabel"])
+@pytest.mark.parametrize(
+    "lattice",
+    [
+        {"nx": 8, "ny": 8, "dx": 0.05, "dy": 0.05, "x0": -0.2, "y0": -0.2},
+        {"nx": 8, "ny": 16, "dx": 0.1, "dy": 0.1, "x0": 0.0, "y0": -0.8},
+        {"nx": 8, "ny": 8, "dx": 0.1, "dy": 0.1, "x0": 5.0, "y0": 5.0},
+    ],
+)
+def test_explicit_grid_that_does_not_hold_the_contact(lattice, normal):
+    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), normal_force=0.3, grid=vc.Grid(**lattice))
+    with pytest.raises(vc.SceneError, match="does not contain the contact") as failure:
+        vc.solve(scene, normal=normal)
+    assert failure.value.field == "grid"
+
+
+def test_contact_may_fill_the_potential_contact():
+    """As in the paper's 6.4.2: side 7, contact radius 3.5. The edge elements carry pressure, nothing is outside."""
+    scene = vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Paraboloids(168.75, 168.75), normal_force=0.4705,
+        grid=vc.Grid(nx=7, ny=7, dx=1.0, dy=1.0, x0=-3.5, y0=-3.5),
+    )  # fmt: skip
+    for normal in ("hertz", "clarabel"):
+        sol = vc.solve(scene, normal=normal)
+        assert sol.pressure[3, 0] > 0
+
+
+def test_samples_on_the_grid_that_end_in_the_contact():
+    grid = vc.Grid(nx=10, ny=10, dx=0.04, dy=0.04, x0=-0.2, y0=-0.2)
+    scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(grid.x, grid.y)), normal_force=0.3, grid=grid)
+    with pytest.raises(vc.SceneError, match="does not contain the contact"):
+        vc.solve(scene)
+
+
+def test_samples_that_end_in_the_contact():
+    x = np.linspace(-0.2, 0.2, 21)
+    for grid in ("auto", vc.Grid(nx=10, ny=10)):
+        scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x), x, x), normal_force=0.3, grid=grid)
+        with pytest.raises(vc.SceneError, match="samples") as failure:
+            vc.solve(scene)
+        assert failure.value.field == "surface"
+
+
+def test_flat_punch_needs_its_edge():
+    """A body that ends says so by a large distance around it."""
+    grid = vc.Grid(nx=10, ny=10, dx=0.1, dy=0.1, x0=-0.5, y0=-0.5)
+    h = np.full((10, 10), 100.0)
+    h[1:-1, 1:-1] = 0.0
+    sol = vc.solve(vc.Scene(bodies=BODIES, surface=vc.SampledDistance(h), normal_force=0.1, grid=grid))
+    assert sol.elements["contact"] == 64
+    assert sol.pressure[1, 1] > sol.pressure[4, 4], "pressure peaks at the corners of a punch"
+
+
+@pytest.mark.parametrize("normal", ["hertz", "clarabel"])
+def test_grid_too_coarse(normal):
+    coarse = vc.Grid(nx=2, ny=2, dx=2.0, dy=2.0, x0=-2.0, y0=-2.0)
+    scene = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1.0, 2.0), approach=0.01, grid=coarse)
+    with pytest.raises(vc.SceneError, match="too coarse") as failure:
+        vc.solve(scene, normal=normal)
+    assert failure.value.field == "grid"
+
+
+def test_samples_beyond_reach_of_the_approach():
+    x = np.linspace(-1.0, 1.0, 21)
+    with pytest.raises(vc.NoContact):
+        vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x) + 0.5, x, x), approach=0.4)
+
+
+def test_grid_outside_the_samples():
+    x = np.linspace(-1.0, 1.0, 21)
+    grid = vc.Grid(nx=4, ny=4, dx=1.0, dy=1.0, x0=-2.0, y0=-2.0)
+    scene = vc.Scene(bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x), x, x), normal_force=0.1, grid=grid)
+    with pytest.raises(vc.SceneError, match="within the samples"):
+        vc.solve(scene)
+
+
+@pytest.mark.parametrize("cells", [1, 2, 3])
+def test_few_elements(cells):
+    """One, four, nine elements in contact: solved all the same, with and without friction."""
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Ellipse(1.0, 1.0), normal_force=1.0, friction=0.3,
+        motion=vc.Steady(vx=0.1, spin=0.1), grid=vc.Grid(nx=cells, ny=cells),
+    )  # fmt: skip
+    for normal in ("hertz", "clarabel"):
+        sol = vc.solve(scene, normal=normal)
+        assert sol.normal_force == pytest.approx(1.0)
+        assert sol.certificate.residual < 1e-10
+
+
+# ----------------------------------------------------------------------------- small, sharp and offset contacts
+
+
+@pytest.mark.parametrize(
+    ("centre", "force", "samples", "cells"),
+    [
+        ((0.01, 0.0), 1e-6, 201, (16, 16)),
+        ((0.3, 0.0), 1e-6, 81, (15, 17)),
+        ((0.37, 0.11), 1e-9, 41, (16, 16)),
+    ],
+)
+def test_small_contact_is_found_and_spread_over_the_cells(centre, force, samples, cells):
+    """A contact of 1/120 to 1/1250 of the samples' width, off the middle: so many elements across as were asked."""
+    x = np.linspace(-1.0, 1.0, samples)
+    surface = vc.SampledDistance(paraboloid(x - centre[0], x - centre[1], 1, 1), x, x)
+    sol = vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=force, grid=vc.Grid(nx=cells[0], ny=cells[1])))
+    hertz = vc.Scene(bodies=BODIES, surface=vc.Paraboloids(1, 1), normal_force=force).hertz
+    contact = sol.pressure > 0
+    assert contact.any(axis=0).sum() == pytest.approx(cells[0], abs=1)
+    assert contact.any(axis=1).sum() == pytest.approx(cells[1], abs=1)
+    assert sol.areas["contact"] == pytest.approx(np.pi * hertz.a**2, rel=0.1)
+    assert sol.approach == pytest.approx(hertz.approach, rel=4e-3)
+
+
+def test_sharp_summit_between_the_centres_of_the_first_look_is_found():
+    """A spike of a few samples on a wide bowl: the first contact, though no centre of 24 x 24 elements meets it."""
+    x = np.linspace(-1.0, 1.0, 401)
+    spike = 200.0 * (((x - 0.2) ** 2)[None, :] + ((x + 0.4) ** 2)[:, None]) - 0.02
+    surface = vc.SampledDistance(np.minimum(paraboloid(x, x, 1, 1), spike), x, x)
+    sol = vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=1e-7, grid=vc.Grid(nx=12, ny=12)))
+    left, right, bottom, top = sol.grid.box
+    assert left < 0.2 < right < 0.25
+    assert bottom < -0.4 < top < -0.35
+    assert sol.approach < 0
+
+
+def test_body_with_a_cliff_around_it_touches_everywhere_and_nowhere_else():
+    """A flat square of half side 0.5 that ends in a cliff: no contact beyond it, and all of it in contact."""
+    x = np.linspace(-1.0, 1.0, 41)
+    inside = (np.abs(x) < 0.51)[None, :] & (np.abs(x) < 0.51)[:, None]
+    surface = vc.SampledDistance(np.where(inside, 0.0, 1.0), x, x)
+    scene = vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=vc.Grid(nx=16, ny=16))
+    sol = vc.solve(scene)
+    contact = sol.pressure > 0
+    X, Y = np.meshgrid(sol.grid.x, sol.grid.y)
+    beyond = (np.abs(X) > 0.55) | (np.abs(Y) > 0.55)
+    assert not contact[beyond].any()
+    assert contact[(np.abs(X) < 0.45) & (np.abs(Y) < 0.45)].all()
+    assert sol.areas["contact"] == pytest.approx(1.0, abs=0.15)
+
+
+def test_contact_between_the_centres_of_an_explicit_grid_is_refused():
+    """A needle beside the contact, missed by all centres: the overlap there is no solution."""
+    x = np.linspace(-1.0, 1.0, 401)
+    bowl = paraboloid(x - 0.25, x - 0.05, 1, 1)
+    needle = paraboloid(x + 0.3, x, 1e-3, 1e-3) - 0.004
+    surface = vc.SampledDistance(np.minimum(bowl, needle), x, x)
+    grid = vc.Grid(nx=10, ny=10, dx=0.1, dy=0.1, x0=-0.5, y0=-0.5)
+    with pytest.raises(vc.SceneError, match=r"too coarse: the contact at \(-0.3,") as failure:
+        vc.solve(vc.Scene(bodies=BODIES, surface=surface, normal_force=0.01, grid=grid))
+    assert failure.value.field == "grid"
+
+
+def test_height_far_from_zero_changes_nothing():
+    """The distance measured from a million lengths away: the same contact, the approach shifted."""
+    x, far = np.linspace(-1.0, 1.0, 41), 1e6
+    near, off = (
+        vc.solve(
+            vc.Scene(
+                bodies=BODIES, surface=vc.SampledDistance(paraboloid(x, x) + c, x, x), normal_force=0.02,
+                grid=vc.Grid(nx=12, ny=12),
+            )
+        )
+        for c in (0.0, far)
+    )  # fmt: skip
+    assert off.grid.box == pytest.approx(near.grid.box, abs=1e-9)
+    assert off.approach - far == pytest.approx(near.approach, rel=1e-7)
+    np.testing.assert_allclose(off.pressure, near.pressure, atol=1e-6 * near.pressure.max())
+    np.testing.assert_allclose(off.distance, near.distance, atol=1e-8 * near.approach + 1e-9)
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        vc.Grid(nx=10**6, ny=10**6),
+        vc.Grid(nx=10**6, ny=10**6, dx=1e-5, dy=1e-5, x0=-5.0, y0=-5.0),
+        vc.Grid(nx=2, ny=2, margin=10**6),
+    ],
+)
+def test_grids_beyond_memory_are_refused_before_anything_is_allocated(grid):
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Ellipse(1, 1), normal_force=1.0, friction=0.3, motion=vc.Steady(vx=0.1), grid=grid
+    )
+    with pytest.raises(vc.TooLarge, match="a grid of this size"):
+        vc.solve(scene)
+    with pytest.raises(vc.TooLarge, match="a grid of this size"):
+        vc.certify(scene, np.zeros((2, 1, 1)))
+
+
+@pytest.mark.parametrize("motion", [vc.Steady(Fx=-0.15, vy=0.05, spin=0.1), vc.Shift(ux=0.1, Fy=0.1)])
+def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_steps(motion):
+    scene = vc.Scene(
+        bodies=BODIES, surface=vc.Ellipse(1.0, 0.7), normal_force=1.0, friction=0.3, motion=motion, grid=vc.Grid(32, 32)
+    )
+    coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
+    steps = ContactSolver(make_plan(scene), 1e-10, True, SolveStats())
+    alone, near = (potential_contact.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
+    assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
+    assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)
+    assert near.iterations["tangential"] < alone.iterations["tangential"]
+
+
+def test_linear_fields_go_from_lattice_to_lattice_as_they_are():
+    grid = vc.Grid(nx=7, ny=5, dx=0.3, dy=0.4, x0=-1.0, y0=-1.0)
+    other = vc.Grid(nx=9, ny=11, dx=0.17, dy=0.13, x0=-0.7, y0=-0.7)
+    field = 2.0 + 3.0 * grid.x[None, :] - 1.5 * grid.y[:, None]
+    found = interpolated(grid, field[None], other)[0]
+    assert found == pytest.approx(2.0 + 3.0 * other.x[None, :] - 1.5 * other.y[:, None])
+    beyond = interpolated(grid, field[None], vc.Grid(nx=1, ny=1, dx=0.1, dy=0.1, x0=1.05, y0=0.0))
+    assert beyond == 0.0, "half an element from the edge there is no value on the other side"
+
+
+def test_fields_on_many_strips_go_to_others_without_a_matrix():
+    """One between all of these would take 2^34 numbers."""
+    grid = vc.Grid(nx=2**17, dx=2.0**-16, x0=-1.0)
+    other = vc.Grid(nx=2**17, dx=2.0**-17, x0=-0.5)
+    found = interpolated(grid, grid.x[None, None], other)[0, 0]
+    assert found == pytest.approx(other.x, abs=1e-12)

@@ -1,0 +1,130 @@
+"""The public names and where they are: `__init__.py` imports each when it is first used."""
+
+from . import kinematics, reference, wheel_rail
+from . import theories as theories
+from .discrete.certificate import Certificate
+from .errors import (
+    Interrupted,
+    NoContact,
+    NotConverged,
+    OutputError,
+    Saturated,
+    SceneError,
+    SolverUnavailable,
+    TooLarge,
+    VarcontactError,
+    WorkersLost,
+)
+from .io.contact_input import read_contact_input
+from .io.contact_output import ContactOutput, read_contact_output
+from .io.contact_results import ContactResult, read_contact_result
+from .io.scene_toml import read_scene
+from .planning.plan import Plan, plan
+from .planning.sizes import Matrix, Sizes
+from .plotting.curve import plot_curve
+from .plotting.stress import plot_stress
+from .plotting.studies import plot_comparison
+from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from .results.error_estimate import ErrorEstimate
+from .results.history import History
+from .results.refinement import Refinement
+from .results.solution import Solution
+from .results.stress import SubsurfaceStress, stress, stress_below
+from .scene.bodies import Bodies
+from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
+from .scene.grid import Grid
+from .scene.motion import Shift, Steady, TimeStep, Transient
+from .scene.scene import Scene
+from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
+from .scene.units import MM_N, SI, Units
+from .solving.remeasured import load
+from .solving.solve import certify, solve
+from .study.bank import standard_bank, unlike_bank
+from .study.compare import compare
+from .study.converge import converge
+from .study.convergence import Convergence
+from .study.curve import creep_curve
+from .study.front import Tradeoff
+from .study.references import Reference, references
+from .study.scan import scan
+from .study.sweep import Standing, read_sweep, sweep
+from .study.tradeoff import tradeoff
+from .theories.creep_forces import CreepForces, creep_forces
+
+__version__: str
+
+__all__ = [
+    "MM_N",
+    "SI",
+    "Bodies",
+    "Certificate",
+    "ContactOutput",
+    "ContactResult",
+    "Convergence",
+    "CreepForces",
+    "CreepageCoefficients",
+    "Cylinders",
+    "Ellipse",
+    "ErrorEstimate",
+    "ExponentialFalling",
+    "Grid",
+    "History",
+    "Interrupted",
+    "LinearFalling",
+    "Matrix",
+    "NoContact",
+    "NotConverged",
+    "OutputError",
+    "Paraboloids",
+    "Plan",
+    "RationalFalling",
+    "Reference",
+    "Refinement",
+    "SampledDistance",
+    "Saturated",
+    "Scene",
+    "SceneError",
+    "Shift",
+    "Sizes",
+    "Solution",
+    "SolverUnavailable",
+    "Standing",
+    "StaticKinetic",
+    "Steady",
+    "SubsurfaceStress",
+    "TimeStep",
+    "TooLarge",
+    "Tradeoff",
+    "Transient",
+    "Units",
+    "VarcontactError",
+    "WorkersLost",
+    "certify",
+    "compare",
+    "converge",
+    "creep_curve",
+    "creep_forces",
+    "kinematics",
+    "load",
+    "no_slip_coefficients",
+    "plan",
+    "plot_comparison",
+    "plot_curve",
+    "plot_stress",
+    "read_contact_input",
+    "read_contact_output",
+    "read_contact_result",
+    "read_scene",
+    "read_sweep",
+    "reference",
+    "references",
+    "scan",
+    "solve",
+    "standard_bank",
+    "stress",
+    "stress_below",
+    "sweep",
+    "tradeoff",
+    "unlike_bank",
+    "wheel_rail",
+]

@@ -1,0 +1,315 @@
+"""Checks of inputs: each returns the clean value or raises a SceneError that names the field."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import inspect
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from varcontact.errors import SceneError
+
+SMALL, LARGE = 1e-100, 1e100
+"""Lengths, moduli and forces between these keep their products within the range of floating point."""
+
+_NO_NUMBERS = (bool, str, bytes, bytearray, complex)
+"""What `float` would take for a number, or drop a part of."""
+_FLOAT = np.dtype(float)
+
+
+def number(field: str, value: Any, allowed: str = "a finite number") -> float:
+    """A finite real number."""
+    result = real(field, value, allowed)
+    if not math.isfinite(result):
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def real(field: str, value: Any, allowed: str = "a number") -> float:
+    """A real number, which may be infinite but not NaN."""
+    if value is None or isinstance(value, _NO_NUMBERS) or getattr(value, "dtype", _FLOAT).kind not in "iuf":
+        raise SceneError(field, value, allowed)
+    try:
+        result = float(value)
+    except Exception:  # an object's own code runs here, and may raise anything
+        raise SceneError(field, value, allowed) from None
+    if math.isnan(result):
+        raise SceneError(field, value, allowed)
+    return result
+
+
+def positive(field: str, value: Any, allowed: str = "a positive, finite number") -> float:
+    """A finite number above zero, of a size that can be computed with."""
+    if type(value) is float and SMALL <= value <= LARGE:  # nearly always; single calls of fast theories wait for it
+        return value
+    result = number(field, value, allowed)
+    if result <= 0:
+        raise SceneError(field, value, allowed)
+    return computable(field, result)
+
+
+def computable(field: str, value: float) -> float:
+    """A number whose products with others do not leave floating point."""
+    if not SMALL <= value <= LARGE:
+        raise SceneError(field, value, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with")
+    return value
+
+
+def moderate(field: str, value: Any, allowed: str = "a finite number", most: float = LARGE) -> float:
+    """A finite number of any sign, and of a size that can be computed with."""
+    result = number(field, value, allowed)
+    if abs(result) > most:
+        raise SceneError(field, result, f"at most {most:g} in size")
+    return result
+
+
+def whole(field: str, value: Any, least: int = 1, most: int | None = None, why: str = "") -> int:
+    """A whole number of at least `least`, and at most `most`."""
+    allowed = f"a whole number, {least} or more"
+    result = number(field, value, allowed)
+    if result != int(result) or result < least:
+        raise SceneError(field, value, allowed)
+    if most is not None and result > most:
+        raise SceneError(field, value, f"a whole number from {least} to {most}{why}")
+    return int(result)
+
+
+def wholes(field: str, value: Any, least: int = 1, most: int | None = None) -> list[int]:
+    """Several whole numbers of at least `least`, and at most `most`."""
+    allowed = "a list of whole numbers"
+    if isinstance(value, str | bytes | bytearray):
+        raise SceneError(field, value, allowed)
+    try:
+        given = list(value)
+    except TypeError:
+        raise SceneError(field, value, allowed) from None
+    return [whole(f"{field}[{i}]", n, least, most) for i, n in enumerate(given)]
+
+
+MOST_DIMENSIONS = 32
+"""Of an array that NumPy broadcasts."""
+
+
+def is_array(value: Any) -> bool:
+    """Whether a value is meant as several numbers."""
+    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
+def dimensions(value: Any) -> int | None:
+    """How many dimensions an array has, or a list of numbers, or of lists; None where these are of several lengths."""
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return None
+
+
+def array(field: str, value: Any, ndim: int) -> np.ndarray:
+    """A read-only copy of a finite array of floats with `ndim` dimensions."""
+    allowed = f"a {ndim}-dimensional array of finite numbers"
+    if is_array(value) and dimensions(value) is None:
+        raise SceneError(field, value, f"{allowed}, with rows of equal length")
+    result = _floats(field, value, allowed)
+    if result.ndim != ndim or result.size == 0:
+        raise wrong_shape(field, result.shape, allowed)
+    _require_all(field, result, np.isfinite(result), "finite (no NaN, no inf)")
+    _require_all(field, result, np.abs(result) <= LARGE, f"at most {LARGE:g} in size")
+    result.flags.writeable = False
+    return result
+
+
+def numbers(field: str, value: Any, allowed: str = "finite numbers", most: float = LARGE) -> np.ndarray:
+    """Finite real numbers of any shape (also a single one), as an array of floats."""
+    result = _floats(field, value, allowed)
+    sizes = np.abs(result)
+    if not (sizes <= most).all():  # nor where there is NaN
+        _require_all(field, result, np.isfinite(result), allowed)
+        _require_all(field, result, sizes <= most, f"at most {most:g} in size")
+    return result
+
+
+def _require_all(field: str, values: np.ndarray, good: np.ndarray, allowed: str) -> None:
+    """Refuse the first value that is not good, by its index where there are several."""
+    if not good.all():
+        where = tuple(int(i) for i in np.argwhere(~good)[0])
+        raise SceneError(f"{field}{list(where)}" if where else field, float(values[where]), allowed)
+
+
+def _floats(field: str, value: Any, allowed: str) -> np.ndarray:
+    """A copy as floats, of whatever NumPy takes for real numbers."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind in "iuf" and not np.ma.is_masked(value):
+            if given.ndim <= MOST_DIMENSIONS:
+                return given.astype(float)
+            allowed += f", in at most {MOST_DIMENSIONS} dimensions"
+    except MemoryError:
+        raise SceneError(field, value, "small enough for the memory") from None
+    except Exception:  # an object's own code runs here, and may raise anything
+        pass
+    raise SceneError(field, value, allowed)
+
+
+def poisson(value: Any, field: str = "nu") -> np.ndarray:
+    """Poisson's ratios, in (-1, 0.5], of any shape."""
+    allowed = "a Poisson's ratio in (-1, 0.5]"
+    result = numbers(field, value, allowed)
+    _require_all(field, result, (result > -1) & (result <= 0.5), allowed)
+    return result
+
+
+def positives(field: str, value: Any, allowed: str = "positive, finite numbers") -> np.ndarray:
+    """Finite numbers above zero, of any shape."""
+    result = numbers(field, value, allowed)
+    if not np.all(result >= SMALL):
+        _require_all(field, result, result > 0, allowed)
+        _require_all(
+            field, result, result >= SMALL, f"between {SMALL:g} and {LARGE:g}, the sizes that can be computed with"
+        )
+    return result
+
+
+def broadcasting(arguments: dict[str, Any]) -> None:
+    """Refuse arrays whose shapes do not broadcast."""
+    shapes = {name: np.shape(value) for name, value in arguments.items() if not isinstance(value, float)}
+    try:
+        if shapes:
+            np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        words = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise SceneError("shapes", words, message=f"the shapes of the arguments do not broadcast: {words}") from None
+
+
+def wrong_shape(field: str, shape: tuple[int, ...], allowed: str) -> SceneError:
+    """The error for an array of another shape than is allowed."""
+    message = f"{field} has shape {shape}; it must be {allowed}"
+    return SceneError(field, f"array of shape {shape}", allowed, message=message)
+
+
+MOST_SHOWN = 12
+"""Numbers of an array or a list that are shown one by one."""
+
+
+def flag(field: str, value: Any) -> bool:
+    """True or False; 0, 1 and words are refused."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise SceneError(field, value, "true or false")
+    return bool(value)
+
+
+def progress(value: Any) -> Callable[[str], None] | None:
+    """The function that is called with the name of each stage, or None."""
+    if value is None or (callable(value) and _takes_a_word(value)):
+        return value
+    raise SceneError("progress", value, "None, or a function of one string")
+
+
+def _takes_a_word(function: Callable[..., Any]) -> bool:
+    """Whether it is a function that can be called with one string, as far as it is known what it takes."""
+    if isinstance(function, type):
+        return False
+    try:
+        inspect.signature(function).bind("")
+    except ValueError:  # built in, and its signature is not known
+        return True
+    except TypeError:
+        return False
+    return True
+
+
+def file_name(field: str, value: Any) -> Path:
+    """The name of a file, as a path."""
+    name = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(name, str):
+        raise SceneError(field, value, "the name of a file")
+    return Path(name)
+
+
+def elastic(value: Any) -> None:
+    """Refuse what does not have the combined constants of two bodies."""
+    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")):
+        raise SceneError("bodies", value, "Bodies")
+
+
+def exactly_one(**arguments: Any) -> None:
+    """Refuse two arguments, by name, of which not exactly one is given: both are None, or neither is."""
+    names = list(arguments)
+    given = [name for name, value in arguments.items() if value is not None]
+    if len(given) == 1:
+        return
+    if given:
+        message = f"{' and '.join(names)} are both given: give one of them"
+    else:
+        message = f"neither {' nor '.join(names)} is given: give one of them"
+    raise SceneError(", ".join(names), tuple(arguments.values()), "exactly one of the two", message=message)
+
+
+def choice(field: str, value: Any, options: Iterable[str]) -> str:
+    """One of the named options; the error suggests the nearest."""
+    names = list(options)
+    if isinstance(value, str) and value in names:
+        return value
+    raise SceneError(field, value, f"one of {', '.join(names)}{nearest(value, names)}")
+
+
+def nearest(value: Any, names: Iterable[str]) -> str:
+    """`` (did you mean ...?)``, or nothing where no name is near."""
+    known = list(names)
+    if not isinstance(value, str):
+        return ""
+    other_case = [name for name in known if name.lower() == value.lower()]
+    close = other_case or difflib.get_close_matches(value, known, n=1, cutoff=0.5)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def short(value: Any) -> str:
+    """A value as text, without the numbers of large arrays and long lists."""
+    if isinstance(value, np.ndarray) and value.size > MOST_SHOWN:
+        sides = " x ".join(map(str, value.shape))
+        return f"array of {sides} numbers from {value.min():.6g} to {value.max():.6g}"
+    if isinstance(value, tuple) and len(value) > MOST_SHOWN:
+        return f"({value[0]!r}, {value[1]!r}, ..., {value[-1]!r}: {len(value)} values)"
+    return repr(value)
+
+
+def short_entries(value: Any) -> str:
+    """A dataclass as text, its entries without the numbers of large arrays and long lists."""
+    entries = (f"{field.name}={short(getattr(value, field.name))}" for field in dataclasses.fields(value))
+    return f"{type(value).__name__}({', '.join(entries)})"
+
+
+T = TypeVar("T")
+
+
+def named(words: Mapping[str, str] | None = None) -> Callable[[type[T]], type[T]]:
+    """Make a dataclass say which name is right where an argument has another one."""
+    known = dict(words or {})
+
+    def decorated(cls: type[T]) -> type[T]:
+        made = cls.__init__
+        fields = list(getattr(cls, "__dataclass_fields__", {}))
+
+        @functools.wraps(made)
+        def checked(self: T, *args: object, **kwargs: object) -> None:
+            for name in kwargs:
+                if name not in fields:
+                    raise _unknown(cls.__name__, name, fields, known)
+            made(self, *args, **kwargs)
+
+        setattr(cls, "__init__", checked)  # noqa: B010  mypy refuses the assignment
+        return cls
+
+    return decorated
+
+
+def _unknown(owner: str, name: str, fields: list[str], known: Mapping[str, str]) -> SceneError:
+    """What to write in place of an unknown name."""
+    instead = known.get(name)
+    words = f": write {instead}" if instead else nearest(name, fields) or f"; it has {', '.join(fields)}"
+    return SceneError(f"{owner}.{name}", name, message=f"{owner} has no {name}{words}")

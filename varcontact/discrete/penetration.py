@@ -1,0 +1,214 @@
+"""Where the bodies would overlap outside the potential contact: whether it holds the contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from varcontact.discrete.contact_grid import Box, contact_box
+from varcontact.discrete.discretisation import Discretisation, undeformed_distance
+from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import as_solved
+from varcontact.elasticity.halfspace import influence_numbers
+from varcontact.elasticity.plane_strain import strip_influence_numbers
+from varcontact.scene.grid import Grid
+from varcontact.scene.surfaces import SampledDistance
+
+BLOCKS, BLUR = 16, 0.5
+"""Blocks of elements across the grid that samples are sorted out by first; and the error of such displacements by the
+greatest depth, by one over the blocks across: four times what was measured."""
+MOST_SAMPLES = 500
+"""The lowest samples that displacements are found for exactly."""
+
+
+def outside(disc: Discretisation, state: ContactState, closed_form: bool = False) -> Box | None:
+    """The box of the places outside the potential contact where the bodies would overlap, or None.
+
+    Looked for on the lattice one element further, where the contact reaches the potential contact's edge; and
+    at all samples that lie outside, where a sampled distance has its own coordinates. Where the pressure was solved for
+    on parts of the elements, the next parts are looked at.
+    """
+    lattice, solved = _as_solved(disc, state)
+    found = _beyond(lattice, solved, closed_form)
+    if found is None and lattice is not disc:
+        found = _where_nothing_is_known(lattice, solved)
+    return _overlapping_samples(disc, state) if found is None else found
+
+
+def _as_solved(disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
+    """The same on parts of the elements, where the pressure was solved for on these."""
+    if disc.subgrid is None:
+        return disc, state
+    parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
+    return parts, replace(unloaded(parts.grid), pressure=pressure, approach=approach)
+
+
+def _where_nothing_is_known(disc: Discretisation, state: ContactState) -> Box | None:
+    """The box of parts of elements in contact whose centres lie beyond the samples, or None."""
+    if not isinstance(disc.surface, SampledDistance):
+        return None
+    (left, right, bottom, top), grid = disc.surface.box, disc.grid
+    x, y = grid.x[None, :], grid.y[:, None]
+    slack = 1e-9 * max(grid.sides)
+    within = (x >= left - slack) & (x <= right + slack) & (y >= bottom - slack) & (y <= top + slack)
+    beyond = (state.pressure > 0) & ~within
+    return contact_box(grid, beyond) if beyond.any() else None
+
+
+def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box | None:
+    """The box of the next elements outside the potential contact where the bodies would overlap, or None."""
+    grid = disc.grid.extended()
+    overlap = np.zeros(grid.shape, dtype=bool)
+    if ((state.pressure > 0) & _rim(disc.grid)).any():
+        if closed_form:
+            assert disc.hertz is not None
+            overlap = disc.hertz.on_elements(grid) > 0
+        else:
+            overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
+        overlap &= _rim(grid)
+    return contact_box(grid, overlap) if overlap.any() else None
+
+
+def _rim(grid: Grid) -> np.ndarray:
+    """The outermost elements; in line contact those at the two ends."""
+    rim = np.ones(grid.shape, dtype=bool)
+    rim[:, 1:-1] = not grid.line
+    rim[1:-1, 1:-1] = False
+    return rim
+
+
+def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
+    """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
+    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid), operators=disc.operators.around)
+    distance = (wider.distance - disc.base) / disc.scales.displacement - state.approach
+    around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
+    distance = distance + wider.operators.normal.apply(np.pad(state.pressure[None], around))[0]
+    if disc.K != 0 and np.any(state.traction):
+        distance = distance + wider.operators.traction_to_distance.apply(np.pad(state.traction, around))[0]
+    return distance
+
+
+def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
+    """The box of the samples away from the contact elements where the bodies would overlap."""
+    surface = disc.surface
+    if not isinstance(surface, SampledDistance) or not surface.placed:
+        return None
+    distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
+    suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
+    if not suspects.any():
+        return None
+    iy, ix = np.nonzero(suspects)
+    (all_x, all_y), below = surface.coordinates, distance[iy, ix]
+    x, y = all_x[ix] / disc.scales.length, all_y[iy] / disc.scales.length
+    deepest, elements = float(np.abs(below).max()), max(disc.grid.shape)
+    for across in sorted({min(BLOCKS, elements), elements}):
+        raised = below + _raised_about(disc, *_in_blocks(disc, state, across), x, y)
+        doubtful = raised < BLUR / across * deepest
+        x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
+    lowest = np.argsort(raised)[:MOST_SAMPLES]
+    x, y, below = x[lowest], y[lowest], below[lowest]
+    over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
+    if not over.any():
+        return None
+    x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
+    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
+
+
+def _in_blocks(disc: Discretisation, state: ContactState, across: int) -> tuple[np.ndarray, np.ndarray]:
+    """Centres of load (2, n) of blocks of elements, so many `across` the grid at most, and loads along x, y, z."""
+    centres, tractions = _loaded(disc, state)
+    size = math.ceil(max(disc.grid.shape) / across)
+    iy, ix = np.divmod(np.flatnonzero(state.pressure), disc.grid.nx)
+    _, block = np.unique(iy // size * disc.grid.nx + ix // size, return_inverse=True)
+    loads = np.array([np.bincount(block, each) for each in tractions * disc.lattice.area])
+    return np.array([np.bincount(block, tractions[2] * each) for each in centres]) * disc.lattice.area / loads[2], loads
+
+
+def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
+    """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
+
+    Pressures only push them apart.
+    """
+    if disc.K == 0 or not np.any(state.traction):
+        return 0.0
+    load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
+    return abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
+
+
+def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (2, n) of the contact elements, and their tractions along x, along y and z, (3, n)."""
+    elements = np.flatnonzero(state.pressure)
+    tractions = np.concatenate([state.traction, state.pressure[None]]).reshape(3, -1)
+    return disc.points.reshape(2, -1)[:, elements], tractions[:, elements]
+
+
+def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Normal displacement difference at points."""
+    (centre_x, centre_y), tractions = _loaded(disc, state)
+    (dx, dy), K = disc.lattice.sides, disc.K
+    loads = {"zz": tractions[2]} if K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
+    constants: dict[str, Any] = {"nu": disc.operators.nu, "K": K, "components": loads}
+    from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
+    if disc.line:
+        numbers = strip_influence_numbers(from_x, dx, depth=disc.operators.depth, **constants)
+    else:
+        numbers = influence_numbers(from_x, from_y, dx, dy, **constants)
+    return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
+
+
+def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
+    """The samples in contact elements and in those next to them, where displacements are known at centres only."""
+    x, y = surface.coordinates
+    wide = np.pad(state.pressure > 0, 2)
+    shifts = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    near = np.any([np.roll(wide, shift, axis=(0, 1)) for shift in shifts], axis=0)
+    (dx, dy), (x0, _, y0, _) = disc.grid.sides, disc.grid.box
+    column = np.clip(np.floor((x - x0) / dx).astype(int) + 2, 0, wide.shape[1] - 1)
+    row = np.clip(np.floor((y - y0) / dy).astype(int) + 2, 0, wide.shape[0] - 1)
+    return np.asarray(near[np.ix_(row, column)])
+
+
+def _raised_about(
+    disc: Discretisation, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
+    """Normal displacement difference at points away from the contact, by point or line forces at some centres."""
+    (load_x, load_y, load_z), nu, K = loads, disc.operators.nu, disc.K
+    raised = np.empty(x.size)
+    for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 200_000):
+        from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
+        square = from_x**2 + from_y**2
+        if disc.line:
+            raised[part] = -(1 - nu) * load_z @ np.log(square / disc.operators.depth**2)
+            if K != 0:
+                raised[part] += np.pi * K * load_x @ np.sign(from_x)
+        else:
+            raised[part] = (1 - nu) * load_z @ (1 / np.sqrt(square))
+            if K != 0:
+                raised[part] += K * (load_x @ (from_x / square) + load_y @ (from_y / square))
+    return raised / np.pi
+
+
+def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
+    """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
+    surface = disc.surface
+    if disc.hertz is not None:
+        return undeformed_distance(surface, disc.hertz, grid)
+    assert isinstance(surface, SampledDistance)
+    if surface.placed:
+        left, right, bottom, top = surface.box
+        if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:
+            return surface.distance(grid)
+    distance = disc.distance
+    for axis in (1,) if grid.line else (0, 1):
+        distance = np.concatenate([_next(distance, axis, 0), distance, _next(distance, axis, -1)], axis=axis)
+    return distance
+
+
+def _next(values: np.ndarray, axis: int, end: int) -> np.ndarray:
+    """One more layer by quadratic (or, of few layers, linear or constant) extrapolation."""
+    layers = [np.take(values, [end + (k if end == 0 else -k)], axis=axis) for k in range(min(3, values.shape[axis]))]
+    weights = {1: (1,), 2: (2, -1), 3: (3, -3, 1)}[len(layers)]
+    return np.sum([w * layer for w, layer in zip(weights, layers, strict=True)], axis=0)

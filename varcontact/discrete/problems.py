@@ -1,0 +1,211 @@
+"""The two problems that solvers meet, dimensionless; what solvers are told, and what they return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.discrete.positive_definite import PositiveDefinite, positive_definite
+from varcontact.elasticity.operators import RestrictedOperator
+
+
+@dataclass(frozen=True, eq=False)
+class NormalProblem:
+    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact.
+
+    Attributes
+    ----------
+    operator : RestrictedOperator
+        A, the influence numbers zz.
+    distance : ndarray, shape (n,)
+        h, the undeformed distance, with the displacement by tangential tractions where the bodies differ.
+    area : float
+        Of an element.
+    force, approach : float or None
+        Exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d.
+    """
+
+    operator: RestrictedOperator
+    distance: np.ndarray
+    area: float
+    force: float | None
+    approach: float | None
+
+    def reachable(self) -> NormalProblem:
+        """The problem on the elements that can come into contact at all.
+
+        Pressures only push surfaces apart (A > 0): there is no contact where h exceeds the approach. With the
+        force prescribed, the approach is at most that with all of it on the lowest element.
+        """
+        highest = self.approach
+        if highest is None:
+            assert self.force is not None
+            highest = self.distance.min() + self.operator.diagonal * self.force / self.area
+        inside = self.distance < highest
+        return replace(
+            self,
+            operator=self.operator.grid_operator.on(self.operator.elements[inside]),
+            distance=self.distance[inside],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialProblem:
+    """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on the contact.
+
+    Tractions have c components: two, or one where elasticity does not couple them and nothing moves along the other.
+
+    Attributes
+    ----------
+    operator : RestrictedOperator
+        M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231).
+    rigid_shift : ndarray, shape (c, n)
+        W, with the shift by pressures where the bodies differ.
+    bound : ndarray, shape (n,)
+        g, the traction bound, positive; ``inf`` all over: no slip.
+    points : ndarray, shape (2, n)
+        x and y of the elements.
+    area : float
+        Of an element.
+    force : tuple of c (float or None)
+        Prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown.
+    symmetric : bool
+        Whether M is symmetric (a shift, or one step of a march).
+    instant : RestrictedOperator, optional
+        A of steady rolling, for a march; then ``A - M`` is C.
+    directions : tuple of c int
+        Which direction (0: x, 1: y) each component has.
+    """
+
+    operator: RestrictedOperator
+    rigid_shift: np.ndarray
+    bound: np.ndarray
+    points: np.ndarray
+    area: float
+    force: tuple[float | None, ...] = (None, None)
+    symmetric: bool = False
+    instant: RestrictedOperator | None = None
+    directions: tuple[int, ...] = (0, 1)
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return self.bound.size
+
+    @property
+    def components(self) -> int:
+        """Number c of traction components."""
+        return len(self.directions)
+
+    @property
+    def free(self) -> list[int]:
+        """The components whose force is prescribed and whose rigid shift is unknown."""
+        return [i for i, force in enumerate(self.force) if force is not None]
+
+    @property
+    def no_slip(self) -> bool:
+        """Whether the traction bound is infinite."""
+        return bool(np.isinf(self.bound).all())
+
+    @property
+    def symmetric_part(self) -> PositiveDefinite | None:
+        """The symmetric part of M, where it is positive definite: found once for an operator, which steps share."""
+        kept: dict[str, PositiveDefinite | None] = self.operator.__dict__
+        if "_symmetric_part" not in kept:
+            kept["_symmetric_part"] = positive_definite(self.operator)
+        return kept["_symmetric_part"]
+
+    @property
+    def monotone(self) -> bool:
+        """Whether the symmetric part of M is positive definite: then the solution is the only one.
+
+        It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md) with steps of 0.7
+        elements or more; with shorter ones it may not be, the less so the larger nu, the longer the elements along
+        x, and the more of them there are. No dense matrix is needed for many elements.
+        """
+        return self.symmetric_part is not None
+
+    def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
+        """Local shift E = W + M p, by FFT.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, n)
+            p, dimensionless.
+        free_shift : ndarray, shape (c,)
+            The unknown part of W, dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (c, n)
+        """
+        return self.operator.apply(traction) + self.rigid_shift + free_shift[:, None]
+
+    def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What of tractions and rigid shifts is of this problem.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (2, ny, nx)
+            Dimensionless.
+        rigid : ndarray, shape (2,)
+            Dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (c, n)
+        ndarray, shape (c,)
+        """
+        chosen = list(self.directions)
+        return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
+
+    def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and rigid shifts on the whole grid, zero elsewhere and in other directions.
+
+        Parameters
+        ----------
+        traction : ndarray, shape (c, n)
+            Dimensionless.
+        rigid : ndarray, shape (c,)
+            Dimensionless.
+
+        Returns
+        -------
+        ndarray, shape (2, ny, nx)
+        ndarray, shape (2,)
+        """
+        ny, nx = self.operator.grid_operator.shape
+        field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
+        field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid
+        return field.reshape(2, ny, nx), shifts
+
+
+@dataclass(frozen=True, eq=False)
+class RawSolution:
+    """What a solver returns: dimensionless, as it is, not yet judged.
+
+    Attributes
+    ----------
+    traction : ndarray, shape (n,) or (c, n)
+        Pressures, or tangential tractions.
+    rigid : ndarray, shape (1,) or (c,)
+        The approach, or the uniform rigid shift where the force is prescribed (0 where not).
+    iterations : int
+    status : str
+        The solver's own word.
+    solved : bool
+        What that word means: whether the solver says that it reached all it was asked for.
+    solver : str
+        The name of the solver whose answer it is.
+    reason : str
+        Why it is another than the one that was asked for, where there was no choice.
+    """
+
+    traction: np.ndarray
+    rigid: np.ndarray
+    iterations: int
+    status: str
+    solved: bool = True
+    solver: str = ""
+    reason: str = ""

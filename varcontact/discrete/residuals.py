@@ -1,0 +1,348 @@
+"""Residuals, duality gap and energies of given tractions (paper, section 4).
+
+Everything here is computed from the problem's own data, with products by FFT, for tractions from any source:
+no solver's word enters.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.problems import NormalProblem, TangentialProblem
+from varcontact.discrete.state import ContactState
+from varcontact.discrete.subgrid import normal_as_solved
+from varcontact.errors import SceneError
+from varcontact.system.threads import one_blas_thread
+
+ROUNDING = 4 * float(np.finfo(float).eps)
+"""Relative difference of a traction from its bound that counts as rounding."""
+FAINT = 1e-6
+"""Part of the traction bound below which tractions are measured by the bound, as to what wrong pressures do to them."""
+
+
+def residuals(disc: Discretisation, state: ContactState) -> tuple[float, float, float]:
+    """Natural-map residuals of the normal and of the tangential problem, each with the other's final tractions.
+
+    The third is what the normal one does to the tractions of unlike bodies. All are relative to the largest pressure
+    or traction.
+    """
+    normal, pressure, approach = normal_as_solved(disc, state.pressure, state.approach, state.traction)
+    tangential = disc.tangential_problem(state.pressure, acting=state.traction)
+    return (
+        normal_residual(normal, pressure, approach),
+        residual_on_grid(tangential, state),
+        coupling_residual(disc, normal, tangential, state, approach),
+    )
+
+
+def residual_on_grid(problem: TangentialProblem, state: ContactState) -> float:
+    """Residual of the tangential problem, in which tractions where no friction can carry them are all error."""
+    size = magnitude(state.traction.reshape(2, -1))
+    stray = np.delete(size, problem.operator.elements).max(initial=0.0)
+    error = relative(float(stray), float(size.max()))
+    if problem.size:
+        error = worst(error, tangential_residual(problem, *problem.of_grid(state.traction, state.rigid)))
+    return error
+
+
+def coupling_residual(
+    disc: Discretisation,
+    normal: NormalProblem,
+    tangential: TangentialProblem,
+    state: ContactState,
+    approach: np.ndarray,
+) -> float:
+    """What the residual of the normal problem does to the tractions of unlike bodies; 0 for like bodies.
+
+    A change of the pressures shifts the surfaces by K, and friction f makes that ``K/f`` times as large a part of the
+    tractions: the less friction, the more exact the pressures have to be. So the tractions are judged under the
+    pressures that the natural map has in place of these. Where a force is prescribed, the rigid shift follows what
+    that moves the elements that stick, in the mean: that changes the creepage, and no traction. Tractions of less than
+    `FAINT` of what friction bears are measured by that: where hardly anything rubs, they may be nothing but rounding.
+    """
+    if disc.K == 0 or not np.any(state.traction):
+        return 0.0
+    pressure, rigid = state.pressure, state.rigid
+    image = _normal_image(normal, pressure.ravel(), approach).reshape(pressure.shape)
+    if tangential.size and tangential.free:
+        tractions, shifts = tangential.of_grid(state.traction, rigid)
+        trial = tractions - tangential.shift(tractions, shifts) / tangential.operator.diagonal
+        sticks = tangential.operator.elements[magnitude(trial) <= tangential.bound * (1 + 1e-8)]
+        free = [tangential.directions[i] for i in tangential.free]
+        if sticks.size:
+            moved = disc.pressure_to_shift.apply((image - pressure)[None]).reshape(2, -1)[:, sticks].mean(axis=1)
+            rigid = rigid - np.where(np.isin((0, 1), free), moved, 0.0)
+    largest = float(magnitude(state.traction.reshape(2, -1)).max())
+    bound = float(tangential.bound.max(initial=0.0))
+    part = largest / max(largest, FAINT * bound) if np.isfinite(bound) else 1.0
+    under_image = disc.tangential_problem(image, acting=state.traction)
+    return part * residual_on_grid(under_image, replace(state, rigid=rigid))
+
+
+def magnitude(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors."""
+    return np.abs(vectors[0]) if len(vectors) == 1 else np.hypot(*vectors)
+
+
+def project(traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """Projection of tractions on the disks, or the intervals, that the bound leaves."""
+    size = magnitude(traction)
+    beyond = size > bound
+    return traction * np.where(beyond, bound / np.where(beyond, size, 1.0), 1.0)
+
+
+def relative(value: float, scale: float) -> float:
+    """A value by a scale; zero where there is no scale."""
+    return 0.0 if scale == 0 else float(value / scale)  # NaN stays NaN
+
+
+def worst(*values: float) -> float:
+    """The largest, and NaN where one is: so that NaN never passes for a small residual."""
+    return float(np.max(values))
+
+
+def normal_residual(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> float:
+    """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
+
+    A p is taken from `elastic` where that is known already.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    pressure : ndarray, shape (n,)
+        Dimensionless.
+    rigid : ndarray, shape (1,)
+        The approach, dimensionless.
+    elastic : ndarray, shape (n,), optional
+        A p, where it is known already.
+
+    Returns
+    -------
+    float
+    """
+    image = _normal_image(problem, pressure, rigid, elastic)
+    residual = relative(np.abs(pressure - image).max(), worst(np.abs(pressure).max(), image.max()))
+    if problem.force is not None:
+        residual = worst(residual, abs(pressure.sum() * problem.area / problem.force - 1))
+    return residual
+
+
+def _normal_image(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> np.ndarray:
+    """The pressures ``max(p - e/rho, 0)`` that the natural map has in place of p."""
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
+    distance = problem.distance - rigid[0] + elastic
+    return np.maximum(pressure - distance / problem.operator.diagonal, 0.0)
+
+
+def tangential_residual(
+    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+) -> float:
+    """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack.
+
+    E is taken from `shift` where that is known already.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    traction : ndarray, shape (c, n)
+        Dimensionless.
+    rigid : ndarray, shape (c,)
+        Unknown part of the rigid shift, dimensionless.
+    shift : ndarray, shape (c, n), optional
+        E, where it is known already.
+
+    Returns
+    -------
+    float
+    """
+    shift = problem.shift(traction, rigid) if shift is None else shift
+    with np.errstate(over="ignore", invalid="ignore"):  # an iterate that diverges ends at NaN, which is no residual
+        image = project(traction - shift / problem.operator.diagonal, problem.bound)
+    size = worst(magnitude(traction).max(), magnitude(image).max())
+    residual = relative(float(magnitude(traction - image).max()), float(size))
+    for i in problem.free:
+        force = problem.force[i]
+        assert force is not None
+        lacking = abs(traction[i].sum() * problem.area - force)
+        scale = size * problem.area * math.sqrt(problem.size)
+        residual = worst(residual, relative(lacking, scale if scale > 0 else abs(force)))  # nothing carries nothing
+    return residual
+
+
+@one_blas_thread()
+def gap(
+    problem: TangentialProblem, traction: np.ndarray, rigid: np.ndarray, shift: np.ndarray | None = None
+) -> tuple[float, float]:
+    """Duality gap of admissible tractions, absolute and relative (dimensionless).
+
+    Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and Schwarz), so nothing cancels in the
+    sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
+    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more. E is taken from `shift`
+    where that is known already.
+
+    Parameters
+    ----------
+    problem : TangentialProblem
+    traction : ndarray, shape (c, n)
+        Dimensionless.
+    rigid : ndarray, shape (c,)
+        Unknown part of the rigid shift, dimensionless.
+    shift : ndarray, shape (c, n), optional
+        E, where it is known already.
+
+    Returns
+    -------
+    absolute, relative : float
+    """
+    shift = problem.shift(traction, rigid) if shift is None else shift
+    if problem.no_slip:
+        definite = problem.symmetric_part
+        error = np.inf if definite is None else float(definite.energies(shift[None])[0])
+        work = abs(float(np.sum(traction * (problem.rigid_shift + rigid[:, None]))))
+        return error * problem.area, relative(error, work)
+    work = problem.bound @ magnitude(problem.rigid_shift + rigid[:, None])
+    total = float(np.sum(np.maximum(shares(problem.bound, traction, shift), 0.0)))
+    return total * problem.area, relative(total, float(work))
+
+
+def shares(bound: np.ndarray, traction: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """What each element has of the gap, ``g |E| + p'E``, (n,), without the cancellation of that form.
+
+    It is ``(g - |p|) |E| + (|p| |E| + p'E)``. Where the traction goes against the shift, the second part is the square
+    of their vector product by ``|p| |E| - p'E``: a traction turned by 1e-9 is seen, though the cosine of that is one.
+    """
+    size, length = magnitude(traction), magnitude(shift)
+    with np.errstate(invalid="ignore"):  # infinite bounds
+        slack = np.where(np.abs(bound - size) <= ROUNDING * bound, 0.0, bound - size)
+    along, most = np.sum(traction * shift, axis=0), size * length
+    across = traction[0] * shift[1] - traction[1] * shift[0] if len(traction) == 2 else np.zeros_like(size)
+    against = along < 0
+    turned = np.where(against, across * (across / np.where(against, most - along, 1.0)), most + along)
+    return np.asarray(slack * length + turned)
+
+
+@one_blas_thread()
+def normal_gap(
+    problem: NormalProblem, pressure: np.ndarray, rigid: np.ndarray, elastic: np.ndarray | None = None
+) -> tuple[float, float]:
+    """Duality gap of the normal problem, absolute and relative to ``p'A p`` (dimensionless).
+
+    It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
+    of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
+    ``sum(p*)``, ``(d - min h) / min A``. A p is taken from `elastic` where that is known already.
+
+    Parameters
+    ----------
+    problem : NormalProblem
+    pressure : ndarray, shape (n,)
+        Dimensionless.
+    rigid : ndarray, shape (1,)
+        The approach, dimensionless.
+    elastic : ndarray, shape (n,), optional
+        A p, where it is known already.
+
+    Returns
+    -------
+    absolute, relative : float
+    """
+    elastic = problem.operator.apply(pressure[None])[0] if elastic is None else elastic
+    total, approach = float(pressure.sum()), float(rigid[0])
+    if problem.force is not None:
+        level = problem.distance + elastic
+        value = float(pressure @ (level - level.min()))
+    else:
+        distance = problem.distance + elastic - approach
+        overlap = max(-float(distance.min()), 0.0)
+        least = float(problem.operator.grid_operator.table.min())
+        value = float(pressure @ np.abs(distance)) + overlap * max(
+            (approach - float(problem.distance.min())) / least, total
+        )
+    return value * problem.area, relative(value, float(pressure @ elastic))
+
+
+# ----------------------------------------------------------------------------- energies
+
+
+def complementary_energy(problem: NormalProblem | TangentialProblem, traction: np.ndarray) -> float:
+    """C of pressures, or of the tractions of a shift (215), dimensionless.
+
+    Parameters
+    ----------
+    problem : NormalProblem or TangentialProblem
+    traction : ndarray, shape (n,) or (c, n)
+        Admissible: pressures that are zero or positive, or tractions within the bound; with the prescribed force.
+
+    Returns
+    -------
+    float
+        ``-(1/2 p'A p + (h - d)'p)`` times the element's area, or ``-(1/2 p'A p + W'p)``; h or W alone where the force
+        is prescribed.
+
+    Raises
+    ------
+    SceneError
+        In steady rolling, which has no energy.
+    """
+    _refuse_rolling(problem)
+    elastic = problem.operator.apply(np.atleast_2d(traction))
+    if isinstance(problem, TangentialProblem):
+        known = problem.rigid_shift
+    else:
+        known = problem.distance - (problem.approach or 0.0)
+    return -problem.area * float(np.sum(traction * (0.5 * elastic + known)))
+
+
+@one_blas_thread()
+def potential_energy(
+    problem: NormalProblem | TangentialProblem, traction: np.ndarray, rigid: np.ndarray | None = None
+) -> float:
+    """U of the displacements that pressures, or the tractions of a shift, cause (214), dimensionless.
+
+    Parameters
+    ----------
+    problem : NormalProblem or TangentialProblem
+    traction : ndarray, shape (n,) or (c, n)
+        Any: the displacements are ``A p``.
+    rigid : ndarray, shape (c,), optional
+        Of a tangential problem, the rigid shift that was found where a force is prescribed; zero if not given.
+
+    Returns
+    -------
+    float
+        ``1/2 p'A p`` times the element's area. Under a prescribed normal force less its work ``F d``, with the largest
+        approach d without overlap; under a given approach, displacements that leave an overlap are not admissible, and
+        U is not a bound. Of a shift with ``sum(g |E|)``, and under a prescribed force its work by `rigid` in addition.
+
+    Raises
+    ------
+    SceneError
+        In steady rolling, which has no energy.
+    """
+    _refuse_rolling(problem)
+    elastic = problem.operator.apply(np.atleast_2d(traction))
+    stored = 0.5 * problem.area * float(np.sum(traction * elastic))
+    if isinstance(problem, NormalProblem):
+        level = float(np.min(problem.distance + elastic[0]))
+        return stored - (0.0 if problem.force is None else problem.force * level)
+    free = np.zeros(problem.components) if rigid is None else rigid
+    shift = magnitude(elastic + problem.rigid_shift + free[:, None])
+    lost = 0.0 if problem.no_slip else problem.area * float(problem.bound @ shift)
+    return stored + lost + sum(float(free[i]) * (problem.force[i] or 0.0) for i in problem.free)
+
+
+def _refuse_rolling(problem: NormalProblem | TangentialProblem) -> None:
+    if isinstance(problem, TangentialProblem) and not problem.symmetric:
+        raise SceneError(
+            "problem",
+            "steady rolling",
+            "of a shift, or of a step",
+            message="problem: steady rolling has a gap, and no energy; give the problem of a shift or a step",
+        )

@@ -1,0 +1,205 @@
+"""Solutions for other programs, one value an element: tables, CSV, VTK's files for ParaView, MATLAB's."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact.scene.units import Units
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from varcontact.results.solution import Solution
+
+FORMAT = "varcontact elements 1"
+
+QUANTITIES = {
+    "x": "length",
+    "y": "length",
+    "pressure": "pressure",
+    "traction_x": "pressure",
+    "traction_y": "pressure",
+    "traction_bound": "pressure",
+    "slip_x": "slip",
+    "slip_y": "slip",
+    "distance": "length",
+    "state": "1",
+    "power_density": "power",
+}
+"""Columns of the table, and what each is measured in."""
+
+LOADS = {
+    "normal_force": "force",
+    "Fx": "force",
+    "Fy": "force",
+    "Mz": "moment",
+    "approach": "length",
+    "vx": "creepage",
+    "vy": "creepage",
+    "spin": "turn",
+    "max_pressure": "pressure",
+    "power": "work",
+    "friction_work": "work",
+}
+"""Single numbers of a solution, as its properties are named."""
+
+
+def dataframe(sol: Solution) -> pd.DataFrame:
+    """One row per element, see `Solution.to_dataframe`."""
+    import pandas as pd
+
+    frame = pd.DataFrame(_columns(sol))
+    frame.attrs = {"format": FORMAT, "units": units_by_name(sol)}
+    return frame
+
+
+def units_by_name(sol: Solution) -> dict[str, str]:
+    """Units of columns and of single numbers; in words where the scene names none."""
+    units = sol.scene.units or Units(length="length", force="force")
+    shifts, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
+    rolling = {"slip": "1", "power": "pressure", "creepage": "1", "turn": "spin", "work": "force"}
+    shifting = {"slip": "length", "power": "line force", "creepage": "length", "turn": "1", "work": "moment"}
+    meant = shifting if shifts else rolling
+    return {name: units.of(meant.get(kind, kind), line) for name, kind in {**QUANTITIES, **LOADS}.items()}
+
+
+def _columns(sol: Solution) -> dict[str, np.ndarray]:
+    """Columns of the table, rows of elements after each other: (ny nx,)."""
+    x, y = np.meshgrid(sol.grid.x, sol.grid.y)
+    fields = {"x": x, "y": y, "state": sol.state.astype(np.int8), "power_density": sol.power_density}
+    fields |= {name: getattr(sol, name) for name in ("pressure", "traction_bound", "distance")}
+    for name in ("traction", "slip"):
+        fields |= dict(zip((f"{name}_x", f"{name}_y"), getattr(sol, name), strict=True))
+    return {name: np.asarray(fields[name]).ravel() for name in QUANTITIES}
+
+
+def _to_csv(sol: Solution) -> bytes:
+    """A row per element, each number with all of its digits."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(QUANTITIES)
+    table.writerows(zip(*(column.tolist() for column in _columns(sol).values()), strict=True))
+    return text.getvalue().encode()
+
+
+def _is_csv(path: Path) -> bool:
+    first = (",".join(QUANTITIES) + "\n").encode()
+    with path.open("rb") as file:
+        return file.read(len(first)) == first
+
+
+def _to_mat(sol: Solution) -> bytes:
+    """Variables of MATLAB: axes, fields (ny, nx), single numbers, units and the scene."""
+    from scipy.io import savemat
+
+    from varcontact.io.scene_toml import scene_to
+
+    fields = {name: column.reshape(sol.grid.shape) for name, column in _columns(sol).items()}
+    variables: dict[str, Any] = {**fields, "x": sol.grid.x, "y": sol.grid.y}
+    variables |= {name: float(getattr(sol, name)) for name in LOADS}
+    variables |= {"units": units_by_name(sol), "scene": json.dumps(scene_to(sol.scene)), "format": FORMAT}
+    made = io.BytesIO()
+    savemat(made, variables, do_compression=True, oned_as="row")
+    return made.getvalue()
+
+
+def _is_mat(path: Path) -> bool:
+    from scipy.io import loadmat
+
+    try:
+        return bool(FORMAT in loadmat(path, variable_names=["format"])["format"])
+    except Exception:  # whatever else is in the file
+        return False
+
+
+def _to_vtu(sol: Solution) -> bytes:
+    """Elements as quadrilaterals in the plane z = 0."""
+    (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
+    left, _, bottom, _ = sol.grid.box
+    x, y = np.meshgrid(left + dx * np.arange(nx + 1), bottom + dy * np.arange(ny + 1))
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    corner = np.arange(nx) + (nx + 1) * np.arange(ny)[:, None]
+    cells = np.stack([corner, corner + 1, corner + nx + 2, corner + nx + 1], axis=-1).reshape(-1, 4)
+    body = [
+        "<UnstructuredGrid>",
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">',
+        *("<Points>", _array("points", points), "</Points>"),
+        "<Cells>",
+        _array("connectivity", cells.reshape(-1).astype(np.int64)),
+        _array("offsets", 4 * np.arange(1, len(cells) + 1, dtype=np.int64)),
+        _array("types", np.full(len(cells), 9, dtype=np.uint8)),
+        "</Cells>",
+        *_cell_data(sol),
+        "</Piece>",
+        "</UnstructuredGrid>",
+    ]
+    return _vtk_file("UnstructuredGrid", body)
+
+
+def _to_vti(sol: Solution) -> bytes:
+    """Elements as the cells of an image."""
+    (ny, nx), (dx, dy) = sol.grid.shape, sol.grid.sides
+    left, _, bottom, _ = sol.grid.box
+    extent = f"0 {nx} 0 {ny} 0 0"
+    place = f'Origin="{left!r} {bottom!r} 0" Spacing="{dx!r} {dy!r} 1"'.replace("np.float64(", "").replace(")", "")
+    piece = f'<Piece Extent="{extent}">'
+    body = [f'<ImageData WholeExtent="{extent}" {place}>', piece, *_cell_data(sol), "</Piece>", "</ImageData>"]
+    return _vtk_file("ImageData", body)
+
+
+def _cell_data(sol: Solution) -> list[str]:
+    """Fields by element; vectors with three components, as VTK has them."""
+    columns = _columns(sol)
+    arrays = [_array(name, columns[name]) for name in QUANTITIES if name not in ("x", "y") and name[-2] != "_"]
+    for name in ("traction", "slip"):
+        plane = [columns[f"{name}_x"], columns[f"{name}_y"]]
+        arrays.append(_array(name, np.stack([*plane, np.zeros_like(plane[0])], axis=1)))
+    return ["<CellData>", *arrays, "</CellData>"]
+
+
+_VTK_TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8", "int8": "Int8"}
+
+
+def _array(name: str, values: np.ndarray) -> str:
+    """An array with the number of its bytes before them."""
+    content = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).tobytes()
+    text = base64.b64encode(np.uint64(len(content)).astype("<u8").tobytes() + content).decode()
+    parts = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+    kind = _VTK_TYPES[values.dtype.name]
+    return f'<DataArray type="{kind}" Name="{name}"{parts} format="binary">{text}</DataArray>'
+
+
+def _vtk_file(kind: str, body: list[str]) -> bytes:
+    head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
+    return "\n".join(['<?xml version="1.0"?>', f"<!-- {FORMAT} -->", head, *body, "</VTKFile>", ""]).encode()
+
+
+def _is_vtk(path: Path) -> bool:
+    with path.open("rb") as file:
+        return f"<!-- {FORMAT} -->".encode() in file.read(100)
+
+
+@dataclass(frozen=True)
+class Export:
+    """A format that other programs read."""
+
+    content: Callable[[Solution], bytes]  # from a solution the bytes of its file
+    ours: Callable[[Path], bool]  # whether a file of this ending is one that varcontact wrote
+
+
+EXPORTS = {
+    ".csv": Export(_to_csv, _is_csv),
+    ".vtu": Export(_to_vtu, _is_vtk),
+    ".vti": Export(_to_vti, _is_vtk),
+    ".mat": Export(_to_mat, _is_mat),
+}
+"""By the ending of the file."""

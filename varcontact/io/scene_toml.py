@@ -1,0 +1,344 @@
+"""Scenes as TOML files, and as plain dictionaries."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError
+from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
+from varcontact.results.solution import Solution
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.friction import LAWS
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance, is_line
+from varcontact.scene.units import Units
+from varcontact.system.files import (
+    SCENE_BYTES,
+    check_ending,
+    check_replaceable,
+    check_writable,
+    first_line,
+    text_of,
+    write_whole,
+)
+
+SURFACES = {
+    "paraboloids": Paraboloids,
+    "ellipse": Ellipse,
+    "cylinders": Cylinders,
+    "sampled-distance": SampledDistance,
+}
+MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
+NO_NUMBER = "none"
+"""Stands for None in a TOML file, which has no null: the entry is not given in this step."""
+SOLVE_KEYS = (
+    "method",
+    "normal",
+    "tangential",
+    "coupling",
+    "formulation",
+    "tol",
+    "polish",
+    "start",
+    "certify",
+    "refine",
+    "accuracy",
+    "time_budget",
+)
+
+
+def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
+    """Read a scene from a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    scene : Scene
+    options : dict
+        The file's ``[solve]`` table: keywords of `solve`.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is no TOML, or says something a scene cannot be; unknown keys come with the
+        nearest right one.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.toml"
+    >>> _ = path.write_text('''
+    ... normal_force = 1000.0
+    ... [bodies]
+    ... G = 82e9
+    ... nu = 0.28
+    ... [surface]
+    ... kind = "paraboloids"
+    ... Rx = 0.1
+    ... Ry = 0.1
+    ... ''')
+    >>> scene, options = read_scene(path)
+    >>> scene.surface
+    Paraboloids(Rx=0.1, Ry=0.1)
+    >>> folder.cleanup()
+    """
+    table, folder = read_toml(path, "scene file")
+    options = solve_table(table)
+    return scene_from(table, folder), options
+
+
+def read_sweep_scene(path: str | Path, varies: bool = True) -> tuple[Scene, dict[str, list[Any]], dict[str, Any]]:
+    """Read a scene file with a table ``[over]``, of entries that take several values."""
+    table, folder = read_toml(path, "scene file")
+    options = solve_table(table)
+    if varies and "over" not in table:
+        raise SceneError("over", None, "given: add a table [over] of the entries that vary")
+    over = dict(_varied(table_of("over", table.pop("over", {}))))
+    return scene_from(table, folder), over, options
+
+
+def _varied(table: Mapping[str, Any], within: str = "") -> Iterator[tuple[str, list[Any]]]:
+    """The entries that vary, whether a table names them in quotes or in tables of their own."""
+    for key, value in table.items():
+        name = within + key
+        if not isinstance(value, Mapping):
+            yield name, value
+        elif "from" in value:
+            yield name, number_range(f"over.{name}", value)
+        else:
+            yield from _varied(value, f"{name}.")
+
+
+def solve_table(table: dict[str, Any]) -> dict[str, Any]:
+    """Take the table ``[solve]`` out of a file."""
+    options = table.pop("solve", {})
+    check_keys("solve", table_of("solve", options), SOLVE_KEYS)
+    return options
+
+
+def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
+    """A scene from nested dictionaries as a TOML file gives them."""
+    entries = dict(table)
+    names = [f.name for f in dataclasses.fields(Scene)]
+    check_keys("", entries, names)
+    for name in ("bodies", "surface"):
+        if name not in entries:
+            raise SceneError(name, None, f"given: add a table [{name}]")
+    entries["bodies"] = bodies_from(table_of("bodies", entries["bodies"]))
+    rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
+    entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
+    if "motion" in entries:
+        entries["motion"] = _kind("motion", entries["motion"], MOTIONS, folder)
+    if isinstance(entries.get("grid", "auto"), Mapping):
+        entries["grid"] = make("grid", Grid, entries["grid"])
+    if "units" in entries:
+        entries["units"] = make("units", Units, table_of("units", entries["units"]))
+    if isinstance(entries.get("friction"), Mapping):
+        table = entries["friction"]
+        if "file" in table:
+            entries["friction"] = _from_file("friction", table, folder, 1 if is_line(entries["surface"]) else 2)
+        else:
+            entries["friction"] = _kind("friction", table, LAWS, folder)
+    return Scene(**entries)
+
+
+def scene_to(scene: Scene) -> dict[str, Any]:
+    """A scene as nested dictionaries of plain numbers and lists; `scene_from` takes them back.
+
+    The start of a history, which is a whole solution, is left out.
+    """
+    table: dict[str, Any] = {}
+    for field in dataclasses.fields(scene):
+        value = getattr(scene, field.name)
+        if value is not None:
+            table[field.name] = _plain(value)
+    return table
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        return value
+    entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
+    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS, **LAWS}.items() if isinstance(value, cls)]
+    table = kinds[0] if kinds else {}
+    return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
+
+
+def bodies_from(table: Mapping[str, Any]) -> Bodies:
+    """Bodies from a table of G and nu, or of E and nu."""
+    if "E" in table:
+        check_keys("bodies", table, ("E", "nu"))
+        return Bodies.from_young(*(needed("bodies", table, name) for name in ("E", "nu")))
+    check_keys("bodies", table, ("G", "nu", "E"))
+    return Bodies(*(needed("bodies", table, name) for name in ("G", "nu")))
+
+
+def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
+    entries = dict(table_of(name, table))
+    if "kind" not in entries:
+        raise _no_kind(name, entries, kinds)
+    kind = entries.pop("kind")
+    if isinstance(kind, str):
+        kind = kind.lower().replace("_", "-")
+    made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
+    if made is Transient:
+        entries = _history(entries, folder)
+    if made is SampledDistance:
+        several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
+        for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
+            if isinstance(entries.get(field), Mapping):
+                entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
+        if "smoothing" in entries:
+            wavelength = checks.positive(f"{name}.smoothing", entries.pop("smoothing"))
+            return make(name, made, entries).smoothed(wavelength)
+    return make(name, made, entries)
+
+
+def _no_kind(name: str, entries: Mapping[str, Any], kinds: Mapping[str, type[Any]]) -> SceneError:
+    """A table that does not say what it is, with the key that may have been meant to."""
+    known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
+    unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
+    allowed = f"one of {', '.join(kinds)}"
+    message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
+    return SceneError(f"{name}.kind", None, allowed, message=message)
+
+
+def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
+    """The entries of a history: files read, surfaces and the start made, words for what is not given replaced."""
+    made = dict(entries)
+    for field, value in entries.items():
+        if field == "start":
+            made[field] = _start(value, folder)
+        elif field == "surface" and isinstance(value, list):
+            made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
+        elif field == "friction" and isinstance(value, Mapping) and "file" not in value:
+            made[field] = _kind("motion.friction", value, LAWS, folder)
+        elif isinstance(value, Mapping):
+            made[field] = _from_file(f"motion.{field}", value, folder, 1)
+        elif isinstance(value, list):
+            made[field] = [None if each == NO_NUMBER else each for each in value]
+            if field == "friction":
+                made[field] = [_law(k, each, folder) for k, each in enumerate(made[field])]
+    return made
+
+
+def _law(k: int, value: Any, folder: Path | None) -> Any:
+    """A coefficient, or a law, of friction in step k."""
+    return _kind(f"motion.friction[{k}]", value, LAWS, folder) if isinstance(value, Mapping) else value
+
+
+def _start(value: Any, folder: Path | None) -> Any:
+    """A solution, or the last step of a history, from the file it was saved to."""
+    from varcontact.io.solution import read
+
+    loaded = read(file_named("motion.start", value, folder))
+    return loaded if isinstance(loaded, Solution) else loaded[-1]
+
+
+def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: Literal[1, 2]) -> np.ndarray:
+    """Numbers from ``{file = "..."}``: a text file (blanks or commas) or ``.npy``, with at least `dimensions`."""
+    check_keys(field, table, ("file",))
+    path = file_named(f"{field}.file", needed(field, table, "file"), folder)
+    try:
+        if path.suffix == ".npy":
+            return np.asarray(np.load(path, allow_pickle=False))
+        lines = text_of(f"{field}.file", path).splitlines()
+        return np.loadtxt(lines, delimiter="," if any("," in line for line in lines) else None, ndmin=dimensions)
+    except SceneError:
+        raise
+    except (OSError, ValueError, EOFError, MemoryError) as error:
+        raise SceneError(
+            f"{field}.file",
+            str(path),
+            "a readable file of numbers",
+            message=f"{field}.file: no numbers can be read from {str(path)!r} ({first_line(error)})",
+        ) from None
+
+
+WRITTEN = "# Written by varcontact\n"
+"""The first line of scene files that are not written by hand."""
+
+
+def scene_text(scene: Scene) -> str:
+    """A scene as the text of a TOML file, see `Scene.to_toml`."""
+    if isinstance(scene.motion, Transient) and scene.motion.start is not None:
+        raise SceneError(
+            "motion.start",
+            "a solution",
+            "left out",
+            message="motion.start is a solution, which a scene file cannot hold: save it, leave it out of the scene, "
+            'and add start = "FILE.nc" to the table [motion]',
+        )
+    text = WRITTEN + toml_text(scene_to(scene), NO_NUMBER)
+    if len(text.encode()) > SCENE_BYTES:
+        raise SceneError(
+            "scene",
+            f"{len(text) / 2**20:.1f} MiB of text",
+            f"at most {SCENE_BYTES / 2**20:.0f} MiB",
+            message=f"scene: as text it has {len(text) / 2**20:.1f} MiB, and a scene file may have "
+            f"{SCENE_BYTES / 2**20:.0f} MiB; write large fields to files of their own, and name them by {{file = ...}}",
+        )
+    return text
+
+
+def save_scene(scene: Scene, path: str | Path, overwrite: bool = False) -> None:
+    """Write a scene file, whole or not at all, see `Scene.save`."""
+    path = checks.file_name("path", path)
+    check_ending("path", path, ".toml")
+    check_writable("path", path)
+    check_replaceable("path", path, "scene", _is_written, overwrite)
+    write_whole("path", path, scene_text(scene).encode())
+
+
+def _is_written(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(WRITTEN)) == WRITTEN.encode()
+
+
+def toml_text(table: Mapping[str, Any], none: str) -> str:
+    """A table as TOML: its own entries, then a section for each table in it."""
+    own = [_entry(key, value, none) for key, value in table.items() if not isinstance(value, Mapping)]
+    sections = [
+        "\n".join([f"[{key}]", *(_entry(inner, each, none) for inner, each in value.items())])
+        for key, value in table.items()
+        if isinstance(value, Mapping)
+    ]
+    return "\n\n".join(part for part in ("\n".join(own), *sections) if part) + "\n"
+
+
+def _entry(key: str, value: Any, none: str) -> str:
+    return f"{key} = {_value(value, none)}"
+
+
+def _value(value: Any, none: str) -> str:
+    if value is None:
+        return json.dumps(none)
+    if isinstance(value, str):
+        return json.dumps(value).replace("\x7f", "\\u007f")
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return repr(float(value)) if math.isfinite(value) else str(float(value))
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(_entry(key, each, none) for key, each in value.items()) + " }"
+    return "[" + ", ".join(_value(each, none) for each in value) + "]"

@@ -1,0 +1,338 @@
+"""Solutions as datasets and netCDF files."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.discrete.certificate import LEVELS, Certificate, ForceBounds
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
+from varcontact.errors import OutputError
+from varcontact.io.export import EXPORTS
+from varcontact.io.scene_toml import scene_from, scene_to
+from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
+from varcontact.planning.plan import Plan
+from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.solution import Solution, plain_calls
+from varcontact.scene.friction import BRANCHES
+from varcontact.scene.grid import Grid
+from varcontact.scene.scene import Scene
+from varcontact.scene.units import Units
+from varcontact.solvers.statistics import Calls
+from varcontact.system.files import (
+    check_one_of_endings,
+    check_replaceable,
+    check_writable,
+    first_line,
+    reading,
+    regular,
+    write_whole,
+)
+from varcontact.system.memory import need
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from varcontact.results.history import History
+
+FORMAT = "varcontact solution 1"
+AS_STORED = "the certificate is as stored in the file, not measured again"
+
+FIELDS = {
+    "pressure": (("y", "x"), "pressure", "normal traction, compression positive"),
+    "traction": (("component", "y", "x"), "pressure", "tangential traction on body 1"),
+    "slip": (("component", "y", "x"), "1", "relative slip of body 1 over body 2"),
+    "power_density": (("y", "x"), "pressure", "work lost by friction by area, by distance rolled"),
+    "distance": (("y", "x"), "length", "deformed distance"),
+    "state": (("y", "x"), "1", "0 exterior, 1 stick, 2 slip"),
+    "traction_bound": (("y", "x"), "pressure", "friction coefficient times pressure"),
+    "normal_force": ((), "force", "total compressive force"),
+    "force": (("component",), "force", "total tangential force on body 1"),
+    "moment": ((), "moment", "twisting moment on body 1 about the origin"),
+    "approach": ((), "length", "approach of the bodies"),
+    "creepage": (("rigid",), "1", "longitudinal, lateral and spin creepage (of a shift: ux, uy, rotation)"),
+}
+WEAKENING = "weakening"
+FIELD_OF_LAWS = {WEAKENING: (("y", "x"), "1", "part of static - kinetic friction that particles have lost by slip")}
+
+IN_PLACE = {"slip": "length", "power_density": "line force"}
+"""Quantities of a shift, where they are others."""
+
+ON_ELEMENTS = ("pressure", "traction", "slip", "power_density", "distance", "state", WEAKENING)
+"""Fields that are read back; files of earlier versions have no power density, only histories under laws the last."""
+
+
+def dataset(sol: Solution) -> xr.Dataset:
+    """A solution as an xarray dataset, see `Solution.to_xarray`.
+
+    The attribute ``units`` of each variable is in the scene's units, or in words like "force/length^2" where the
+    scene names none; forces of a line contact are per unit length.
+    """
+    import xarray as xr
+
+    units = units_of(sol.scene)
+    shift, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
+    variables: dict[str, Any] = {}
+    for name, (dims, quantity, words) in (FIELDS | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
+        quantity = IN_PLACE.get(name, quantity) if shift else quantity
+        variables[name] = (
+            dims,
+            np.asarray(getattr(sol, name)),
+            {"units": units.of(quantity, line), "long_name": words},
+        )
+    coordinates = {
+        "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
+        "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
+        "component": ["x", "y"],
+        "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
+    }
+    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
+    if sol.refinement is not None:
+        added, places, rest["refinement"] = refinement_to(sol.refinement, units, line, shift)
+        variables, coordinates = variables | added, coordinates | places
+    if sol.pressure_on_parts is not None:
+        added, places, _ = pressure_to(sol, units)
+        variables, coordinates = variables | added, coordinates | places
+    variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
+    return xr.Dataset(variables, coordinates, {"format": FORMAT})
+
+
+def units_of(scene: Scene) -> Units:
+    """A scene's units, or words in their place."""
+    return scene.units or Units(length="length", force="force")
+
+
+def record_of(sol: Solution) -> dict[str, Any]:
+    """How a solution was found: its plan, iterations, times and certificate, as plain data."""
+    return {
+        "certificate": sol.certificate.plain(),
+        "converged": sol.converged,
+        "iterations": sol.iterations,
+        "status": sol.status,
+        "timing": sol.timing,
+        "passes": sol.passes,
+        "branch": sol.branch,
+        "warnings": list(sol.warnings),
+        "solved_by": sol.solved_by,
+        "calls": plain_calls(sol.calls),
+        "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
+    }
+
+
+ENDINGS = (".nc", *EXPORTS)
+"""Of the files that a solution can be written to; only the first is read back."""
+
+
+def save(sol: Solution, path: str | Path, field: str = "path", overwrite: bool = False) -> None:
+    """Write a solution to a file in the format of its ending, whole or not at all, see `Solution.save`."""
+    path = checks.file_name(field, path)
+    check_solution_file(field, path, overwrite)
+    export = EXPORTS.get(path.suffix.lower())
+    write_whole(field, path, solution_to_bytes(sol) if export is None else export.content(sol))
+
+
+def check_solution_file(field: str, path: Path, overwrite: bool) -> None:
+    """Refuse a file to which no solution may be written, see `save`."""
+    check_one_of_endings(field, path, "solutions", ENDINGS)
+    check_writable(field, path)
+    export = EXPORTS.get(path.suffix.lower())
+    check_replaceable(field, path, "solution", is_solution if export is None else export.ours, overwrite)
+
+
+def is_solution(path: Path) -> bool:
+    """Whether the file at `path` says of itself that it holds a solution."""
+    import h5py
+
+    try:
+        with h5py.File(path) as file:
+            return str(file.attrs.get("format", "")).startswith("varcontact solution ")
+    except (OSError, ValueError, RuntimeError, UnicodeError):  # whatever else is in the file
+        return False
+
+
+def read(path: str | Path) -> Solution | History:
+    """A solution or a history from its file, as it is stored: fields that no solution can have are refused."""
+    from varcontact.io.history_file import is_history, load_history
+
+    path = checks.file_name("path", path)
+    try:
+        if not regular(path):
+            raise OutputError("path", path, "is not a regular file")
+        stored_steps = is_history(path)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError("path", path, f"cannot be read ({error.strerror or error})") from None
+    except ValueError as error:  # a null character in the name
+        raise OutputError("path", path, f"cannot be read ({error})") from None
+    if stored_steps:
+        return load_history(path)
+    with reading(path, "cannot be read"):
+        content = path.read_bytes()
+    data = _data(path, content)
+    with reading(path):
+        return replace(solution_from(data), note=AS_STORED)
+
+
+def _data(path: str | Path, content: bytes) -> xr.Dataset:
+    """The dataset in the bytes of a file."""
+    import xarray as xr
+
+    with reading(path):
+        whole = without_checksum(content)
+    _check_opens(path, whole)
+    with (
+        reading(path, "cannot be read as netCDF"),
+        xr.open_dataset(io.BytesIO(whole), engine="h5netcdf", phony_dims="sort") as opened,
+    ):
+        need("what the file declares", 2.0 * opened.nbytes, "it is damaged, or another program's")
+        data: xr.Dataset = opened.load()
+    if data.attrs.get("format") != FORMAT:
+        raise OutputError("path", path, f"is not a {FORMAT!r} file")
+    return data
+
+
+def _check_opens(path: str | Path, content: bytes) -> None:
+    """Refuse what h5netcdf cannot open: half made, its file would print a traceback when it is let go of."""
+    import h5netcdf
+
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        h5netcdf.File(io.BytesIO(content), "r", phony_dims="sort").close()
+        return
+    except Exception as error:  # h5netcdf lets through what HDF5 raises; kept past the hook, as the file goes with it
+        reason = first_line(error)
+    finally:
+        sys.unraisablehook = hook
+    raise OutputError("path", path, f"cannot be read as netCDF ({reason})")
+
+
+def solution_to_bytes(sol: Solution) -> bytes:
+    """A solution's file, in memory."""
+    buffer = io.BytesIO()  # on a full disk HDF5 itself would bring the interpreter down
+    dataset(sol).to_netcdf(buffer, engine="h5netcdf")
+    return with_checksum(buffer.getvalue())
+
+
+def solution_from_bytes(path: Path, content: bytes) -> Solution:
+    """A solution from its file in memory, which was found in the file at `path`."""
+    return solution_from(_data(path, content))
+
+
+def solution_from(data: xr.Dataset) -> Solution:
+    """A solution from its dataset."""
+    record = json.loads(str(data["record"].values))
+    fields = {name: data[name].values for name in ON_ELEMENTS if name in data}
+    scene, grid, plan = scene_from(record["scene"]), Grid(**record["grid"]), Plan.of_record(record["plan"])
+    sol = assembled(scene, grid, plan, fields, float(data["approach"].values), data["creepage"].values, record)
+    sol = with_pressure(sol, data[PRESSURE].values if PRESSURE in data else None)
+    if "refinement" in record:
+        parts = {name: data[name].values for name in ON_PARTS if name in data}
+        sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
+    return sol
+
+
+def assembled(
+    scene: Scene,
+    grid: Grid,
+    plan: Plan,
+    fields: dict[str, Any],
+    approach: float,
+    creepage: np.ndarray,
+    record: dict[str, Any],
+) -> Solution:
+    """A solution from what a file holds."""
+    certificate: dict[str, Any] = {"level": "full", "pressure_part": [np.nan] * 3} | record["certificate"]
+    bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
+    vx, vy, spin = (float(value) for value in creepage)
+    fields = {"power_density": np.full(grid.shape, np.nan)} | fields
+    sol = Solution(
+        scene=scene,
+        grid=grid,
+        plan=plan,
+        **fields,
+        approach=approach,
+        creepage=(vx, vy, spin),
+        certificate=Certificate(**certificate, bounds=ForceBounds(*bounds)),
+        converged=record["converged"],
+        iterations=record["iterations"],
+        status=record["status"],
+        timing=record["timing"],
+        passes=tuple((float(change), float(residual)) for change, residual in record["passes"]),
+        branch=str(record.get("branch", "")),
+        warnings=tuple(str(warning) for warning in record.get("warnings", [])),
+        solved_by=dict(record.get("solved_by", {})),  # files written before these were counted have neither
+        calls={
+            problem: {name: Calls(**each) for name, each in solvers.items()}
+            for problem, solvers in record.get("calls", {}).items()
+        },
+        error_estimate=None
+        if record.get("error_estimate") is None
+        else ErrorEstimate.from_plain(record["error_estimate"]),
+    )
+    check_schema(sol)
+    return sol
+
+
+def check_schema(sol: Solution) -> None:
+    """Refuse fields and entries of other shapes, types or ranges than a solution has; `load` certifies the values."""
+    shape, certificate = sol.grid.shape, sol.certificate
+    fields = {name: getattr(sol, name) for name in ON_ELEMENTS if getattr(sol, name) is not None}
+    if any(each.shape != ((2, *shape) if name in ("traction", "slip") else shape) for name, each in fields.items()):
+        raise ValueError("fields that are not of the grid's shape")
+    if any(each.dtype.kind not in "iuf" for each in fields.values()):
+        raise ValueError("fields that are not numbers")
+    if any(not np.isfinite(each).all() for name, each in fields.items() if name != "power_density"):
+        raise ValueError("fields that are not finite numbers")
+    if max(float(np.abs(each).max()) for name, each in fields.items() if name != "power_density") > checks.LARGE**2:
+        raise ValueError("numbers beyond those that can be computed with")
+    if not np.isin(sol.state, (EXTERIOR, STICK, SLIP)).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
+        raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
+    open_ended = sol.scene.line and sol.scene.reference_depth is None
+    if not (open_ended or np.isfinite(sol.approach)):
+        raise ValueError("an approach that is not finite")
+    if sol.motion and not (
+        open_ended or sol.scene.frictionless or np.isfinite(sol.creepage).all() or not sol.pressure.any()
+    ):
+        raise ValueError("creepages that are not finite")
+    values = [np.ravel(value) for name, value in certificate.plain().items() if name != "level"]
+    numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
+    if certificate.level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
+        raise ValueError("a certificate, times or iterations that are not numbers, zero or positive")
+    if "total" not in sol.timing or not isinstance(sol.converged, bool) or sol.branch not in ("", *BRANCHES):
+        raise ValueError("no total time, or a branch that there is not")
+
+
+MARK = b"\nvarcontact sha256 "
+"""Between a file's bytes and their checksum, where netCDF and HDF5 do not look: HDF5 has none over the whole file."""
+
+
+def with_checksum(content: bytes) -> bytes:
+    """The bytes of a file with their checksum behind them."""
+    return content + MARK + _digest(content)
+
+
+def without_checksum(content: bytes) -> bytes:
+    """The bytes of a file without the checksum, which they have to fit; as they are, where there is none.
+
+    A file that another program has written anew has none.
+    """
+    own, digest = content[:-64], content[-64:]
+    if not own.endswith(MARK):
+        return content
+    own = own.removesuffix(MARK)
+    if _digest(own) != digest:
+        raise ValueError("its bytes are not those that were written")
+    return own
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()

@@ -1,0 +1,143 @@
+"""A contact state becomes a solution: certified, and held to the tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.residuals import normal_residual
+from varcontact.discrete.state import ContactState
+from varcontact.discrete.subgrid import means
+from varcontact.errors import NotConverged, SceneError
+from varcontact.planning.plan import Plan
+from varcontact.planning.sizes import sizes_found
+from varcontact.results.physical import solution_of
+from varcontact.results.refinement import Refinement
+from varcontact.results.report import no_guarantee
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import TimeStep
+from varcontact.scene.scene import Scene
+from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.defect_correction.road import estimated
+from varcontact.solving.friction_loop import coefficient
+
+ROUNDED = 1e-3
+"""The part of the approach that the rounding of distances may be."""
+
+
+def finish(
+    scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver, refinement: Refinement | None = None
+) -> Solution:
+    """The solution, with its certificate; held to the tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        On the grid of the solution.
+    state : ContactState
+        Of the solution, dimensionless.
+    steps : Steps
+    refinement : Refinement, optional
+        Of the corrected problem whose discretisation and state these are.
+
+    Returns
+    -------
+    Solution
+        In physical units.
+
+    Raises
+    ------
+    NotConverged
+        If the residual misses the tolerance.
+    SceneError
+        If rounding is seen in the distances.
+    """
+    plan, tol = steps.plan, steps.tol
+    _check_rounding(disc, state)
+    posed = disc
+    if disc.loading.law is not None and plan.rubs:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
+    lazily = plan.matrix_free and steps.certify == "auto"
+    with steps.stats.stage("certificate"):
+        certificate = certificate_of(disc, state, plan.closed_form, steps.certify, lazily)
+    residual = _residual_as_posed(disc, plan, state, certificate)
+    if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
+        certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
+    if not plan.has_moment:
+        certificate = certificate.without_moment()
+    if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
+        found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
+        plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
+    stats = steps.stats
+    solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
+    if refinement is not None:
+        density = means(refinement.power_density, refinement.cells)
+        solution = replace(solution, refinement=refinement, power_density=density)
+        solution = replace(solution, error_estimate=estimated(solution, refinement))
+    if not solution.converged:
+        raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
+    return solution
+
+
+def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> Solution:
+    """The solution on a first, coarse grid, as its solvers tell it: without a certificate, and without sizes.
+
+    Where they are not done, and where no single solver can tell, it is judged as any other.
+
+    Parameters
+    ----------
+    scene : Scene
+    disc : Discretisation
+        On the grid of the solution.
+    state : ContactState
+        Of the solution, dimensionless.
+    steps : Steps
+    """
+    plan, stats = steps.plan, steps.stats
+    if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
+        return finish(scene, disc, state, steps)
+    return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
+
+
+def _check_rounding(disc: Discretisation, state: ContactState) -> None:
+    """Refuse distances that count from so far away that their rounding is seen in the contact."""
+    approach = state.approach * disc.scales.displacement
+    if np.finfo(float).eps * abs(disc.base) > ROUNDED * abs(approach):
+        raise SceneError(
+            "surface.h",
+            disc.base,
+            "counted from a level near the contact",
+            message="surface.h is measured from a level too far from the contact: distances of "
+            f"{disc.base:.3g} are rounded to {np.spacing(abs(disc.base)):.1g}, and the bodies "
+            f"approach by only {approach:.3g}; subtract a constant",
+        )
+
+
+def _why(solution: Solution, state: ContactState) -> str:
+    """What is known about why the tolerance was missed."""
+    if state.passes:
+        change = state.passes[-1][0]
+        return f"; this is the best of {len(state.passes)} passes, the last of which changed {change:.1e}"
+    words = [f"{getattr(solution.plan, problem)} says {word!r}" for problem, word in solution.status.items() if word]
+    reason = no_guarantee(solution) if solution.certificate.level == "full" else ""
+    return "".join(f"; {part}" for part in [*words, *([reason] if reason else [])])
+
+
+def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, certificate: Certificate) -> float:
+    """The residual by which a solution is accepted: of the problems that the plan poses.
+
+    Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
+    without tractions, and what the whole then lacks is its own approximation, found in the certificate.
+    """
+    if not plan.rubs or plan.theory is not None:
+        return 0.0 if plan.closed_form else certificate.normal_residual
+    if plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
+        return certificate.tangential_residual
+    if not plan.one_pass:
+        return certificate.residual
+    alone = normal_residual(disc.normal_problem(), state.pressure.ravel(), np.array([state.approach]))
+    return float(np.max([alone, certificate.tangential_residual]))  # NaN where one is

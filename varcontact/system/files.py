@@ -1,0 +1,274 @@
+"""Files written safely: whole or not at all, by one writer at a time, and never over what is somebody else's.
+
+- Only regular files are written. A symbolic link stays, and the file that it names is written.
+- A file that is there already is replaced only if it holds what varcontact wrote, of the same kind: a solution by a
+  solution, a history by a history, a picture by a picture. Stores, to which a study adds, are never replaced.
+- The new content is written under another name, forced to the disk, and renamed. Killed in between, the program leaves
+  the old file as it was, and the next to write that file clears away the rest.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import stat
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+from typing import BinaryIO
+from uuid import uuid4
+
+from filelock import FileLock, Timeout
+
+from varcontact import checks
+from varcontact.errors import OutputError, SceneError, shortened
+
+FORMATS = {
+    ".nc": "sweeps, table books, solutions and histories are written as netCDF",
+    ".csv": "tables are written as CSV",
+    ".toml": "scenes are written as TOML",
+}
+PATIENCE = 10.0
+"""Seconds for which a file that is written at once waits for another that is just being written in its place."""
+
+
+def check_ending(field: str, path: Path, ending: str) -> None:
+    """Refuse a name that promises another format than the one that is written."""
+    if path.suffix.lower() != ending:
+        raise OutputError(field, path, f"{FORMATS[ending]}, and the name must end in {ending}")
+
+
+def check_writable(field: str, path: Path, inputs: Iterable[Path] = ()) -> None:
+    """Refuse what could not, or must not, be written, before any work is done for it."""
+    try:
+        target = path.resolve()
+        folder = target.parent
+        if not folder.is_dir():
+            raise OutputError(field, path, f"there is no folder {str(folder if path.is_symlink() else path.parent)!r}")
+        there = _kind(field, path)
+        for other in inputs:
+            if _same(target, other):
+                reason = f"is the same file as {str(other)!r}, which would be lost; name another file"
+                raise OutputError(field, path, reason)
+        if not os.access(folder, os.W_OK) or (there and not os.access(target, os.W_OK)):
+            raise OutputError(field, path, "may not be written")
+        with suppress(FileNotFoundError):
+            target.stat()  # where its name is too long
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OutputError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: links in a ring; ValueError: a null character
+        raise _unwritable(field, path, error) from None
+
+
+def check_replaceable(field: str, path: Path, kind: str, ours: Callable[[Path], bool], overwrite: bool) -> None:
+    """Refuse to write over a file that varcontact did not write, unless that is wanted."""
+    overwrite = checks.flag("overwrite", overwrite)
+    try:
+        if overwrite or not path.exists() or path.stat().st_size == 0 or ours(path):
+            return
+    except OSError as error:
+        raise _unwritable(field, path, error) from None
+    how = "add --force" if field.startswith("-") else "give overwrite=True"
+    raise OutputError(field, path, f"exists already and is no {kind} of varcontact's; name another file, or {how}")
+
+
+def check_one_of_endings(field: str, path: Path, kind: str, endings: Iterable[str]) -> None:
+    """Refuse a name whose ending is that of none of several formats."""
+    known = list(endings)
+    if path.suffix.lower() not in known:
+        raise OutputError(field, path, f"{kind} are written as {', '.join(known)}; the name must end in one of these")
+
+
+@contextmanager
+def only_writer(field: str, path: Path, patience: float = 0.0) -> Iterator[None]:
+    """Be the only one to write a file while a block runs; what killed writers left of it is cleared away."""
+    target = path.resolve()
+    with ExitStack() as held:
+        try:
+            held.enter_context(locked(target, patience))
+            clear(target)
+        except Held as other:
+            reason = f"is being written by {other.holder}; wait until that is done, or name another file"
+            raise OutputError(field, path, reason) from None
+        except OSError as error:
+            raise _unwritable(field, path, error) from None
+        yield
+
+
+@contextmanager
+def replacing(field: str, path: Path) -> Iterator[BinaryIO]:
+    """A new file, open for writing, that takes the place of another when the block ends well.
+
+    Whatever ends it in between, the old file stays as it was. The block should be within one of `only_writer`.
+    """
+    target = path.resolve()
+    part = _part(target)
+    try:
+        there = _kind(field, path)
+        with part.open("xb") as file:  # not by tempfile, whose files nobody else may read
+            if there:
+                part.chmod(stat.S_IMODE(target.stat().st_mode))
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, target)
+        _sync_folder(target.parent)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise _unwritable(field, path, error) from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_whole(field: str, path: Path, content: bytes) -> None:
+    """Write a file at once, whole or not at all."""
+    with only_writer(field, path, PATIENCE), replacing(field, path) as file:
+        file.write(content)
+
+
+def _kind(field: str, path: Path) -> bool:
+    """Whether a file is there; anything but a regular one is refused."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return False
+    if stat.S_ISDIR(mode):
+        raise OutputError(field, path, "is a folder")
+    if not stat.S_ISREG(mode):
+        raise OutputError(field, path, "is a device or a pipe, not a file")
+    return True
+
+
+def _same(target: Path, other: Path) -> bool:
+    """Whether two names are of one file."""
+    try:
+        return target.samefile(other)
+    except OSError:  # one of them is not there
+        return target == other.resolve()
+
+
+def _part(target: Path) -> Path:
+    """A name that nobody else has, on whatever machine: process numbers repeat in containers."""
+    return beside(target, f"{uuid4().hex[:12]}.part")
+
+
+def clear(target: Path) -> None:
+    """Remove what killed writers left beside a file; only who holds the lock may."""
+    name = re.compile(re.escape(beside(target, "").name) + r"[0-9a-f]{12}\.part")
+    with os.scandir(target.parent) as entries:
+        left = [entry.path for entry in entries if name.fullmatch(entry.name)]
+    for part in left:
+        Path(part).unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Force a new name to the disk, where folders can be opened for that."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _unwritable(field: str, path: Path, error: Exception) -> OutputError:
+    return OutputError(field, path, f"cannot be written ({getattr(error, 'strerror', None) or error})")
+
+
+LONGEST = 200
+"""Bytes of a file's name up to which it is part of the names beside it; file systems take 255."""
+
+
+class Held(Exception):
+    """Somebody else holds the lock."""
+
+    def __init__(self, holder: str) -> None:
+        self.holder = holder
+        super().__init__(holder)
+
+
+def beside(path: Path, ending: str) -> Path:
+    """The hidden file of an `ending` that goes with that at `path`: ``.run.nc.lock`` with ``run.nc``.
+
+    A long name is replaced by its digest, so that the hidden one is not too long for the file system.
+    """
+    name = path.name if len(os.fsencode(path.name)) <= LONGEST else sha256(os.fsencode(path.name)).hexdigest()
+    return path.with_name(f".{name}.{ending}")
+
+
+@contextmanager
+def locked(path: Path, patience: float = 0.0) -> Iterator[None]:
+    """Hold the lock that goes with a file, named without symbolic links, while a block runs.
+
+    The lock is on a file of its own, `beside` the other one, which may itself be replaced meanwhile.
+    """
+    lock, name = beside(path, "lock"), f"{os.getpid()} on {socket.gethostname()}"
+    kernel = FileLock(lock, timeout=patience, poll_interval=0.02, thread_local=False)
+    try:
+        kernel.acquire()
+    except (Timeout, RuntimeError):  # RuntimeError: held by this thread
+        holder = ""
+        with suppress(OSError):
+            holder = lock.read_text(encoding="utf-8", errors="replace")[:100]
+        raise Held("this process" if holder == name else f"process {holder}" if holder else "another process") from None
+    try:
+        lock.write_text(name, encoding="utf-8")
+        yield
+    finally:
+        if sys.platform != "win32":  # removed while it is held: who opened it before finds it to be of no name
+            lock.unlink(missing_ok=True)
+        kernel.release()
+
+
+SCENE_BYTES = 2**24
+"""Bytes of a scene file at most. Larger fields belong into files of their own, which it names."""
+
+
+@contextmanager
+def reading(path: str | Path, wrong: str = "is damaged") -> Iterator[None]:
+    """Whatever the contents of a file make of the code that reads them becomes an error that names the file."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except Exception as error:  # HDF5, netCDF and JSON raise what they like where bytes were changed
+        raise OutputError("path", path, f"{wrong} ({first_line(error)})") from None
+
+
+def first_line(error: Exception) -> str:
+    """The first line of what an error says; its name where it says nothing."""
+    return str(error).split("\n")[0] or type(error).__name__
+
+
+def regular(path: Path) -> bool:
+    """Whether there is no device or pipe at `path`, which may never end, or never begin."""
+    return not path.exists() or path.is_file() or path.is_dir()
+
+
+def text_of(field: str, path: Path, most: int | None = None, kind: str = "a text file") -> str:
+    """The text in a regular file, in UTF-8 with or without its mark."""
+    try:
+        if not regular(path):
+            raise _unreadable(field, path, "is not a regular file")
+        size = path.stat().st_size
+        if most is not None and size > most:
+            reason = f"has {size / 2**20:.1f} MiB, and may have {most / 2**20:.0f} MiB at most"
+            raise _unreadable(field, path, f"{reason}; name large fields by {{file = ...}}")
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise _unreadable(field, path, f"is not {kind} (it is not UTF-8 text)") from None
+    except OSError as error:
+        raise _unreadable(field, path, f"cannot be read ({error.strerror})") from None
+    except ValueError as error:  # a null character in the name
+        raise _unreadable(field, path, f"cannot be read ({error})") from None
+
+
+def _unreadable(field: str, path: Path, reason: str) -> SceneError:
+    return SceneError(field, str(path), "a readable file", message=f"{field} {shortened(str(path), 200)} {reason}")
