@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from varcontact.solvers import interface
 from varcontact.solving import adaptive
 
 

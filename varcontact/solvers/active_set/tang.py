@@ -223,7 +223,7 @@ def tang_safeguarded(
 
 
 def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterator[tuple[Point, int]]:
-    """Where else to begin, and the Newton steps that led there: each is the only one for some of 600 random problems."""
+    """Where else to begin, and the Newton steps that led there; of 600 random problems some need each."""
     if problem.free:
         with settings.stats.called("tang"):
             rough = tang(problem, deadline=settings.deadline)
