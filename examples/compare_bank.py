@@ -12,8 +12,8 @@ import sys
 import pandas as pd
 
 import varcontact as vc
-from varcontact.study.compare import DEFAULT_METHODS
-from varcontact.study.tables import summary
+from varcontact.study.comparison import summary
+from varcontact.study.methods import DEFAULT_METHODS
 
 
 def main(

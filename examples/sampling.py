@@ -15,7 +15,7 @@ import numpy as np
 
 import varcontact as vc
 from varcontact.reference import creepage_coefficients
-from varcontact.theories.no_slip import no_slip_forces
+from varcontact.theories.on_grid import no_slip_forces
 
 BODIES = vc.Bodies(G=1.0, nu=0.25)
 OFFSETS = tuple(Fraction(part) for part in ("0", "1/6", "1/4", "1/3", "1/2"))

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 import varcontact as vc
-from varcontact.study.tables import columns_of_text
+from varcontact.study.csv_table import columns_of_text
 
 LOG = "told.log"
 """A line for every piece of work that is begun."""

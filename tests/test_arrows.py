@@ -15,10 +15,9 @@ ORDER = (
     {"discrete"},
     {"solvers"},
     {"theories"},
-    {"planning"},
     {"results", "plotting", "io"},
     {"solving"},
-    {"study"},
+    {"study", "data"},
     {"kinematics"},
     {"wheel_rail"},
     {"energy", "cli", "__init__", "__main__"},
@@ -26,15 +25,9 @@ ORDER = (
 """The rooms and the modules beside them, in the order of the data; those of one line may import each other."""
 
 BACK = {
-    # closed forms and pictures take objects of later rooms, and need their types only
-    ("reference.bufler", "scene.bodies"),
-    ("reference.cattaneo_mindlin", "scene.bodies"),
-    ("reference.hertz", "scene.bodies"),
-    ("reference.hertz", "scene.grid"),
-    ("reference.line_contact", "scene.bodies"),
-    ("reference.spence", "scene.bodies"),
+    # pictures take objects of later rooms, and need their types only
     ("plotting.studies", "study.convergence"),
-    ("plotting.tradeoff", "study.front"),
+    ("plotting.tradeoff", "study.tradeoff"),
     ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""

@@ -8,7 +8,7 @@ import pytest
 
 import varcontact as vc
 from tests.command import run
-from varcontact.cli.values import values_of
+from varcontact.cli.options import values_of
 from varcontact.io.scene_toml import read_scene
 
 SCENE = """
@@ -125,9 +125,12 @@ def test_what_is_finished_is_kept_when_a_solution_fails(folder):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--vx", "0:1"], "--vx = '0:1' is not allowed: must be FROM:TO:NUMBER with two values or more"),
-        ([], "give a range or a list of values, and others of as many values or one, not none"),
-        (["--vx", "0,1", "--vy", "0,1,2"], "not --vx 2, --vy 3"),
+        (["--vx", "0:1"], "--vx = '0:1' is not allowed: must be FROM:TO:N with two values or more"),
+        (
+            [],
+            "give a range or a list of values for at least one; further ranges must have the same length; given: none",
+        ),
+        (["--vx", "0,1", "--vy", "0,1,2"], "given: --vx 2, --vy 3"),
         (["--creepages", "none.csv"], "'none.csv' cannot be read"),
         (["--creepages", "bad.csv"], "row 2 of 'bad.csv' is '0,1'; give three numbers: vx, vy, spin"),
         (["--creepages", "empty.csv"], "holds no rows of vx, vy, spin"),
@@ -149,7 +152,7 @@ def test_values_of_an_option():
     np.testing.assert_array_equal(values_of("--vx", "1e-3,2e-3"), [1e-3, 2e-3])
     assert values_of("--vx", "-0.5") == -0.5
     for text in ("", "0:1:1", "0:1:2.5", "a", "0,,1", "0:1:inf"):
-        with pytest.raises(vc.SceneError, match="FROM:TO:NUMBER"):
+        with pytest.raises(vc.SceneError, match="FROM:TO:N"):
             values_of("--vx", text)
 
 

@@ -7,11 +7,10 @@ import pytest
 
 import varcontact as vc
 from tests import typed
-from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
-from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
 from varcontact.solving import options
-from varcontact.theories.methods import THEORIES
+from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
+from varcontact.theories.on_grid import THEORIES
 
 
 def test_results_are_of_the_types_that_are_promised():
@@ -26,7 +25,7 @@ def test_results_are_of_the_types_that_are_promised():
         (options.TangentialName, [*tangential_methods(), *THEORIES]),
         (options.CouplingName, COUPLING_METHODS),
         (options.FormulationName, FORMULATIONS),
-        (options.MethodName, [name for name in ROADS if name != "auto"]),
+        (options.MethodName, [name for name in PRESETS if name != "auto"]),
     ],
 )
 def test_names_for_type_checkers_are_those_of_the_methods(kind, names):

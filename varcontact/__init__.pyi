@@ -2,6 +2,7 @@
 
 from . import kinematics, reference, wheel_rail
 from . import theories as theories
+from .data.benchmark_scenes import standard_bank, unlike_bank
 from .discrete.certificate import Certificate
 from .errors import (
     Interrupted,
@@ -19,14 +20,13 @@ from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
 from .io.scene_toml import read_scene
-from .planning.plan import Plan, plan
-from .planning.sizes import Matrix, Sizes
 from .plotting.curve import plot_curve
 from .plotting.stress import plot_stress
 from .plotting.studies import plot_comparison
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.history import History
+from .results.plan import Matrix, Plan, Sizes
 from .results.refinement import Refinement
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
@@ -37,18 +37,16 @@ from .scene.motion import Shift, Steady, TimeStep, Transient
 from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.units import MM_N, SI, Units
+from .solving.plan_report import plan
 from .solving.remeasured import load
 from .solving.solve import certify, solve
-from .study.bank import standard_bank, unlike_bank
 from .study.compare import compare
 from .study.converge import converge
 from .study.convergence import Convergence
-from .study.curve import creep_curve
-from .study.front import Tradeoff
 from .study.references import Reference, references
-from .study.scan import scan
+from .study.scan import creep_curve, scan
 from .study.sweep import Standing, read_sweep, sweep
-from .study.tradeoff import tradeoff
+from .study.tradeoff import Tradeoff, tradeoff
 from .theories.creep_forces import CreepForces, creep_forces
 
 __version__: str

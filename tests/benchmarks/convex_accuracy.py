@@ -16,13 +16,13 @@ from collections.abc import Iterator
 import numpy as np
 
 import varcontact as vc
+from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.mirror import mirror_of
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.conic.programs import gap_program, shift_program
 from varcontact.solvers.splitting import ROUNDS, Splitting
-from varcontact.study.bank import unlike_bank
 
 SETTINGS = [(0.99, 1e-11), (0.99, 1e-12), (0.9, 1e-12), (0.8, 1e-12), (0.75, 1e-12), (0.7, 1e-12), (0.75, 1e-13)]
 """Part of the way to the boundary that a step goes (`max_step_fraction`, by default 0.99), and tolerance asked for."""

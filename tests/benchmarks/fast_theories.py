@@ -15,7 +15,7 @@ import varcontact as vc
 from varcontact.scene.motion import Steady
 from varcontact.scene.surfaces import Ellipse
 from varcontact.theories.creep_forces import VECTORISED
-from varcontact.theories.table_method import why_not_in_book
+from varcontact.theories.table import why_not_in_book
 
 TRIPLES = 100_000
 CONTACT = {"a": 6e-3, "b": 4e-3, "G": 82e9, "nu": 0.28, "normal_force": 1e5, "friction": 0.3}

@@ -22,7 +22,7 @@ import numpy as np
 import psutil
 
 import varcontact as vc
-from varcontact.study.engine import processes
+from varcontact.study.parallel import processes
 
 SCENE = vc.Scene(
     bodies=vc.Bodies(G=82e9, nu=0.28),

@@ -16,8 +16,7 @@ import numpy as np
 import varcontact as vc
 from varcontact.reference import no_slip_coefficients
 from varcontact.theories import table_forces
-from varcontact.theories.table_book import shipped
-from varcontact.theories.table_nodes import spin_scale
+from varcontact.theories.table_book import reduced_scales, shipped
 
 
 def least(work: Callable[[], object], times: int) -> float:
@@ -38,7 +37,7 @@ def errors(points: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         ratio = float(np.exp(generator.uniform(np.log(0.2), np.log(5))))
         direction = generator.normal(size=3)
         magnitude = np.exp(generator.uniform(np.log(0.05), np.log(30)))
-        scale = spin_scale(no_slip_coefficients(ratio, book.nu), ratio)
+        scale = reduced_scales(no_slip_coefficients(ratio, book.nu), ratio)
         creepage = 1e-3 * magnitude * direction / np.linalg.norm(direction) / scale
         a, b = ratio**0.5, ratio**-0.5
         scene = vc.Scene(
@@ -60,7 +59,7 @@ def ripples(seed: int, turning: float) -> np.ndarray:
     generator, book, t = np.random.default_rng(seed), shipped(), np.linspace(0.0, 0.995, 400)
     found = []
     for ratio in np.exp(generator.uniform(np.log(0.2), np.log(5), 20)):
-        scale = spin_scale(no_slip_coefficients(float(ratio), book.nu), ratio)
+        scale = reduced_scales(no_slip_coefficients(float(ratio), book.nu), ratio)
         rays = generator.normal(size=(100, 3)) * [1.0, 1.0, turning]
         rays /= np.linalg.norm(rays, axis=1)[:, None] * scale
         table = table_forces(ratio**0.5, ratio**-0.5, 1.0, 1.0, np.multiply.outer(1.5 * t / (1 - t), rays))

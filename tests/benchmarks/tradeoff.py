@@ -11,8 +11,8 @@ import matplotlib as mpl
 import pandas as pd
 
 import varcontact as vc
-from varcontact.study.front import TARGETS, Tradeoff
-from varcontact.theories.methods import THEORIES
+from varcontact.study.tradeoff import TARGETS, Tradeoff
+from varcontact.theories.on_grid import THEORIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 

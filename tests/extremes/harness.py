@@ -18,13 +18,12 @@ from tests.extremes.scenes import APPROXIMATE, Case
 from tests.extremes.worker import Worker
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
-from varcontact.planning.choice import make_plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.study.store import Table, plain_rows
-from varcontact.study.tables import columns_of_text
-from varcontact.theories.methods import THEORIES, why_not
+from varcontact.solving.selection import select
+from varcontact.study.csv_table import Table, columns_of_text, plain_rows
+from varcontact.theories.on_grid import THEORIES, why_not
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,7 +60,7 @@ class Family:
 
     def options(self, scene: Scene) -> dict[str, Any]:
         """What `solve` is told; where there is a motion, Hertz's closed form serves as the pressure if it can."""
-        hertzian = scene.motion is not None and make_plan(scene).normal == "hertz"
+        hertzian = scene.motion is not None and select(scene).normal == "hertz"
         return {
             "normal": "auto" if hertzian else self.normal,
             "tangential": "auto" if scene.motion is None else self.tangential,

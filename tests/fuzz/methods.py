@@ -9,7 +9,7 @@ import numpy as np
 import varcontact as vc
 from varcontact.errors import SceneError, SolverUnavailable
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
 SLOW = ("cvxpy:",)
 """Rarely taken: a solve is more than ten times as long."""

@@ -159,11 +159,9 @@ def test_two_steels_have_their_bound_and_their_closed_form_again(tmp_path):
     assert "almost like" not in like.report()
 
 
-def test_the_sizes_that_a_plan_expects_are_those_without_the_coupling():
-    described = steels()
-    expected, found = vc.plan(described), vc.solve(described).plan
-    assert expected.sizes == found.sizes
-    assert not any(matrix.name.startswith(("A_tz", "A_zt")) for matrix in expected.sizes.matrices)
+def test_nothing_is_planned_for_the_coupling():
+    matrices = vc.plan(steels()).sizes.matrices
+    assert not any(matrix.name.startswith(("A_tz", "A_zt")) for matrix in matrices)
 
 
 def test_theories_and_scans_take_almost_like_bodies():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.planning.choice import make_plan
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import potential_contact
 from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.selection import select
 from varcontact.solving.start_grid import interpolated
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)
@@ -311,7 +311,7 @@ def test_tractions_begun_from_those_on_another_grid_are_the_same_and_take_fewer_
         bodies=BODIES, surface=vc.Ellipse(1.0, 0.7), normal_force=1.0, friction=0.3, motion=motion, grid=vc.Grid(32, 32)
     )
     coarse = vc.solve(replace(scene, grid=vc.Grid(16, 16)))
-    steps = ContactSolver(make_plan(scene), 1e-10, True, SolveStats())
+    steps = ContactSolver(select(scene), 1e-10, True, SolveStats())
     alone, near = (potential_contact.solve_contact(scene, steps, near=each)[1] for each in (None, coarse))
     assert near.traction == pytest.approx(alone.traction, abs=1e-8 * np.abs(alone.traction).max())
     assert near.rigid == pytest.approx(alone.rigid, rel=1e-8)

@@ -11,7 +11,7 @@ from varcontact.discrete.discretisation import discretise, edge_compliance
 from varcontact.elasticity.operators import DIFFERENCES
 from varcontact.reference import carter, line_contact
 from varcontact.solving import contact_solver
-from varcontact.theories.no_slip import no_slip_forces
+from varcontact.theories.on_grid import no_slip_forces
 
 
 def errors(every, cells, second_order=True):
@@ -207,20 +207,15 @@ def test_a_hard_scene_is_solved():
 
 def test_a_solver_that_fails_begins_from_the_first_order(rolling, monkeypatch):
     """One that fails, the easier problem, and the same one again from there: the answer of a solver that does not."""
-    scene, problems, roads = rolling().second_order(), [], contact_solver.tangential_road
+    scene, problems, solver = rolling().second_order(), [], contact_solver.solve_tangential
     direct = vc.solve(scene)
 
-    def fails_once(plan, polish):
-        solver = roads(plan, polish)
+    def fails_once(problem, *arguments):
+        problems.append(problem)
+        found = solver(problem, *arguments)
+        return dataclasses.replace(found, solved=False) if len(problems) == 1 else found
 
-        def solve(problem, settings, start):
-            problems.append(problem)
-            found = solver(problem, settings, start)
-            return dataclasses.replace(found, solved=False) if len(problems) == 1 else found
-
-        return solve
-
-    monkeypatch.setattr(contact_solver, "tangential_road", fails_once)
+    monkeypatch.setattr(contact_solver, "solve_tangential", fails_once)
     sol = vc.solve(scene)
     tables = [problem.operator.grid_operator.table for problem in problems]
     assert len(tables) == 3 and np.array_equal(tables[0], tables[2]) and not np.array_equal(tables[0], tables[1])
@@ -252,7 +247,7 @@ def test_half_of_a_mirror_problem_is_the_whole(rolling):
     """Pure spin, solved with and without its mirror image."""
     posed = rolling(motion=vc.Steady(spin=0.1)).second_order()
     half, whole = (vc.solve(posed, tangential=name) for name in ("tang-safeguarded", "newton"))
-    assert half.plan.sizes.mirrored
+    assert vc.plan(posed, tangential="tang-safeguarded").sizes.mirrored
     np.testing.assert_allclose(half.traction, whole.traction, rtol=0, atol=1e-9 * whole.pressure.max())
 
 

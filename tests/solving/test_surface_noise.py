@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.study.reference_scenes import reference_scenes
+from varcontact.data.benchmark_scenes import reference_scenes
 
 X, Y = 1e-3 * np.arange(-10, 10.1, 0.25), 1e-3 * np.arange(-8, 8.1, 0.25)
 WHEEL_ON_RAIL = X**2 / (2 * 0.46) + (Y**2 / (2 * 0.3))[:, None]

@@ -11,11 +11,11 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.residuals import residuals as residuals_of
 from varcontact.discrete.state import unloaded
 from varcontact.elasticity.operators import GridOperator
-from varcontact.planning.choice import make_plan
 from varcontact.solvers.conic.backends import solve_joint
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.selection import select
 
 RUBBER, MIXED = vc.Bodies(G=(1.0, math.inf), nu=(0.0, 0.3)), vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))
 LINE = {"surface": vc.Cylinders(R=1.0), "normal_force": 1e-3, "grid": vc.Grid(nx=30)}
@@ -86,9 +86,9 @@ def test_one_joint_program_is_what_both_problems_in_turn_tend_to(motion):
     """Under the same bound: pressures, tractions, approach and rigid shift, all from the program's own multipliers."""
     shift = scene(motion=motion)
     disc = discretise(shift, vc.Grid(nx=30, dx=0.002, x0=-0.03))
-    steps = ContactSolver(make_plan(shift, "norm", "tang-safeguarded", "joint"), 1e-12, True, SolveStats())
+    steps = ContactSolver(select(shift, "norm", "tang-safeguarded", "joint"), 1e-12, True, SolveStats())
     start = steps.pressure(disc, unloaded(disc.grid))
-    bearing = dataclasses.replace(start, bearing=start.pressure)
+    bearing = dataclasses.replace(start, bound_pressure=start.pressure)
     reference = steps.together(disc, dataclasses.replace(bearing, passes=((1.0, 1e-10),)))
     normal, tangential = disc.normal_problem(), disc.tangential_problem(np.zeros(disc.grid.shape), start.pressure)
     bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
@@ -257,7 +257,7 @@ def test_the_residual_counts_what_wrong_pressures_do_to_the_tractions():
         disc = discretise(shift, sol.grid)
         bumps = 1 + 1e-9 * np.cos(np.arange(sol.pressure.size)).reshape(sol.pressure.shape)
         pressure, approach = sol.pressure / disc.scales.pressure, (sol.approach - disc.base) / disc.scales.displacement
-        steps = ContactSolver(make_plan(shift), 1e-14, True, SolveStats())
+        steps = ContactSolver(select(shift), 1e-14, True, SolveStats())
         state = dataclasses.replace(unloaded(sol.grid), pressure=pressure * bumps, approach=approach)
         state = steps.traction(disc, state)
         normal, tangential, whole = residuals_of(disc, state)

@@ -10,10 +10,9 @@ import pandas as pd
 import pytest
 
 import varcontact as vc
-from varcontact.study.compare import DEFAULT_METHODS
-from varcontact.study.method import Method
-from varcontact.study.store import as_json
-from varcontact.study.tables import summary
+from varcontact.study.comparison import summary
+from varcontact.study.csv_table import as_json
+from varcontact.study.methods import DEFAULT_METHODS, Method
 
 EXACT = ("convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang")
 

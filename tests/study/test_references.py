@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.data.benchmark_scenes import CLASSES, FRICTION, reference_scenes
+from varcontact.data.make_references import main, make
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study.extrapolate import extrapolate_series
-from varcontact.study.make_references import main, make
-from varcontact.study.reference_scenes import CLASSES, FRICTION, reference_scenes
 from varcontact.study.references import read, signature
 from varcontact.study.refinement import peak_between, series_of, solves
 
@@ -174,7 +174,7 @@ def test_another_folder_than_there_is_is_refused(tmp_path, capsys):
 
 
 def content():
-    return json.loads(files("varcontact.study").joinpath("references.json").read_text())
+    return json.loads(files("varcontact.data").joinpath("references.json").read_text())
 
 
 @pytest.mark.parametrize(("spoil", "message"), [

@@ -20,7 +20,7 @@ import xarray as xr
 import varcontact as vc
 from varcontact.io.sweep_file import RECORD
 from varcontact.study import sweep as module
-from varcontact.study.engine import START, processes, results
+from varcontact.study.parallel import START, processes, results
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
@@ -140,7 +140,7 @@ class Beginning(ThreadPoolExecutor):
         self.left = 4
 
     @property
-    def beginning(self):
+    def starting(self):
         self.left -= 1
         return self.left >= 0
 

@@ -11,8 +11,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from varcontact.solving.discretisation_variants import Way
-from varcontact.study.front import TARGETS, Tradeoff
-from varcontact.study.tradeoff import default_ways
+from varcontact.study.tradeoff import TARGETS, Tradeoff, default_ways
 
 BANK = vc.references()
 CARTER = {"line, creepage 0.3": BANK["line, creepage 0.3"]}

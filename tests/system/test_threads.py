@@ -13,11 +13,11 @@ from threadpoolctl import ThreadpoolController, threadpool_info, threadpool_limi
 
 import varcontact as vc
 from varcontact import energy, wheel_rail
+from varcontact.data.make_table_book import make_table_book
 from varcontact.discrete.discretisation import discretise
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.results.stress import stress
 from varcontact.scene.interpolation import smoothed
-from varcontact.study.table_make import make_table_book
 from varcontact.system.threads import VARIABLES, one_blas_thread
 
 

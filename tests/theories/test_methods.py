@@ -14,8 +14,8 @@ from varcontact.theories import (
     flexibility,
     vermeulen_johnson,
 )
-from varcontact.theories.methods import THEORIES as EVERY
-from varcontact.theories.methods import why_not
+from varcontact.theories.on_grid import THEORIES as EVERY
+from varcontact.theories.on_grid import why_not
 
 STEADY = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)
 FASTSIM = ["fastsim", "fastsim-elliptic", "fastsim-weighted", "fastsim-weighted-elliptic"]

@@ -6,12 +6,21 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.data.make_table_book import (
+    DOUBT,
+    FULL,
+    GRIDS,
+    HOW,
+    direction_nodes,
+    local_law,
+    magnitudes,
+    make_table_book,
+    quadrature,
+    stores,
+)
 from varcontact.reference import no_slip_coefficients
-from varcontact.study.table_make import DOUBT, GRIDS, HOW, make_table_book, stores
 from varcontact.theories import TableBook, equivalent_ellipse, linear_forces, table_forces
-from varcontact.theories.table_book import shipped
-from varcontact.theories.table_nodes import direction_nodes, magnitudes, spin_scale
-from varcontact.theories.table_splines import FULL, local_law, quadrature
+from varcontact.theories.table_book import reduced_scales, shipped
 
 BOOK = shipped()
 LIMIT = 2.5
@@ -22,7 +31,7 @@ a ray, in parts of its largest value, with spin and without."""
 
 
 def scales(ratio):
-    return spin_scale(no_slip_coefficients(ratio, 0.28), ratio)
+    return np.array(reduced_scales(no_slip_coefficients(ratio, 0.28), ratio))
 
 
 def creepages(count, seed=0, a=A, b=B):
@@ -97,7 +106,7 @@ def test_the_slope_is_that_of_the_linear_theory(ratio):
 def test_full_slip_of_a_sphere_in_closed_form():
     """Without spin all friction opposes the creepage; pure spin has no force and the moment -3 pi/16."""
     directions, C = np.array([[0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]), no_slip_coefficients(1.0, 0.28)
-    found = local_law(FULL * directions * spin_scale(C, 1.0), 1.0, C, *quadrature(1.0, 80))
+    found = local_law(FULL * directions * np.array(reduced_scales(C, 1.0)), 1.0, C, *quadrature(1.0, 80))
     np.testing.assert_allclose(found, [[-0.6, -0.8, 0.0], [0.0, 0.0, -3 * np.pi / 16]], rtol=0, atol=1e-5)
 
 

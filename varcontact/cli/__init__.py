@@ -1,15 +1,96 @@
-"""The command line: one file a command, in the order of the help."""
+"""The command line: the commands, and what errors become."""
 
-from varcontact.cli.app import app
-from varcontact.cli.terminal import INTERRUPTED
+from __future__ import annotations
 
-# isort: off
-from varcontact.cli import solve, plan, compare, converge, tradeoff, sweep, scan, table, curve, wheelrail
+from typing import Annotated, Any
 
-COMMANDS = (solve, plan, compare, converge, tradeoff, sweep, scan, table, curve, wheelrail)
-"""Each adds its command when it is imported."""
+import typer
+from typer.core import TyperGroup
+
+from varcontact import __version__
+from varcontact.cli import compare, converge, curve, plan, scan, solve, sweep, table, tradeoff, wheelrail
+from varcontact.cli.options import METHODS
+from varcontact.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_SOLVED, fail, show
+from varcontact.errors import NotConverged, VarcontactError
 
 __all__ = ["INTERRUPTED", "app", "main"]
+
+COMMANDS: dict[Any, tuple[str, str]] = {
+    solve.solve: ("Solve one scene.", "solve scene.toml --plot picture.png --json"),
+    plan.plan: ("Show what a scene requires, without solving it.", "plan scene.toml --normal clarabel"),
+    compare.compare: ("Compare methods on the same scenes.", "compare scene.toml --methods convex,kalker,fastsim"),
+    converge.converge: ("Study convergence under grid refinement.", "converge scene.toml --cells 8,12,16,24,32"),
+    tradeoff.tradeoff: (
+        "Measure error against the continuum, and cost.",
+        'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16',
+    ),
+    sweep.sweep: ("Solve a scene for many values of its entries.", "sweep sweep.toml --workers 2 --out sweep.nc"),
+    scan.scan: ("Solve a scene for many creepages.", "scan scene.toml --vx 0:5e-3:11 --plot curve.png"),
+    curve.curve: ("Creep-force curves by several methods.", "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim"),
+    wheelrail.wheelrail: (
+        "Solve a wheel on a rail, from profiles, position and load.",
+        "wheelrail case.toml --out table.csv --plot wheel.png",
+    ),
+}
+"""Each command with its line in the help, and an example."""
+MAKE_TABLE = "Example: varcontact table make --nu 0.3 --out steel.nc --workers 2"
+
+
+class _Commands(TyperGroup):
+    """All commands: an error becomes one line on standard error and an exit status."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except NotConverged as error:
+            fail(error, NOT_SOLVED)
+        except VarcontactError as error:
+            fail(error, BAD_INPUT)
+        except MemoryError as error:
+            fail(f"out of memory ({error or 'nothing is left'}); a smaller problem would fit", BAD_INPUT)
+        except KeyboardInterrupt:
+            fail("interrupted; nothing is kept, and the same command starts again from the beginning", INTERRUPTED)
+
+
+app = typer.Typer(
+    name="varcontact",
+    cls=_Commands,
+    no_args_is_help=True,
+    rich_markup_mode=None,  # help is full of brackets
+    pretty_exceptions_enable=False,
+    help="Rolling contact of elastic bodies as convex optimisation, with a certificate of exactness.",
+    epilog="\b\nExamples:\n"
+    + "".join(f"  varcontact {example}\n" for _, example in COMMANDS.values())
+    + "\nExit status: 0 solved, 2 bad input or too large for the memory, 3 not solved to tolerance (the best iterate "
+    "is reported), 130 interrupted (standard error says what is kept).",
+)
+for command, (summary, example) in COMMANDS.items():
+    methods = "" if command in (tradeoff.tradeoff, wheelrail.wheelrail) else f"{METHODS}\n\n"
+    app.command(short_help=summary, epilog=f"{methods}Example: varcontact {example}")(command)
+tables = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Table books: exact forces for many creepages.",
+    epilog=MAKE_TABLE,
+)
+tables.callback()(lambda: None)  # a group, of one command
+tables.command(epilog=MAKE_TABLE)(table.make)
+app.add_typer(tables, name="table")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        show(f"varcontact {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
 
 
 def main() -> None:

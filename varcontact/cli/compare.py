@@ -7,55 +7,38 @@ from typing import Annotated, Any
 
 import typer
 
-from varcontact.cli.app import app
-from varcontact.cli.methods import METHODS
-from varcontact.cli.terminal import FORCE, check_outputs, show, stop, with_progress
-from varcontact.errors import Interrupted, SceneError
+from varcontact.cli.options import AsJson, Force, Methods, Picture, Solved, Table, Workers, names_of
+from varcontact.cli.terminal import check_outputs, study
+from varcontact.errors import SceneError
 
 
-@app.command(
-    short_help="Compare methods on the same scenes.",
-    epilog=f"{METHODS}\n\nExample: varcontact compare scene.toml --methods clarabel,tang,fastsim --plot error.png",
-)
 def compare(
     scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
     bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
-    methods: Annotated[
-        str | None,
-        typer.Option(
-            help="Names separated by commas: convex, active-set, kalker, [normal|]tangential[/formulation][+polish]."
-        ),
-    ] = None,
-    tol: Annotated[float, typer.Option(help="Natural-map residual up to which an answer counts as solved.")] = 1e-6,
+    methods: Methods = None,
+    tol: Solved = 1e-6,
     accuracy: Annotated[
-        float | None,
-        typer.Option(help="Compare on the grid on which this accuracy is reached, as for solve.", show_default=False),
+        float | None, typer.Option(help="Compare on the grid that reaches this accuracy.", show_default=False)
     ] = None,
     time_budget: Annotated[
         float | None,
-        typer.Option(
-            help="In its place, on the grid that solve takes in so many seconds; other methods may take longer on it.",
-            show_default=False,
-        ),
+        typer.Option(help="Instead: on the grid of solve within so many seconds.", show_default=False),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Table (.csv), written after each method; rows already in it are not solved again."),
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture of error against time (.png, .pdf, .svg).")] = None,
-    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
-    workers: Annotated[int, typer.Option(help="Processes that solve scenes; the seconds then are of shared ones.")] = 1,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+    out: Table = None,
+    plot: Picture = None,
+    force: Force = False,
+    workers: Workers = 1,
+    as_json: AsJson = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
+    from varcontact.data.benchmark_scenes import standard_bank
     from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.picture_file import write_picture
     from varcontact.plotting.studies import plot_comparison
-    from varcontact.study.bank import standard_bank
-    from varcontact.study.compare import DEFAULT_METHODS
     from varcontact.study.compare import compare as compare_methods
-    from varcontact.study.store import as_json as table_as_json
-    from varcontact.study.tables import summary
+    from varcontact.study.comparison import summary
+    from varcontact.study.csv_table import as_json as table_as_json
+    from varcontact.study.methods import DEFAULT_METHODS
 
     files = scenes or []
     check_outputs(out, plot, files, force)
@@ -63,44 +46,26 @@ def compare(
     read = {name: read_scene(path) for name, path in by_name(files, set(known)).items()}
     described = {name: scene for name, (scene, _) in read.items()} | known
     if not described:
-        raise SceneError(
-            "scenes",
-            [],
-            "one file at least, or --bank",
-            message="no scenes to compare: name a scene file or give --bank",
-        )
-    chosen = DEFAULT_METHODS if methods is None else tuple(name for name in methods.split(",") if name.strip())
-    written = table_as_json if as_json else summary
+        message = "no scenes to compare: name a scene file or give --bank"
+        raise SceneError("scenes", [], "one file at least, or --bank", message=message)
+    chosen = DEFAULT_METHODS if methods is None else names_of(methods)
     options: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
     if accuracy is None and time_budget is None:
-        options = asked_in([settings for _, settings in read.values()])
-    options["workers"] = workers
-    try:
-        table = with_progress(
-            lambda progress: compare_methods(described, chosen, tol=tol, store=out, progress=progress, **options)
-        )
-    except Interrupted as stopped:
-        if len(stopped.partial):
-            show(written(stopped.partial))
-        stop(stopped, out, "--out FILE.csv", "methods")
-    show(written(table))
+        options = _accuracy_of_files([settings for _, settings in read.values()])
+    options |= {"tol": tol, "store": out, "workers": workers}
+    table = study(
+        lambda progress: compare_methods(described, chosen, progress=progress, **options),
+        table_as_json if as_json else summary,
+        out,
+        "--out FILE.csv",
+        "methods",
+    )
     if plot is not None:
         write_picture(plot_comparison(table), plot)
 
 
-def asked_in(settings: list[dict[str, Any]]) -> dict[str, Any]:
-    """The accuracy or the time that scene files ask for, which is one for all of them.
-
-    Parameters
-    ----------
-    settings : list of dict
-        Of each file.
-
-    Raises
-    ------
-    SceneError
-        If they ask for different ones.
-    """
+def _accuracy_of_files(settings: list[dict[str, Any]]) -> dict[str, Any]:
+    """The accuracy or the time limit of the scene files, which is the same in all of them."""
     names = ("accuracy", "time_budget")
     wanted = {tuple(each.get(name) for name in names) for each in settings}
     if len(wanted) > 1:
@@ -113,17 +78,10 @@ def asked_in(settings: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
-    """Scene files by the name of their scene: the file's own, or its path where that is not enough to tell them apart.
-
-    Parameters
-    ----------
-    files : list of Path
-    taken : set of str
-        Names of other scenes.
-    """
+    """Scene files by their names, or by their paths where these are not enough to tell them apart."""
     if len({path.resolve() for path in files}) < len(files):
-        given = " ".join(map(str, files))
-        raise SceneError("scenes", given, "each file once", message=f"scenes: a file is given twice in {given}")
+        paths = " ".join(map(str, files))
+        raise SceneError("scenes", paths, "each file once", message=f"scenes: a file is given twice in {paths}")
     stems = [path.stem for path in files]
     names = [path.stem if stems.count(path.stem) == 1 and path.stem not in taken else str(path) for path in files]
     if len({*names, *taken}) < len(names) + len(taken):

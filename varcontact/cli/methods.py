@@ -5,10 +5,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
-from varcontact.planning.choice import COUPLING_METHODS, FORMULATIONS
-from varcontact.planning.roads import ROADS
 from varcontact.solvers.registry import normal_methods, tangential_methods
-from varcontact.theories.methods import THEORIES
+from varcontact.solving.selection import COUPLING_METHODS, FORMULATIONS, PRESETS
+from varcontact.theories.on_grid import THEORIES
 
 
 def listed(kind: str, names: Iterable[str]) -> str:
@@ -18,7 +17,7 @@ def listed(kind: str, names: Iterable[str]) -> str:
 
 METHODS = "\b\n" + "\n".join(
     (
-        listed("Overall method", ROADS),
+        listed("Overall method", PRESETS),
         listed("Normal problem", ("auto", *normal_methods())),
         listed("Tangential problem", ("auto", *tangential_methods())),
         listed("Approximate theories of the tangential problem", THEORIES),

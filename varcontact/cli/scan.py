@@ -13,11 +13,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from varcontact.cli.app import app
-from varcontact.cli.methods import METHODS
-from varcontact.cli.terminal import FORCE, check_outputs, show
-from varcontact.cli.values import VALUES, values_of
-from varcontact.cli.workers import bar
+from varcontact.cli.options import (
+    Accuracy,
+    AsJson,
+    Certify,
+    Coupling,
+    Force,
+    Formulation,
+    MethodName,
+    Normal,
+    Picture,
+    SceneFile,
+    Spin,
+    Tangential,
+    TimeBudget,
+    Tol,
+    Vx,
+    Vy,
+    given,
+    values_of,
+)
+from varcontact.cli.terminal import check_outputs, progress_bar, show
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.scene.motion import Shift, Steady
 
@@ -26,53 +42,37 @@ if TYPE_CHECKING:
     from varcontact.scene.scene import Scene
 
 ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
-NOT_OF_A_SCAN = ("start", "refine")
-"""Entries of [solve] that a scan has no use for."""
+PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
+ROUNDING = 1e-13
+"""Relative size of the rounding error of sums of tractions that cancel."""
 
 
-@app.command(
-    short_help="Solve a scene for many creepages.",
-    epilog=f"{METHODS}\n\nExample: varcontact scan scene.toml --vx 0:5e-3:11 --out curve.csv --plot curve.png",
-)
 def scan(
-    scene: Annotated[Path, typer.Argument(help="The scene, a TOML file (docs/scenes.md).", show_default=False)],
-    vx: Annotated[
-        str | None, typer.Option(help=f"Longitudinal creepage, of a shift ux: {VALUES}", show_default=False)
-    ] = None,
-    vy: Annotated[str | None, typer.Option(help="Lateral creepage, of a shift uy.", show_default=False)] = None,
-    spin: Annotated[str | None, typer.Option(help="Spin, of a shift the rotation.", show_default=False)] = None,
+    scene: SceneFile,
+    vx: Vx = None,
+    vy: Vy = None,
+    spin: Spin = None,
     creepages: Annotated[
-        Path | None,
-        typer.Option(help="In their place, a table (.csv): three numbers a line, with or without a heading."),
+        Path | None, typer.Option(help="Instead, a table (.csv): three numbers a line, with or without a heading.")
     ] = None,
-    method: Annotated[str | None, typer.Option(help="The overall method, as for solve.")] = None,
-    normal: Annotated[str | None, typer.Option(help="Normal problem, as for solve.")] = None,
-    tangential: Annotated[str | None, typer.Option(help="Tangential problem, as for solve.")] = None,
-    coupling: Annotated[str | None, typer.Option(help="Coupling for unlike bodies, as for solve.")] = None,
-    formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, as for solve.")] = None,
-    tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
-    certify: Annotated[
-        str | None,
-        typer.Option(help="The certificate: full (with bounds on forces), gap, none, auto.  [default: gap]"),
-    ] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option(help="Largest error of each against the continuum, as for solve.", show_default=False),
-    ] = None,
-    time_budget: Annotated[
-        float | None, typer.Option(help="Instead of --accuracy, seconds for each of them.", show_default=False)
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the table to this file (.csv).")] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Write the curve of forces to this file (.png, .pdf, .svg).")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+    method: MethodName = None,
+    normal: Normal = None,
+    tangential: Tangential = None,
+    coupling: Coupling = None,
+    formulation: Formulation = None,
+    tol: Tol = None,
+    certify: Certify = None,
+    accuracy: Accuracy = None,
+    time_budget: TimeBudget = None,
+    out: Annotated[Path | None, typer.Option(help="Table (.csv).")] = None,
+    plot: Picture = None,
+    force: Force = False,
+    as_json: AsJson = False,
 ) -> None:
     """Solve one scene for many creepages, each with a certificate.
 
-    What is not given of vx, vy and spin is the scene's own. The first failure ends the scan; what was solved before it
-    is printed and written. Several methods side by side, and fast theories, are `curve`; other entries, `sweep`.
+    Creepages that are not given are taken from the scene. The first failure ends the scan; what was solved before is
+    printed and written. See also `curve` (several methods, fast theories) and `sweep` (other entries).
     """
     from varcontact.io.scene_toml import read_scene
     from varcontact.study.scan import scanned
@@ -83,22 +83,20 @@ def scan(
     if out is not None:
         check_replaceable("--out", out, "table", _is_ours, force)
     described, options = read_scene(scene)
-    for name in NOT_OF_A_SCAN:
+    for name in ("start", "refine"):
         if name in options:
             raise SceneError(f"solve.{name}", options[name], f"left out: a scan has no {name}")
-    given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "tol": tol, "certify": certify}
-    given |= {"accuracy": accuracy, "time_budget": time_budget}
-    options |= {name: value for name, value in given.items() if value is not None}
-    triples = _triples(described, {"vx": vx, "vy": vy, "spin": spin}, creepages)
+    options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
+    options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
+    triples = _triples(described, given(vx=vx, vy=vy, spin=spin), creepages)
     found: list[Solution] = []
     try:
-        with bar() as progress:
-            begun = time.monotonic()
+        with progress_bar() as progress:
+            started = time.monotonic()
             for solution in scanned(described, triples, **options):
                 found.append(solution)
                 if progress is not None:
-                    left = (time.monotonic() - begun) / len(found) * (len(triples) - len(found))
+                    left = (time.monotonic() - started) / len(found) * (len(triples) - len(found))
                     progress(Standing(len(found), len(triples), 0, left))
     except (VarcontactError, KeyboardInterrupt):
         if found:
@@ -107,20 +105,21 @@ def scan(
     _deliver(found, out, plot, as_json)
 
 
-def _triples(scene: Scene, given: dict[str, str | None], table: Path | None) -> np.ndarray:
+def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.ndarray:
     """One row of creepages for each solution, from options or from a table."""
-    values = {name: values_of(f"--{name}", text) for name, text in given.items() if text is not None}
+    values = {name: values_of(f"--{name}", text) for name, text in ranges.items()}
     if table is not None:
         if values:
             raise SceneError("--creepages", table, "left out where --vx, --vy or --spin are given")
         return _table_of_triples(table)
     own = scene.motion.rigid if isinstance(scene.motion, Steady | Shift) else (0.0, 0.0, 0.0)
-    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(given, own, strict=True)]
+    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(ROLLING, own, strict=True)]
     lengths = {len(column) for column in columns if len(column) > 1}
     if not values or len(lengths) > 1:
         shapes = ", ".join(f"--{name} {np.size(each)}" for name, each in values.items())
-        message = f"give a range or a list of values, and others of as many values or one, not {shapes or 'none'}"
-        raise SceneError("--vx, --vy, --spin", shapes, message=f"--vx, --vy, --spin: {message}")
+        message = "give a range or a list of values for at least one; further ranges must have the same length"
+        message = f"--vx, --vy, --spin: {message}; given: {shapes or 'none'}"
+        raise SceneError("--vx, --vy, --spin", shapes, message=message)
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
@@ -158,18 +157,21 @@ def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json
         show(json.dumps(rows, indent=2, allow_nan=False) if as_json else _table(found, rows))
     finally:  # what was computed is not lost with its reader
         if out is not None:
-            write_whole("--out", out, _csv(rows))
+            text = io.StringIO()
+            table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+            write_whole("--out", out, text.getvalue().encode())
         if plot is not None:
             write_picture(plot_curve(found), plot)
 
 
 def _row(solution: Solution) -> dict[str, Any]:
     """The figures of a solution, under the names of its motion; None where nothing is known."""
-    from varcontact.results.solution import known
+    from varcontact.results.report import known
 
     assert solution.motion is not None
     names = ROLLING if solution.motion.rolls else SHIFTING
-    bounds = zip(("Fx_bound", "Fy_bound", "Mz_bound"), solution.certificate.force_bound, strict=True)
     figures = {
         **dict(zip(names, solution.creepage, strict=True)),
         "Fx": solution.force[0],
@@ -178,7 +180,7 @@ def _row(solution: Solution) -> dict[str, Any]:
         "normal_force": solution.normal_force,
         "approach": solution.approach,
         "residual": solution.certificate.residual,
-        **dict(bounds),
+        **dict(zip(("Fx_bound", "Fy_bound", "Mz_bound"), solution.certificate.force_bound, strict=True)),
     }
     if solution.error_estimate is not None:
         bars = solution.error_estimate.bars
@@ -186,14 +188,9 @@ def _row(solution: Solution) -> dict[str, Any]:
     return {**{name: known(value) for name, value in figures.items()}, **solution.elements}
 
 
-PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
-ROUNDING = 1e-13
-"""Of the normal force: what sums of tractions that cancel leave."""
-
-
 def _table(found: list[Solution], rows: list[dict[str, Any]]) -> str:
     """The rows for people: what changes and what comes out."""
-    from varcontact.study.tables import columns_of_text
+    from varcontact.study.csv_table import columns_of_text
 
     names = [*list(rows[0])[:3], *PRINTED]
     cells = [
@@ -216,14 +213,6 @@ def _cell(name: str, value: float | None, bar: float | None, solution: Solution)
     arm = math.sqrt(solution.areas["contact"]) if name == "Mz" else 1.0
     rounded = name in ("Fx", "Fy", "Mz") and abs(value) < ROUNDING * solution.normal_force * arm
     return with_bar(0.0 if rounded else value, bar or 0.0)
-
-
-def _csv(rows: list[dict[str, Any]]) -> bytes:
-    text = io.StringIO()
-    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    table.writeheader()
-    table.writerows(rows)
-    return text.getvalue().encode()
 
 
 def _is_ours(path: Path) -> bool:

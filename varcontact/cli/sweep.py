@@ -4,64 +4,60 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varcontact.cli.app import app
-from varcontact.cli.methods import METHODS
-from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, show, stop
-from varcontact.cli.workers import bar, cluster
+from varcontact.cli.options import (
+    Accuracy,
+    AsJson,
+    Certify,
+    Coupling,
+    Dask,
+    Formulation,
+    MethodName,
+    Normal,
+    Tangential,
+    TimeBudget,
+    Tol,
+    Workers,
+    given,
+)
+from varcontact.cli.terminal import NOT_SOLVED, check_outputs, cluster, fail, progress_bar, show, stop
 from varcontact.errors import Interrupted, SceneError, WorkersLost
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
 TAKEN = (
     "normal", "tangential", "coupling", "formulation", "method", "tol", "polish", "certify", "accuracy", "time_budget"
 )  # fmt: skip
-"""Entries of ``[solve]`` that a sweep has too."""
+"""Entries of ``[solve]`` that a sweep accepts."""
 SHOWN = 40
 """Scenes that are printed; the store has all of them."""
 PRINTED = ("outcome", "Fx", "Fy", "Mz", "residual")
 
 
-@app.command(
-    short_help="Solve a scene for many values of its entries.",
-    epilog=f"{METHODS}\n\nExample: varcontact sweep sweep.toml --workers 2 --out sweep.nc",
-)
 def sweep(
     scene: Annotated[
-        Path, typer.Argument(help="A scene file with a table [over] of values (docs/sweeps.md).", show_default=False)
+        Path, typer.Argument(help="Scene file with a table [over] of values (docs/sweeps.md).", show_default=False)
     ],
-    workers: Annotated[int, typer.Option(help="Processes that solve scenes.")] = 1,
-    dask: Annotated[
-        str | None, typer.Option(help="Address of a dask scheduler whose workers solve them, as tcp://host:8786.")
-    ] = None,
-    method: Annotated[str | None, typer.Option(help="The overall method, as for solve.")] = None,
-    normal: Annotated[str | None, typer.Option(help="Normal problem, as for solve.")] = None,
-    tangential: Annotated[str | None, typer.Option(help="Tangential problem, as for solve.")] = None,
-    coupling: Annotated[str | None, typer.Option(help="Coupling for unlike bodies, as for solve.")] = None,
-    formulation: Annotated[str | None, typer.Option(help="Formulation of the programs, as for solve.")] = None,
-    tol: Annotated[float | None, typer.Option(help="Required natural-map residual.  [default: 1e-8]")] = None,
-    certify: Annotated[
-        str | None,
-        typer.Option(help="The certificate: full (with bounds on forces), gap, none, auto.  [default: gap]"),
-    ] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option(help="Largest error of each against the continuum, as for solve.", show_default=False),
-    ] = None,
-    time_budget: Annotated[
-        float | None, typer.Option(help="Instead of --accuracy, seconds for each of them.", show_default=False)
-    ] = None,
+    workers: Workers = 1,
+    dask: Dask = None,
+    method: MethodName = None,
+    normal: Normal = None,
+    tangential: Tangential = None,
+    coupling: Coupling = None,
+    formulation: Formulation = None,
+    tol: Tol = None,
+    certify: Certify = None,
+    accuracy: Accuracy = None,
+    time_budget: TimeBudget = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
     out: Annotated[
-        Path | None,
-        typer.Option(help="Store (.nc), written as results come; scenes already in it are not solved again."),
+        Path | None, typer.Option(help="Store (.nc), written as results come; scenes in it are not solved again.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Solve a scene for all combinations of values, in several processes or on a cluster."""
     from varcontact.io.scene_toml import read_sweep_scene
@@ -74,12 +70,10 @@ def sweep(
     for name, value in options.items():
         if name not in TAKEN:
             raise SceneError(f"solve.{name}", value, f"left out: of [solve] a sweep takes {', '.join(TAKEN)}")
-    given: dict[str, Any] = {"method": method, "normal": normal, "tangential": tangential, "coupling": coupling}
-    given |= {"formulation": formulation, "tol": tol, "certify": certify}
-    given |= {"accuracy": accuracy, "time_budget": time_budget}
-    options |= {name: value for name, value in given.items() if value is not None}
+    options |= given(method=method, normal=normal, tangential=tangential, coupling=coupling, formulation=formulation)
+    options |= given(tol=tol, certify=certify, accuracy=accuracy, time_budget=time_budget)
     try:
-        with cluster(dask, workers) as executor, bar() as progress:
+        with cluster(dask, workers) as executor, progress_bar() as progress:
             options |= {"chunk": chunk, "workers": workers, "store": out, "progress": progress, "executor": executor}
             swept = sweep_over(described, over, **options)
     except Interrupted as stopped:
@@ -89,37 +83,26 @@ def sweep(
         if out is not None:
             kept = f"finished scenes are kept in {out}, and the same command resumes from there"
         fail(f"{lost}; {kept}", NOT_SOLVED)
-    show(_json(swept) if as_json else _report(swept))
+    show(_written(swept, as_json))
 
 
-def _table(swept: xr.Dataset) -> pd.DataFrame:
-    """A row for each scene: what varies, and what came out."""
-    return swept.to_dataframe().reset_index() if swept.dims else swept.expand_dims("scene").to_dataframe()
+def _written(swept: xr.Dataset, as_json: bool) -> str:
+    """All scenes as JSON; or the first as a table, the number of each outcome, and the reasons of failures."""
+    from varcontact.study.csv_table import columns_of_text, plain_rows
 
-
-def _json(swept: xr.Dataset) -> str:
-    from varcontact.study.store import plain_rows
-
-    return json.dumps(plain_rows(_table(swept)), indent=2, allow_nan=False)
-
-
-def _report(swept: xr.Dataset) -> str:
-    """The first scenes as a table, how many came to what, and why those that failed did."""
-    from varcontact.study.tables import columns_of_text
-
-    table, names = _table(swept), list(swept.dims)
-    counts = table["outcome"].value_counts()
-    words = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
-    rows = table.head(SHOWN).to_dict("records")
-    lines = [[*map(str, names), *PRINTED]]
-    lines += [[_cell(row[name], row.get(f"{name}_error")) for name in (*names, *PRINTED)] for row in rows]
+    table = swept.to_dataframe().reset_index() if swept.dims else swept.expand_dims("scene").to_dataframe()
+    if as_json:
+        return json.dumps(plain_rows(table), indent=2, allow_nan=False)
+    names = [*map(str, swept.dims), *PRINTED]
+    words = ", ".join(f"{count} {outcome}" for outcome, count in table["outcome"].value_counts().items())
+    lines = [[_cell(row[name], row.get(f"{name}_error")) for name in names] for row in table[:SHOWN].to_dict("records")]
     more = [f"... and {len(table) - SHOWN} more"] if len(table) > SHOWN else []
     failed = table[table["reason"] != ""].groupby("reason", sort=False).size()
     reasons = [f"{count} because: {reason}" for reason, count in failed.items()]
-    return "\n".join([f"{len(table)} scenes: {words}", *columns_of_text(lines, left=0), *more, *reasons])
+    return "\n".join([f"{len(table)} scenes: {words}", *columns_of_text([names, *lines], left=0), *more, *reasons])
 
 
-def _cell(value: Any, bar: float | None) -> str:
+def _cell(value: object, bar: float | None) -> str:
     from varcontact.results.report import with_bar
 
     if isinstance(value, float):

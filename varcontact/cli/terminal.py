@@ -1,50 +1,37 @@
-"""What commands share: standard output, progress, files to be written, the way out."""
+"""Standard output, progress, files to be written, clusters, and exit statuses."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
-from varcontact.errors import Interrupted, OutputError
+from varcontact.errors import Interrupted, OutputError, SceneError
 
 BAD_INPUT, NOT_SOLVED, INTERRUPTED = 2, 3, 130
-FORCE = "Replace files that varcontact did not write; a table or a history is only ever added to."
 
 
 def show(text: str) -> None:
-    """Print on standard output, whatever letters the terminal has, and whether or not somebody still reads.
-
-    Parameters
-    ----------
-    text : str
-
-    Raises
-    ------
-    OutputError
-        If standard output cannot be written.
-    """
+    """Print on standard output, in any encoding; a closed pipe is no error."""
     try:
         try:
             print(text, flush=True)
         except UnicodeEncodeError:  # a terminal that does not have the letters of a unit
             encoding = sys.stdout.encoding
             print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
-    except BrokenPipeError:  # the reader has gone: nothing wrong, and nothing more to say
+    except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         raise OutputError("standard output", "", f"cannot be written ({error.strerror})") from None
 
 
-def with_progress(work: Any) -> Any:
-    """Run with the name of the stage on standard error, where that is a terminal; solvers print there, too.
+def with_progress(work: Callable[[Any], Any]) -> Any:
+    """Call `work` with a function that shows the stage on standard error, if that is a terminal, or None.
 
-    Parameters
-    ----------
-    work : callable
-        Takes a function that is told the stage, or None, and returns the result.
+    What solvers print goes to standard error, too.
     """
     from rich.console import Console
 
@@ -56,6 +43,58 @@ def with_progress(work: Any) -> Any:
             return work(status.update)
 
 
+@contextlib.contextmanager
+def progress_bar() -> Iterator[Any]:
+    """A function that shows a `Standing` as a bar on standard error, if that is a terminal, or None."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    console = Console(stderr=True)
+    with contextlib.redirect_stdout(sys.stderr):
+        if not console.is_terminal:
+            yield None
+            return
+        with Progress(BarColumn(), TextColumn("{task.description}"), console=console, transient=True) as bar:
+            task = bar.add_task("")
+            yield lambda standing: bar.update(
+                task, total=standing.of, completed=standing.done, description=str(standing)
+            )
+
+
+def study(work: Callable[[Any], Any], written: Callable[[Any], str], store: Path | None, option: str, what: str) -> Any:
+    """Run a study with its progress, and print its result; after Ctrl-C what is finished, and how to resume."""
+    try:
+        result = with_progress(work)
+    except Interrupted as stopped:
+        if len(getattr(stopped.partial, "runs", stopped.partial)):
+            show(written(stopped.partial))
+        stop(stopped, store, option, what)
+    show(written(result))
+    return result
+
+
+@contextlib.contextmanager
+def cluster(address: str | None, workers: int) -> Iterator[Any]:
+    """The executor of a dask cluster by the address of its scheduler; None without an address."""
+    if address is None:
+        yield None
+        return
+    if workers != 1:
+        raise SceneError("--workers", workers, "left out: the cluster of --dask has its own")
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        message = '--dask needs a package that is not installed: pip install "varcontact[dask]"'
+        raise SceneError("--dask", address, "left out", message=message) from None
+    try:
+        client = Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError) as error:
+        words = str(error).splitlines()[0]
+        raise SceneError("--dask", address, f"the address of a running scheduler ({words})") from None
+    with client:
+        yield client.get_executor()
+
+
 def check_outputs(
     out: Path | None,
     plot: Path | None,
@@ -64,26 +103,7 @@ def check_outputs(
     ending: str | tuple[str, ...] = ".csv",
     name_of_out: str = "--out",
 ) -> None:
-    """Refuse files that could not, or must not, be written, before any work is done for them.
-
-    Parameters
-    ----------
-    out, plot : Path, optional
-        Results and picture.
-    inputs : list of Path
-        Files that are read, and must not be overwritten.
-    force : bool
-        Whether files of others may be replaced.
-    ending : str or tuple of str, optional
-        The suffix `out` has to have, or those of a solution.
-    name_of_out : str, optional
-        The option that names `out`.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot, or must not, be written.
-    """
+    """Refuse files that cannot, or must not, be written; `ending` has the suffixes that `out` may have."""
     from varcontact.plotting.picture_file import check_picture
     from varcontact.system.files import check_ending, check_one_of_endings, check_writable
 
@@ -98,18 +118,7 @@ def check_outputs(
 
 
 def stop(stopped: Interrupted, store: Path | None, option: str, what: str) -> NoReturn:
-    """After Ctrl-C: say what is kept and how to go on, and leave.
-
-    Parameters
-    ----------
-    stopped : Interrupted
-    store : Path, optional
-        The file that keeps what is finished.
-    option : str
-        The option that would have named such a file.
-    what : str
-        What is finished one by one, in the plural.
-    """
+    """After Ctrl-C: say what is kept, or which option keeps it, and leave."""
     if store is None:
         kept = f"nothing is kept; with {option}, finished {what} are kept and the same command resumes from there"
     elif store.exists():
@@ -120,13 +129,6 @@ def stop(stopped: Interrupted, store: Path | None, option: str, what: str) -> No
 
 
 def fail(error: object, status: int) -> NoReturn:
-    """Say what went wrong on standard error, and leave.
-
-    Parameters
-    ----------
-    error : object
-    status : int
-        The exit status.
-    """
+    """Print an error on standard error, and leave with an exit status."""
     print(f"varcontact: {error}", file=sys.stderr)
     raise SystemExit(status)

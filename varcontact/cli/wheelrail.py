@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varcontact.cli.app import app
-from varcontact.cli.terminal import FORCE, NOT_SOLVED, check_outputs, fail, show, stop, with_progress
-from varcontact.errors import Interrupted, SceneError
+from varcontact.cli.options import Accuracy, AsJson, Force, Refine, Table, TimeBudget, given
+from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, study
+from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,24 +36,14 @@ PRINTED = (
 )
 
 
-@app.command(
-    short_help="Solve a wheel on a rail, from profiles, position and load.",
-    epilog="Example: varcontact wheelrail case.toml --out table.csv --plot wheel.png",
-)
 def wheelrail(
     case: Annotated[
         Path,
-        typer.Argument(
-            help="A case file (docs/wheel_rail.md), of one position or several; or an input file of CONTACT (.inp).",
-            show_default=False,
-        ),
+        typer.Argument(help="Case (TOML, docs/wheel_rail.md) or CONTACT's input file (.inp).", show_default=False),
     ],
-    out: Annotated[
-        Path | None, typer.Option(help="Table (.csv), written after each wheel; wheels in it are not solved again.")
-    ] = None,
+    out: Table = None,
     plot: Annotated[
-        Path | None,
-        typer.Option(help="Picture (.png, .pdf, .svg): of one wheel its patches, else what varies over the positions."),
+        Path | None, typer.Option(help="Picture (.png, .pdf, .svg): the patches of a wheel, or curves over positions.")
     ] = None,
     plot_wear: Annotated[
         Path | None, typer.Option(help="Picture of friction power and depth of wear, of one wheel.")
@@ -61,25 +51,14 @@ def wheelrail(
     tangential: Annotated[
         str | None, typer.Option(help="Tangential method, or a theory on an ellipse for each patch.  [default: auto]")
     ] = None,
-    refine: Annotated[
-        str | None, typer.Option(help="Correct towards the continuum, of like bodies: continuum.  [default: none]")
-    ] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option(
-            help="Largest error against the continuum, by the friction limit; the grids are then chosen.",
-            show_default=False,
-        ),
-    ] = None,
-    time_budget: Annotated[
-        float | None,
-        typer.Option(help="Instead of --accuracy: seconds for each wheel.", show_default=False),
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help=FORCE)] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON array instead of the table.")] = False,
+    refine: Refine = None,
+    accuracy: Accuracy = None,
+    time_budget: TimeBudget = None,
+    force: Force = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
-    from varcontact.study.store import as_json as table_as_json
+    from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.wheel_rail.case_file import CaseFile, read_case
     from varcontact.wheel_rail.contact_input import read_contact_input
     from varcontact.wheel_rail.series import solve_cases
@@ -91,19 +70,17 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
-    given = {"tangential": tangential, "refine": refine, "accuracy": accuracy, "time_budget": time_budget}
-    read.options.update({name: value for name, value in given.items() if value is not None})
+    read.options.update(given(tangential=tangential, refine=refine, accuracy=accuracy, time_budget=time_budget))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
-    written = table_as_json if as_json else _report
     found: deque[WheelRailSolution] = deque(maxlen=1)
-    try:
-        table = with_progress(lambda progress: solve_cases(read, out, progress, found.append))
-    except Interrupted as stopped:
-        if len(stopped.partial):
-            show(written(stopped.partial))
-        stop(stopped, out, "--out FILE.csv", "wheels")
-    show(written(table))
+    table = study(
+        lambda progress: solve_cases(read, out, progress, found.append),
+        table_as_json if as_json else _report,
+        out,
+        "--out FILE.csv",
+        "wheels",
+    )
     _draw(read, table, found, plot, plot_wear)
     failed = int((table["outcome"] != "solved").sum())
     if failed:
@@ -131,7 +108,7 @@ def _draw(
 
 def _report(table: pd.DataFrame) -> str:
     """The patches, and what is wrong with those wheels where something is."""
-    from varcontact.study.tables import columns_of_text
+    from varcontact.study.csv_table import columns_of_text
 
     solved = table[table["outcome"] == "solved"]
     cells = [[_cell(row[name], row.get(f"error_{name}")) for name in PRINTED] for row in solved.to_dict("records")]

@@ -115,13 +115,7 @@ class Certificate:
         return self._known_bounds.pressure_part
 
     def plain(self) -> dict[str, float | str | list[float]]:
-        """All of it as plain data, the bounds among it; what a file keeps.
-
-        Returns
-        -------
-        dict
-            By name: numbers, the level, and two lists of three.
-        """
+        """Numbers, the level, and the bounds as two lists of three, by name: what a file keeps."""
         return {
             "gap": self.gap,
             "relative_gap": self.relative_gap,

@@ -45,19 +45,14 @@ def common_grid(scene: Scene, grids: list[Grid]) -> Grid:
     spec, margin = _spec(scene), given_grid(scene).margin
     if len(grids) == 1 and spec.margin == margin:
         return grids[0]
-    boxes = np.array([_inner_box(grid, margin) for grid in grids])
+    rows = 0 if spec.line else margin
+    boxes = np.array([grid.window(margin, grid.nx - margin, rows, grid.rows - rows).box for grid in grids])
     left, bottom = boxes[:, [0, 2]].min(axis=0)
     right, top = boxes[:, [1, 3]].max(axis=0)
     grid = spec.spread((float(left), float(right), float(bottom), float(top)))
     for surface in scene.surfaces:
         grid = within(grid, surface)
     return grid
-
-
-def _inner_box(grid: Grid, margin: int) -> Box:
-    """A grid's box without its margin."""
-    rows = 0 if grid.line else margin
-    return grid.window(margin, grid.nx - margin, rows, grid.rows - rows).box
 
 
 def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = False) -> Grid | None:

@@ -44,7 +44,7 @@ def force_bound(problem: TangentialProblem, traction: np.ndarray, rigid: np.ndar
 
 
 def outputs_of(problem: TangentialProblem) -> np.ndarray:
-    """What Fx, Fy and Mz count of each traction component: nothing, where it cannot contribute."""
+    """What Fx, Fy and Mz count of each traction component, (3, c, n), without the area of an element."""
     x, y = problem.points
     one, zero = np.ones(problem.size), np.zeros(problem.size)
     return np.array([[one, zero], [zero, one], [-y, x]])[:, list(problem.directions)]
@@ -115,7 +115,11 @@ def _rounding(operator: RestrictedOperator, field: np.ndarray, known: np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class PressureError:
-    """How far a pressure is from the exact one of the discrete normal problem, dimensionless."""
+    """How far a pressure is from the exact one of the discrete normal problem, dimensionless.
+
+    The size bounds the Euclidean norm of ``p - p*``. Possible are the elements with pressure, and those where the
+    exact one may have some.
+    """
 
     size: float
     possible: np.ndarray

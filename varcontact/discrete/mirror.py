@@ -16,7 +16,10 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class FoldedOperator(RestrictedOperator):
-    """An operator on half of its elements, whose mirror images have the same tractions but for a sign."""
+    """An operator on half of its elements, whose mirror images have the same tractions but for a sign.
+
+    The signs are of the images' tractions: (1, -1) is a mirror, (-1, 1) a mirror and a change of direction.
+    """
 
     images: np.ndarray
     signs: tuple[float, float]
@@ -29,7 +32,7 @@ class FoldedOperator(RestrictedOperator):
         return own
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product by FFT."""
+        """Displacements (2, n) by tractions (2, n), both on one side."""
         ny, nx = self.grid_operator.shape
         field = np.zeros((2, ny * nx))
         field[:, self.elements] = tractions
@@ -40,7 +43,7 @@ class FoldedOperator(RestrictedOperator):
 
 @dataclass(frozen=True, eq=False)
 class Mirror:
-    """How a problem is its own mirror image."""
+    """How a problem is its own mirror image: places of the elements on one side of the line, and of their images."""
 
     half: np.ndarray
     images: np.ndarray
@@ -111,7 +114,6 @@ def mirror(
 
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
-    """The mirror of a problem that is posed."""
-    operator = problem.operator
-    columns = operator.grid_operator.shape[1]
-    return mirror(operator.elements, columns, problem.rigid_shift, problem.bound, problem.force)
+    """The mirror of a tangential problem, or None."""
+    columns = problem.operator.grid_operator.shape[1]
+    return mirror(problem.operator.elements, columns, problem.rigid_shift, problem.bound, problem.force)

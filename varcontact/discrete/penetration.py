@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,8 +11,7 @@ from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.subgrid import as_solved
-from varcontact.elasticity.halfspace import influence_numbers
-from varcontact.elasticity.plane_strain import strip_influence_numbers
+from varcontact.elasticity.operators import element_influence
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -31,19 +29,15 @@ def outside(disc: Discretisation, state: ContactState, closed_form: bool = False
     at all samples that lie outside, where a sampled distance has its own coordinates. Where the pressure was solved for
     on parts of the elements, the next parts are looked at.
     """
-    lattice, solved = _as_solved(disc, state)
-    found = _beyond(lattice, solved, closed_form)
-    if found is None and lattice is not disc:
-        found = _where_nothing_is_known(lattice, solved)
-    return _overlapping_samples(disc, state) if found is None else found
-
-
-def _as_solved(disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
-    """The same on parts of the elements, where the pressure was solved for on these."""
     if disc.subgrid is None:
-        return disc, state
-    parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
-    return parts, replace(unloaded(parts.grid), pressure=pressure, approach=approach)
+        found = _beyond(disc, state, closed_form)
+    else:
+        parts, pressure, approach = as_solved(disc, state.pressure, state.approach)
+        solved = replace(unloaded(parts.grid), pressure=pressure, approach=approach)
+        found = _beyond(parts, solved, closed_form)
+        if found is None:
+            found = _where_nothing_is_known(parts, solved)
+    return _overlapping_samples(disc, state) if found is None else found
 
 
 def _where_nothing_is_known(disc: Discretisation, state: ContactState) -> Box | None:
@@ -148,14 +142,10 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Normal displacement difference at points."""
     (centre_x, centre_y), tractions = _loaded(disc, state)
-    (dx, dy), K = disc.lattice.sides, disc.K
+    own, K = disc.operators, disc.K
     loads = {"zz": tractions[2]} if K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
-    constants: dict[str, Any] = {"nu": disc.operators.nu, "K": K, "components": loads}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
-    if disc.line:
-        numbers = strip_influence_numbers(from_x, dx, depth=disc.operators.depth, **constants)
-    else:
-        numbers = influence_numbers(from_x, from_y, dx, dy, **constants)
+    numbers = element_influence(disc.lattice, from_x, from_y, loads, nu=own.nu, K=K, depth=own.depth)
     return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
 
 

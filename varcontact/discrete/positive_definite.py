@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, RestrictedOperator
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator, spectrum_of
 
 DENSE_LIMIT = 400
 """Elements up to which S is factored: with more, conjugate gradients by FFT are faster, ten times so at 1000."""
@@ -30,19 +29,6 @@ SLACK = 1e-3
 
 MAX_ITERATIONS = 1000
 SEED = 0
-
-
-class PositiveDefinite(Protocol):
-    """A symmetric part that was found to be positive definite."""
-
-    @property
-    def least(self) -> float:
-        """A lower bound on its least eigenvalue."""
-        ...
-
-    def energies(self, right: np.ndarray) -> np.ndarray:
-        """Upper bounds on ``b'S^-1 b``."""
-        ...
 
 
 def positive_definite(operator: RestrictedOperator, dense_limit: int | None = None) -> PositiveDefinite | None:
@@ -68,10 +54,10 @@ def _transposed(operator: GridOperator) -> np.ndarray:
 
 def norm(operator: GridOperator) -> float:
     """An upper bound on the 2-norm of a grid operator, on any of its elements: of its symbol on the periodic box."""
-    from scipy import fft
+    from scipy.fft import next_fast_len
 
-    rows, columns = (fft.next_fast_len(size, real=True) for size in operator.table.shape[2:])
-    symbol = fft.rfft2(operator.table, (rows, columns))
+    rows, columns = (next_fast_len(size, real=True) for size in operator.table.shape[2:])
+    symbol = spectrum_of(operator.table, (rows, columns))
     return float(np.sqrt(np.sum(np.abs(symbol) ** 2, axis=(0, 1)).max()))
 
 
@@ -91,6 +77,7 @@ class _Factored:
         return float(1 / (sizes.sum(axis=0).max() * sizes.sum(axis=1).max()))
 
     def energies(self, right: np.ndarray) -> np.ndarray:
+        """``b'S^-1 b`` of several b (k, c, n)."""
         return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
 
 
@@ -129,6 +116,7 @@ class _Iterated:
     least: float
 
     def energies(self, right: np.ndarray) -> np.ndarray:
+        """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
         return np.array([self._energy(b) for b in right])
 
     def _energy(self, right: np.ndarray) -> float:
@@ -143,6 +131,10 @@ class _Iterated:
         residual = right - self.symmetric.apply(run.solution)
         open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
         return float(np.sum(run.solution * (right + residual)) + open_)
+
+
+PositiveDefinite = _Factored | _Iterated
+"""A symmetric part: `least` is a lower bound on its least eigenvalue, `energies` are upper bounds on ``b'S^-1 b``."""
 
 
 def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:

@@ -1,4 +1,4 @@
-"""The two problems that solvers meet, dimensionless; what solvers are told, and what they return."""
+"""The two problems that solvers meet, and what they return; all is dimensionless."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from varcontact.elasticity.operators import RestrictedOperator
 
 @dataclass(frozen=True, eq=False)
 class NormalProblem:
-    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact.
+    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact of n elements.
 
     Attributes
     ----------
@@ -43,16 +43,13 @@ class NormalProblem:
             assert self.force is not None
             highest = self.distance.min() + self.operator.diagonal * self.force / self.area
         inside = self.distance < highest
-        return replace(
-            self,
-            operator=self.operator.grid_operator.on(self.operator.elements[inside]),
-            distance=self.distance[inside],
-        )
+        operator = self.operator.grid_operator.on(self.operator.elements[inside])
+        return replace(self, operator=operator, distance=self.distance[inside])
 
 
 @dataclass(frozen=True, eq=False)
 class TangentialProblem:
-    """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on the contact.
+    """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on n elements in contact.
 
     Tractions have c components: two, or one where elasticity does not couple them and nothing moves along the other.
 
@@ -71,9 +68,9 @@ class TangentialProblem:
     force : tuple of c (float or None)
         Prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown.
     symmetric : bool
-        Whether M is symmetric (a shift, or one step of a march).
+        Whether M is symmetric (a shift, or one step of a history).
     instant : RestrictedOperator, optional
-        A of steady rolling, for a march; then ``A - M`` is C.
+        A of steady rolling, for time stepping; then ``A - M`` is C.
     directions : tuple of c int
         Which direction (0: x, 1: y) each component has.
     """
@@ -122,59 +119,21 @@ class TangentialProblem:
 
         It always is in a shift. In steady rolling it was in every mesh measured (docs/theory.md) with steps of 0.7
         elements or more; with shorter ones it may not be, the less so the larger nu, the longer the elements along
-        x, and the more of them there are. No dense matrix is needed for many elements.
+        x, and the more of them there are.
         """
         return self.symmetric_part is not None
 
-    def shift(self, traction: np.ndarray, free_shift: np.ndarray) -> np.ndarray:
-        """Local shift E = W + M p, by FFT.
-
-        Parameters
-        ----------
-        traction : ndarray, shape (c, n)
-            p, dimensionless.
-        free_shift : ndarray, shape (c,)
-            The unknown part of W, dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (c, n)
-        """
-        return self.operator.apply(traction) + self.rigid_shift + free_shift[:, None]
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        """Local shift E = W + M p of tractions (c, n), with the unknown part (c,) of W."""
+        return self.operator.apply(traction) + self.rigid_shift + rigid[:, None]
 
     def of_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What of tractions and rigid shifts is of this problem.
-
-        Parameters
-        ----------
-        traction : ndarray, shape (2, ny, nx)
-            Dimensionless.
-        rigid : ndarray, shape (2,)
-            Dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (c, n)
-        ndarray, shape (c,)
-        """
+        """Tractions (c, n) and rigid shifts (c,) of the problem, from those (2, ny, nx) and (2,) of the grid."""
         chosen = list(self.directions)
         return traction.reshape(2, -1)[chosen][:, self.operator.elements], rigid[chosen]
 
     def on_grid(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions and rigid shifts on the whole grid, zero elsewhere and in other directions.
-
-        Parameters
-        ----------
-        traction : ndarray, shape (c, n)
-            Dimensionless.
-        rigid : ndarray, shape (c,)
-            Dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (2, ny, nx)
-        ndarray, shape (2,)
-        """
+        """The reverse of `of_grid`: zero elsewhere and in other directions."""
         ny, nx = self.operator.grid_operator.shape
         field, shifts, chosen = np.zeros((2, ny * nx)), np.zeros(2), np.array(self.directions)
         field[np.ix_(chosen, self.operator.elements)], shifts[chosen] = traction, rigid
@@ -183,23 +142,12 @@ class TangentialProblem:
 
 @dataclass(frozen=True, eq=False)
 class RawSolution:
-    """What a solver returns: dimensionless, as it is, not yet judged.
+    """What a solver returns, not yet judged.
 
-    Attributes
-    ----------
-    traction : ndarray, shape (n,) or (c, n)
-        Pressures, or tangential tractions.
-    rigid : ndarray, shape (1,) or (c,)
-        The approach, or the uniform rigid shift where the force is prescribed (0 where not).
-    iterations : int
-    status : str
-        The solver's own word.
-    solved : bool
-        What that word means: whether the solver says that it reached all it was asked for.
-    solver : str
-        The name of the solver whose answer it is.
-    reason : str
-        Why it is another than the one that was asked for, where there was no choice.
+    The traction is a pressure (n,) or tractions (c, n); rigid (1,) or (c,) is the approach, or the uniform rigid shift
+    where the force is prescribed. The status is the solver's own word, `solved` what it means: whether the solver says
+    that it reached all it was asked for. The reason tells why another solver than the one asked for has answered, where
+    there was no choice.
     """
 
     traction: np.ndarray

@@ -14,35 +14,23 @@ from varcontact.scene.grid import Grid
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Pressures and tractions on the whole grid, dimensionless.
+    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers came to them.
 
     Attributes
     ----------
-    pressure : ndarray, shape (ny, nx)
-    approach : float
-    traction : ndarray, shape (2, ny, nx)
     rigid : ndarray, shape (2,)
         Uniform rigid shift where a force is prescribed, else 0.
-    iterations : dict
-        Solver iterations by problem, summed over the passes.
-    status : dict
-        The solvers' own words on the last pass, by problem.
-    solved : dict
-        What those mean, by problem: whether the solver says that it reached all it was asked for.
-    solved_by : dict
-        Whose answer it is, by problem, on the last pass.
-    reasons : dict
-        By problem, why that is another solver than the plan's, where there was no choice; else empty words.
+    iterations, status, solved, solved_by, reasons : dict
+        By problem: solver iterations, summed over the passes; on the last pass the solver's own words, whether they
+        say that it reached all it was asked for, whose answer it is, and why that is another solver than the plan's.
     passes : tuple of (float, float)
         Of each pass of a coupling loop: its change, and the residual of the whole after it.
-    bearing : ndarray, shape (ny, nx), optional
+    bound_pressure : ndarray, shape (ny, nx), optional
         The pressure that the traction bound counts with, where that is not `pressure`: within a joint pass.
     slips : bool ndarray, shape (ny, nx), optional
         The slip area where a theory tells it; otherwise the natural map does.
-    friction : ndarray, shape (ny, nx), optional
-        Under a law of friction: the coefficient of the next pass.
-    branch : str
-        Under a law of friction: where the search began.
+    friction, branch : ndarray, shape (ny, nx), optional; str
+        Under a law of friction: the coefficient of the next pass, and where the search began.
     """
 
     pressure: np.ndarray
@@ -55,7 +43,7 @@ class ContactState:
     solved_by: dict[str, str] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     passes: tuple[tuple[float, float], ...] = ()
-    bearing: np.ndarray | None = None
+    bound_pressure: np.ndarray | None = None
     slips: np.ndarray | None = None
     friction: np.ndarray | None = None
     branch: str = ""

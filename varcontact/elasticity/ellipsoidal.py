@@ -1,4 +1,8 @@
-"""Displacement gradients under tractions over an ellipse: those like Hertz's pressure, and those over its root."""
+"""Displacement gradients under tractions over an ellipse: those like Hertz's pressure, and those over its root.
+
+Semi-axes are a and b; b may be infinite: a line contact. Gradients are derivatives along x of displacement differences,
+``[..., i, j]`` of the displacement i by the traction j; outside the ellipse they are those of the same polynomial.
+"""
 
 from __future__ import annotations
 
@@ -16,36 +20,13 @@ The integrands are analytic as far as i pi/2 and fall exponentially: both errors
 
 
 def ellipsoidal_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
-    """Derivatives along x of displacement differences by tractions ``sqrt(1 - (x/a)^2 - (y/b)^2)``, within the ellipse.
+    """Gradients (2, 2, ...) by tractions ``sqrt(1 - (x/a)^2 - (y/b)^2)``, in points within the ellipse.
 
-    Parameters
-    ----------
-    x, y : array_like
-        Points [length]; their shapes broadcast. Outside the ellipse the values are those of the same polynomial.
-    a, b : float
-        Semi-axes along x and y [length]; b may be infinite: a line contact.
-    nu, G : float
-        Combined constants (58), (59).
-
-    Returns
-    -------
-    ndarray, shape (2, 2, ...)
-        ``[i, j]``: of the displacement i by the traction j of size 1 in the middle [1/(force/area)].
-
-    Notes
-    -----
     In polar coordinates about the point, the double integral (217) is one over chords through it. Along a chord in the
     direction ``(c, s)`` the traction integrates to ``pi/2 (F + H^2/A)/sqrt(A)`` with ``A = (c/a)^2 + (s/b)^2``,
     ``H = x c/a^2 + y s/b^2`` and ``F = 1 - (x/a)^2 - (y/b)^2``, whose derivative is linear in x and y:
     ``du/dx = 1/(G a^2 b^2) integral_0^pi f(c, s) A^(-3/2) (-x s^2 + y s c)``, with f = 1 - nu s^2 (xx), 1 - nu c^2 (yy)
     and nu s c (xy). The integrals are B, C and D of `elliptic_integrals`.
-
-    Examples
-    --------
-    A line contact, in which a Hertzian traction leaves a linear strain, ``-2 (1 - nu) x/(G a)``:
-
-    >>> print(ellipsoidal_gradients(0.5, 0.0, 1.0, np.inf, nu=0.25)[0, 0])
-    -0.75
     """
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     along, across = _integrals(a, b)
@@ -54,33 +35,10 @@ def ellipsoidal_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, n
 
 
 def rooted_gradients(a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
-    """Derivatives along x of displacement differences by 1, x and y over ``sqrt(1 - (x/a)^2 - (y/b)^2)``.
+    """Gradients (3, 2, 2) by 1, x and y over ``sqrt(1 - (x/a)^2 - (y/b)^2)``, constant within the ellipse.
 
-    Such tractions leave displacements that are constant or linear within the ellipse, so the derivatives are constant.
-
-    Parameters
-    ----------
-    a, b : float
-        Semi-axes along x and y [length]; b may be infinite: a line contact.
-    nu, G : float
-        Combined constants (58), (59).
-
-    Returns
-    -------
-    ndarray, shape (3, 2, 2)
-        ``[k, i, j]``: of the displacement i by the traction j of size 1, x or y (k) over the root; within the ellipse.
-
-    Notes
-    -----
     As for `ellipsoidal_gradients`: along a chord the tractions integrate to ``pi/sqrt(A)`` times 1, ``x - c H/A`` and
     ``y - s H/A``. The derivatives of these along x are 0, ``s^2/(b^2 A)`` and ``-s c/(a^2 A)``.
-
-    Examples
-    --------
-    A line contact, in which x over the root leaves a uniform strain, ``2 (1 - nu)/G``:
-
-    >>> print(rooted_gradients(1.0, np.inf, nu=0.25)[1, 0, 0])
-    1.5
     """
     along, across = _integrals(a, b)
     xx, yy, xy = along - nu * (along - across), along - nu * across, nu * across
@@ -91,36 +49,13 @@ def rooted_gradients(a: float, b: float, *, nu: float, G: float = 1.0) -> np.nda
 
 
 def sloped_gradients(x: np.ndarray, y: np.ndarray, a: float, b: float, *, nu: float, G: float = 1.0) -> np.ndarray:
-    """Derivatives along x of displacement differences by x and y times ``sqrt(1 - (x/a)^2 - (y/b)^2)``.
+    """Gradients (2, 2, 2, ...) by x and y times ``sqrt(1 - (x/a)^2 - (y/b)^2)``; of line contact by x alone.
 
-    Parameters
-    ----------
-    x, y : array_like
-        Points [length]; their shapes broadcast. Outside the ellipse the values are those of the same polynomial.
-    a, b : float
-        Semi-axes along x and y [length]; b may be infinite: a line contact, in which y is left out.
-    nu, G : float
-        Combined constants (58), (59).
-
-    Returns
-    -------
-    ndarray, shape (2, 2, 2, ...)
-        ``[k, i, j]``: of the displacement i by the traction j of size x or y (k) times the root [length/(force/area)].
-
-    Notes
-    -----
     As for `ellipsoidal_gradients`. With the shares ``p = (c/a)^2/A`` and ``q = (s/b)^2/A``, half the length of a
     chord through the middle ``h = A^(-1/2) = sqrt(a^2 p + b^2 q)`` and ``m = x/a sqrt(q) - y/b sqrt(p)``, the
     derivatives are ``1/(2 G)`` times the integrals of ``f q h (1 - 3 m^2)`` and of ``-f (b/a) sqrt(p q) h (1 - 3 m^2)``
     over half a turn. The variable of the quadrature is ``t = log sqrt(q/p)``, and the angle's step
     ``a b sqrt(p q)/h^2 dt``.
-
-    Examples
-    --------
-    A line contact, in which x times the root leaves a strain of second degree, ``(1 - nu) (a - 2 x^2/a)/G``:
-
-    >>> print(sloped_gradients(0.5, 0.0, 1.0, np.inf, nu=0.25)[0, 0, 0])
-    0.375
     """
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     if math.isinf(b):

@@ -22,6 +22,59 @@ FEW = 160
 ROWS_AT_ONCE = 64
 """Rows of elements of a dense matrix that are assembled in one go."""
 
+DIFFERENCES = {
+    "first-order": ((0, 1.0), (1, -1.0)),
+    "second-order": ((-1, 5 / 24), (0, 21 / 24), (1, -33 / 24), (2, 7 / 24)),
+}
+"""Differences of displacements over a step of rolling: how many steps ahead each is taken, and its weight.
+
+The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
+"""
+
+
+# ----------------------------------------------------------------------------- products by FFT
+
+
+def spectrum_of(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+    """Transform of fields (..., ny, nx) on a zero-padded box of (rows, columns)."""
+    from scipy import fft
+
+    return np.asarray(fft.fft(fft.rfft(fields, box[1], axis=-1), box[0], axis=-2, overwrite_x=True))
+
+
+def fields_of(spectrum: np.ndarray, box: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
+    """The first (ny, nx) of the fields on a box that have a spectrum, which is overwritten."""
+    from scipy import fft
+
+    rows = fft.ifft(spectrum, axis=-2, overwrite_x=True)[..., : shape[0], :]  # along x only those that are asked for
+    return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
+
+
+def wrapped(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+    """Numbers by offset (..., 2 ny - 1, 2 nx - 1) on a periodic box, offset zero first; what meets there is added."""
+    ny, nx = (numbers.shape[-2] + 1) // 2, (numbers.shape[-1] + 1) // 2
+    found = np.zeros((*numbers.shape[:-2], *box), dtype=numbers.dtype)
+    for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
+        for left, to_left in ((slice(0, nx - 1), slice(box[1] - nx + 1, None)), (slice(nx - 1, None), slice(0, nx))):
+            found[..., to_rows, to_left] += numbers[..., rows, left]
+    return found
+
+
+def _box_of(ny: int, nx: int) -> tuple[int, int]:
+    """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
+    from scipy.fft import next_fast_len
+
+    return next_fast_len(2 * ny - 1, real=True), next_fast_len(2 * nx - 1, real=True)
+
+
+def table_bytes(ny: int, nx: int, blocks: int) -> int:
+    """Memory in bytes for a table of influence numbers and its transform, by its pairs of components."""
+    rows, columns = _box_of(ny, nx)
+    return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
+
+
+# ----------------------------------------------------------------------------- operators
+
 
 @dataclass(frozen=True, eq=False)
 class GridOperator:
@@ -82,30 +135,10 @@ class GridOperator:
         """
         if self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
-        from scipy import fft
-
-        (ny, nx), (height, width) = self.shape, self._fft_shape
-        spectrum = fft.fft(fft.rfft(tractions, width, axis=-1), height, axis=-2, overwrite_x=True)
-        product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._kernel])
-        image = fft.ifft(product, axis=-2, overwrite_x=True)[:, :ny]  # along x only the rows that are asked for
-        return np.ascontiguousarray(fft.irfft(image, width, axis=-1)[..., :nx])
-
-    def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
-        """The same operator between some components of traction and displacement only.
-
-        Remembered, as it remembers its matrix.
-
-        Parameters
-        ----------
-        rows, columns : tuple of int
-            Components of displacement and of traction, by their places in the table.
-        """
-        if (len(rows), len(columns)) == self.table.shape[:2]:
-            return self
-        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
-        if (rows, columns) not in parts:
-            parts[rows, columns] = GridOperator(self.shape, self.table[np.ix_(rows, columns)])
-        return parts[rows, columns]
+        box = _box_of(*self.shape)
+        spectrum = spectrum_of(tractions, box)
+        product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._symbol])
+        return np.ascontiguousarray(fields_of(product, box, self.shape))
 
     def on(self, elements: np.ndarray, softening: np.ndarray | None = None) -> RestrictedOperator:
         """The same operator between tractions and displacements of some elements only.
@@ -126,6 +159,15 @@ class GridOperator:
             kept[:] = [operator, *(one for one in kept if one is not operator)][:REMEMBERED]
         return operator
 
+    def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
+        """The same operator between some components of displacement (`rows`) and of traction (`columns`) only."""
+        if (len(rows), len(columns)) == self.table.shape[:2]:
+            return self
+        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
+        if (rows, columns) not in parts:
+            parts[rows, columns] = GridOperator(self.shape, self.table[np.ix_(rows, columns)])
+        return parts[rows, columns]
+
     def forget(self) -> None:
         """Let go of the restricted operators that are remembered, and of their matrices."""
         self.__dict__.pop("_kept", None)
@@ -139,35 +181,16 @@ class GridOperator:
         return self.dense(np.arange(size)) if size <= FEW else None
 
     @cached_property
-    def _fft_shape(self) -> tuple[int, int]:
-        return _fft_shape(*self.shape)
-
-    @cached_property
-    def _kernel(self) -> np.ndarray:
-        """Transform of the table, the offset zero first."""
-        from scipy import fft
-
-        (ny, nx), (height, width) = self.shape, self._fft_shape
-        wrapped = np.zeros((*self.table.shape[:2], height, width))
-        below, left = slice(height - ny + 1, None), slice(width - nx + 1, None)
-        wrapped[..., :ny, :nx] = self.table[..., ny - 1 :, nx - 1 :]
-        wrapped[..., below, :nx] = self.table[..., : ny - 1, nx - 1 :]
-        wrapped[..., :ny, left] = self.table[..., ny - 1 :, : nx - 1]
-        wrapped[..., below, left] = self.table[..., : ny - 1, : nx - 1]
-        return np.asarray(fft.fft(fft.rfft(wrapped, axis=-1), axis=-2, overwrite_x=True))
+    def _symbol(self) -> np.ndarray:
+        box = _box_of(*self.shape)
+        return spectrum_of(wrapped(self.table, box), box)
 
 
 @dataclass(frozen=True, eq=False)
 class RestrictedOperator:
-    """A `GridOperator` between some elements only.
+    """A `GridOperator` between n elements only, named by their places on the grid, row by row.
 
-    Attributes
-    ----------
-    grid_operator : GridOperator
-    elements : int ndarray, shape (n,)
-        Places of the elements on the grid, row by row.
-    softening : ndarray, shape (columns, n), optional
-        Added to the diagonal: elements that the contact covers in part give way more.
+    The softening (columns, n) is added to the diagonal: elements that the contact covers in part give way more.
     """
 
     grid_operator: GridOperator
@@ -175,12 +198,7 @@ class RestrictedOperator:
     softening: np.ndarray | None = field(default=None, kw_only=True)
 
     def same(self, other: RestrictedOperator) -> bool:
-        """Whether another operator of the same grid is on the same elements, as soft.
-
-        Parameters
-        ----------
-        other : RestrictedOperator
-        """
+        """Whether another operator of the same grid is on the same elements, as soft."""
         if not np.array_equal(self.elements, other.elements):
             return False
         if self.softening is None or other.softening is None:
@@ -229,52 +247,31 @@ class RestrictedOperator:
         return float(np.linalg.norm(self.matrix) / np.sqrt(len(self.matrix)))
 
     def apply(self, tractions: np.ndarray) -> np.ndarray:
-        """Product on the grid, as that of the whole operator.
-
-        Parameters
-        ----------
-        tractions : ndarray, shape (columns, n)
-            In the unit of what the influence numbers are multiplied by; within solvers dimensionless.
-
-        Returns
-        -------
-        ndarray, shape (rows, n)
-            Displacements.
-        """
+        """Displacements (rows, n) by tractions (columns, n), as a product on the whole grid."""
         ny, nx = self.grid_operator.shape
-        field = np.zeros((tractions.shape[0], ny * nx))
-        field[:, self.elements] = tractions
-        product = self.grid_operator.apply(field.reshape(-1, ny, nx))
+        fields = np.zeros((tractions.shape[0], ny * nx))
+        fields[:, self.elements] = tractions
+        product = self.grid_operator.apply(fields.reshape(-1, ny, nx))
         return self._with_own(product.reshape(-1, ny * nx)[:, self.elements], tractions)
 
     def _with_own(self, product: np.ndarray, tractions: np.ndarray) -> np.ndarray:
         return product if self.softening is None else product + self.softening * tractions
 
 
-def _fft_shape(ny: int, nx: int) -> tuple[int, int]:
-    """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
-    from scipy.fft import next_fast_len
-
-    return next_fast_len(2 * ny - 1, real=True), next_fast_len(2 * nx - 1, real=True)
+# ----------------------------------------------------------------------------- influence numbers of a lattice
 
 
-def table_bytes(ny: int, nx: int, blocks: int) -> int:
-    """Memory for a table of influence numbers and its transform.
+def element_influence(
+    grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str], *, nu: float, K: float, depth: float
+) -> dict[str, np.ndarray]:
+    """Influence numbers of an element of a grid at points from its centre: the one place where bodies enter.
 
-    Parameters
-    ----------
-    ny, nx : int
-        Of the grid.
-    blocks : int
-        Pairs of components.
-
-    Returns
-    -------
-    int
-        Bytes.
+    The modulus is 1. In line contact elements are strips, displacements count from the depth, and y does not matter.
     """
-    rows, columns = _fft_shape(ny, nx)
-    return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
+    dx, dy = grid.sides
+    if grid.line:
+        return strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=components)
+    return influence_numbers(x, y, dx, dy, nu=nu, K=K, components=components)
 
 
 def influence_operator(
@@ -323,58 +320,39 @@ def influence_operator(
     names = [row + column for row in rows for column in columns]
     parts = ((0, 1.0),) if lag is None else DIFFERENCES[difference]
     tables = _tables_at(grid, [offset + ahead * (lag or 0.0) for ahead, _ in parts], names, nu, K, depth)
-    weights = [weight for _, weight in parts]
-    found = tables[0] if lag is None else {name: _weighted(weights, [each[name] for each in tables]) for name in names}
-    table = np.array([found[name] for name in names])
-    return GridOperator(grid.shape, table.reshape(len(rows), len(columns), 2 * grid.rows - 1, 2 * grid.nx - 1))
-
-
-DIFFERENCES = {
-    "first-order": ((0, 1.0), (1, -1.0)),
-    "second-order": ((-1, 5 / 24), (0, 21 / 24), (1, -33 / 24), (2, 7 / 24)),
-}
-"""Differences of displacements over a step of rolling: how many steps ahead each is taken, and its weight.
-
-The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
-"""
-
-
-def _weighted(weights: list[float], tables: list[np.ndarray]) -> np.ndarray:
-    total = weights[0] * tables[0]
-    for weight, each in zip(weights[1:], tables[1:], strict=True):
-        total = total + weight * each
-    return total
+    found = tables[0]
+    if lag is not None:
+        found = parts[0][1] * found
+        for (_, weight), each in zip(parts[1:], tables[1:], strict=True):
+            found = found + weight * each
+    return GridOperator(grid.shape, found.reshape(len(rows), len(columns), *found.shape[1:]))
 
 
 def _tables_at(
     grid: Grid, offsets: list[float], names: list[str], nu: float, K: float, depth: float
-) -> list[dict[str, np.ndarray]]:
-    """Influence numbers by offset of elements, each table at points further along x: those of one place made once.
+) -> list[np.ndarray]:
+    """Influence numbers (components, 2 ny - 1, 2 nx - 1) by offset of elements, each table at points further along x.
 
     Numbers are even or odd in x and in y. Where all points lie on the lattice of the elements, as with steps of whole
-    elements, tables share nearly all of theirs.
+    elements, tables share nearly all of theirs: those of one place are made once.
     """
     (dx, dy), steps = grid.sides, np.arange(-(grid.nx - 1), grid.nx)
     x = np.array([(steps + round(at / dx)) * dx if _whole(at / dx) else steps * dx + at for at in offsets])
     places, index = np.unique(np.abs(x), return_inverse=True)
-    if grid.line:
-        strips = strip_influence_numbers(places, dx, nu=nu, K=K, depth=depth, components=names)
-        half = {name: values[None] for name, values in strips.items()}
-    else:
-        y = np.arange(grid.rows)[:, None] * dy
-        half = influence_numbers(places, y, dx, dy, nu=nu, K=K, components=names)
-    full = {name: _mirrored(values, odd=name.count("y") == 1) for name, values in half.items()}
-    sign = {name: np.where(x < 0, -1.0, 1.0) if name.count("x") == 1 else np.ones(x.shape) for name in names}
-    index = index.reshape(x.shape)
-    return [{name: full[name][:, index[k]] * sign[name][k] for name in names} for k in range(len(offsets))]
+    y = np.arange(grid.rows)[:, None] * dy
+    half = element_influence(grid, places, y, names, nu=nu, K=K, depth=depth)
+    index, tables = index.reshape(x.shape), [np.empty((len(names), 2 * grid.rows - 1, x.shape[1])) for _ in offsets]
+    for i, name in enumerate(names):
+        above = half[name].reshape(grid.rows, -1)
+        below = above[:0:-1]
+        full = np.concatenate([-below if name.count("y") == 1 else below, above])
+        for k, table in enumerate(tables):
+            table[i] = full[:, index[k]]
+            if name.count("x") == 1:
+                table[i, :, x[k] < 0] *= -1
+    return tables
 
 
 def _whole(number: float) -> bool:
     """Whether a number is whole, but for rounding."""
     return bool(abs(number - round(number)) <= 4 * np.finfo(float).eps * max(abs(number), 1.0))
-
-
-def _mirrored(half: np.ndarray, odd: bool) -> np.ndarray:
-    """The table for all offsets in y from those with y >= 0: exactly even or odd."""
-    below = half[:0:-1]
-    return np.concatenate([-below if odd else below, half])

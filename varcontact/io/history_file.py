@@ -26,8 +26,8 @@ from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
 from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
-from varcontact.planning.plan import Plan
 from varcontact.results.history import History
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient

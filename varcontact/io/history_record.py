@@ -18,7 +18,7 @@ import numpy as np
 from varcontact.io.scene_toml import scene_to
 from varcontact.io.solution import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
 from varcontact.io.subgrid_fields import pressure_to, refinement_to
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene

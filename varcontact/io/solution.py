@@ -19,9 +19,10 @@ from varcontact.errors import OutputError
 from varcontact.io.export import EXPORTS
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, pressure_to, refinement_from, refinement_to, with_pressure
-from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate
-from varcontact.results.solution import Solution, plain_calls
+from varcontact.results.plan import Plan
+from varcontact.results.report import plain_calls
+from varcontact.results.solution import Solution
 from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene

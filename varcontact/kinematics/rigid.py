@@ -80,56 +80,19 @@ class RigidBody:
         set_(self, "rotation", _rotation("body.rotation", self.rotation))
 
     def globally(self, points: np.ndarray) -> np.ndarray:
-        """Points of the body in the global frame.
-
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-            In the body's own frame.
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-        """
+        """The body's `points` (..., 3) in the global frame."""
         return np.asarray(points) @ self.rotation.T + self.position
 
     def locally(self, points: np.ndarray) -> np.ndarray:
-        """Points of the global frame in the body's own.
-
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-        """
+        """The global frame's `points` (..., 3) in the body's own."""
         return (np.asarray(points) - self.position) @ self.rotation
 
     def velocity_at(self, points: np.ndarray) -> np.ndarray:
-        """Velocity of the particles that are at points of the global frame.
-
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-        """
+        """Velocity (..., 3) of the particles that are at `points` (..., 3) of the global frame."""
         return self.velocity + np.cross(self.angular_velocity, np.asarray(points) - self.position)
 
     def after(self, time: float) -> RigidBody:
-        """The body after a time, its velocities kept.
-
-        Parameters
-        ----------
-        time : float
-
-        Returns
-        -------
-        RigidBody
-        """
+        """The body after a `time`, its velocities kept."""
         from scipy.spatial.transform import Rotation
 
         turn = Rotation.from_rotvec(self.angular_velocity * time).as_matrix()
@@ -176,29 +139,11 @@ class Frame:
         return np.asarray(self.axes[:, 2])
 
     def globally(self, points: np.ndarray) -> np.ndarray:
-        """Points of the frame in the global one.
-
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-        """
+        """The frame's `points` (..., 3) in the global one."""
         return np.asarray(points) @ self.axes.T + self.origin
 
     def locally(self, points: np.ndarray) -> np.ndarray:
-        """Points of the global frame in this one.
-
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-
-        Returns
-        -------
-        ndarray, shape (..., 3)
-        """
+        """The global frame's `points` (..., 3) in this one."""
         return (np.asarray(points) - self.origin) @ self.axes
 
 

@@ -198,7 +198,7 @@ def plot_passes(sol: Solution) -> Figure:
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:
         shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
-        changed = "pressure" if sol.plan.joint else "tractions"
+        changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
     with styled():
         from matplotlib.ticker import MaxNLocator
 

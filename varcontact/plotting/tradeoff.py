@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from varcontact.study.front import Tradeoff
+    from varcontact.study.tradeoff import Tradeoff
 
 LEAST = 1e-5
 """Errors in per cent of the unit below which the references' own bars are all that is seen: drawn here."""

@@ -2,8 +2,7 @@
 
 from varcontact.reference.bufler import Bufler, bufler
 from varcontact.reference.carter import Carter, carter
-from varcontact.reference.cattaneo_line import CattaneoLine, cattaneo_line
-from varcontact.reference.cattaneo_mindlin import CattaneoMindlin, cattaneo_mindlin
+from varcontact.reference.cattaneo import CattaneoLine, CattaneoMindlin, cattaneo_line, cattaneo_mindlin
 from varcontact.reference.creepage_coefficients import (
     CreepageCoefficients,
     creepage_coefficients,

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.checks import elastic, exactly_one, positive
+from varcontact.reference.hertz import CombinedConstants
 from varcontact.reference.line_contact import line_contact
-
-if TYPE_CHECKING:
-    from varcontact.scene.bodies import Bodies
 
 
 @dataclass(frozen=True)
@@ -44,37 +41,15 @@ class Bufler:
     creepage: float
     eta: float
     R: float
-    bodies: Bodies
+    bodies: CombinedConstants
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Pressure pz, zero outside the contact.
-
-        Parameters
-        ----------
-        x : array_like
-            Points [length].
-
-        Returns
-        -------
-        ndarray
-            [force/area], in the shape of `x`.
-        """
+        """Pressure pz [force/area] at points `x` [length], in their shape; zero outside the contact."""
         amplitude, phase = self._polar(x)
         return amplitude * np.cos(phase)
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction px, zero outside the contact.
-
-        Parameters
-        ----------
-        x : array_like
-            Points [length].
-
-        Returns
-        -------
-        ndarray
-            [force/area], in the shape of `x`.
-        """
+        """Traction px [force/area] at points `x` [length], in their shape; zero outside the contact."""
         amplitude, phase = self._polar(x)
         return amplitude * np.sin(phase)
 
@@ -88,7 +63,7 @@ class Bufler:
         return np.where(np.abs(x) < self.a, peak * root, 0.0), 2 * self.eta * np.arctanh(t)
 
 
-def bufler(R: float, bodies: Bodies, *, force: float | None = None, a: float | None = None) -> Bufler:
+def bufler(R: float, bodies: CombinedConstants, *, force: float | None = None, a: float | None = None) -> Bufler:
     """Free rolling of unlike cylinders in the direction of x, with friction so large that nothing slips.
 
     Parameters

@@ -8,15 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.checks import exactly_one, number
-from varcontact.reference.line_contact import friction_limit, part_of_limit
-
-if TYPE_CHECKING:
-    from varcontact.reference.line_contact import LineContact
+from varcontact.reference.line_contact import LineContact, friction_limit, part_of_limit
 
 
 @dataclass(frozen=True)
@@ -49,36 +45,14 @@ class Carter:
         return self.friction * self.contact.a / self.contact.R
 
     def traction(self, x: np.ndarray) -> np.ndarray:
-        """Traction along x: the bound, less a Hertz-like traction over the stick area.
-
-        Parameters
-        ----------
-        x : array_like
-            Points [length].
-
-        Returns
-        -------
-        ndarray
-            [force/area], in the shape of `x`.
-        """
+        """Traction along x [force/area] at points `x` [length]: the bound, less a Hertz-like one where it sticks."""
         a, c = self.contact.a, self.stick_half_width
         outer = np.sqrt(np.maximum(a**2 - np.asarray(x) ** 2, 0.0)) / a
         inner = np.sqrt(np.maximum(c**2 - (np.asarray(x) - (a - c)) ** 2, 0.0)) / a
         return math.copysign(self.friction * self.contact.peak_pressure, -self.creepage) * (outer - inner)
 
     def slip(self, x: np.ndarray) -> np.ndarray:
-        """Relative slip of body 1 over body 2; zero in the stick area.
-
-        Parameters
-        ----------
-        x : array_like
-            Points [length].
-
-        Returns
-        -------
-        ndarray
-            [-], in the shape of `x`; nan outside the contact.
-        """
+        """Relative slip [-] of body 1 over body 2 at points `x` [length]: zero in the stick area, nan outside."""
         x, a, c = np.asarray(x, dtype=float), self.contact.a, self.stick_half_width
         beyond = np.maximum((x - (a - c)) ** 2 - c**2, 0.0)
         excess = max(abs(self.creepage) - self.full_sliding_creepage, 0.0)

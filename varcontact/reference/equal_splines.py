@@ -11,25 +11,7 @@ FOUR = np.arange(4)
 
 
 def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, Any]]:
-    """The B-splines that are not zero at a place: the number of the first of four, and their values.
-
-    Parameters
-    ----------
-    place : float or ndarray
-        In [0, intervals], in units of an interval.
-    intervals : int
-
-    Returns
-    -------
-    first : int or ndarray
-    values : tuple of four floats or ndarrays
-
-    Examples
-    --------
-    >>> first, values = near_splines(2.5, 10)
-    >>> first, [round(48 * value, 6) for value in values]
-    (2, [1.0, 23.0, 23.0, 1.0])
-    """
+    """The B-splines that are not zero at a place: the number of the first of four, and their values."""
     if isinstance(place, float):
         first: Any = min(int(place), intervals - 1)
     else:
@@ -41,27 +23,7 @@ def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, 
 
 
 def splines_at_knots(values: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner knots are none.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, ...)
-        At knots 0 to n - 1; four at least.
-    axis : int
-        Along which the knots are, if not the first.
-
-    Returns
-    -------
-    ndarray, shape (n + 2, ...)
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> cubes = splines_at_knots(np.arange(8.0) ** 3)
-    >>> first, values = near_splines(4.3, 7)
-    >>> print(f"{cubes[first : first + 4] @ values:.3f}, {4.3**3:.3f}")
-    79.507, 79.507
-    """
+    """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner knots are none."""
     values = np.moveaxis(values, axis, 0)
     n = len(values)
     matrix = np.zeros((n + 2, n + 2))

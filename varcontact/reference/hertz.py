@@ -6,18 +6,14 @@ Source: H. Hertz, Über die Berührung fester elastischer Körper, J. reine ange
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 
 from varcontact.checks import elastic, exactly_one, positive
 from varcontact.errors import SceneError
-from varcontact.reference.roots import root_between
-
-if TYPE_CHECKING:
-    from varcontact.scene.bodies import Bodies
-    from varcontact.scene.grid import Grid
 
 LEAST_RATIO = 1e-100
 """Least axial ratio of a contact."""
@@ -27,6 +23,17 @@ LEAST_SHARE = 1e-14
 
 WHOLE = 1e-12
 """Part of an element that may be missing of one that is covered: rounding."""
+
+
+class CombinedConstants(Protocol):
+    """What a closed form takes of two bodies (58)-(60)."""
+
+    @property
+    def combined_G(self) -> float: ...
+    @property
+    def combined_nu(self) -> float: ...
+    @property
+    def K(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -114,18 +121,7 @@ class HertzContact:
     Ry: float
 
     def pressure(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Semi-ellipsoidal pressure (88), zero outside the ellipse.
-
-        Parameters
-        ----------
-        x, y : array_like
-            Points [length]; their shapes broadcast.
-
-        Returns
-        -------
-        ndarray
-            [force/area]
-        """
+        """Semi-ellipsoidal pressure (88) [force/area] at points `x`, `y` [length], zero outside the ellipse."""
         inside = 1 - (np.asarray(x) / self.a) ** 2 - (np.asarray(y) / self.b) ** 2
         return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))
 
@@ -205,19 +201,8 @@ class HertzContact:
         part = np.maximum(area / (np.diff(x)[None, :] * np.diff(y)[:, None]), 0.0)
         return np.where(part > 1 - WHOLE, 1.0, part)
 
-    def on_elements(self, grid: Grid) -> np.ndarray:
-        """Pressure on the elements: at their centres, or means, as `Grid.edge` says.
-
-        Parameters
-        ----------
-        grid : Grid
-            Explicit, in the same unit of length.
-
-        Returns
-        -------
-        ndarray, shape (ny, nx)
-            [force/area]
-        """
+    def on_elements(self, grid: Any) -> np.ndarray:
+        """Pressure (ny, nx) [force/area] on elements of an explicit `grid`: at centres, or means, by `Grid.edge`."""
         if grid.edge != "centres":
             return self.mean_pressure(*grid.lines)
         return self.pressure(grid.x[None, :], grid.y[:, None])
@@ -238,7 +223,7 @@ def _volume(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
 
 
 def hertz(
-    Rx: float, Ry: float, bodies: Bodies, *, force: float | None = None, approach: float | None = None
+    Rx: float, Ry: float, bodies: CombinedConstants, *, force: float | None = None, approach: float | None = None
 ) -> HertzContact:
     """Hertz's solution for the undeformed distance ``x^2/(2 Rx) + y^2/(2 Ry)``.
 
@@ -284,7 +269,7 @@ def hertz(
 
 
 def hertz_ellipse(
-    a: float, b: float, bodies: Bodies, *, force: float | None = None, approach: float | None = None
+    a: float, b: float, bodies: CombinedConstants, *, force: float | None = None, approach: float | None = None
 ) -> HertzContact:
     """The Hertzian contact whose semi-axes are given: the radii follow, see `hertz`.
 
@@ -337,7 +322,7 @@ def _check_slender(one: str, first: float, other: str, second: float, most: floa
         )
 
 
-def _normal_constant(bodies: Bodies) -> float:
+def _normal_constant(bodies: CombinedConstants) -> float:
     """3 (1 - nu) / (2 pi G), the constant of (92)-(94)."""
     elastic(bodies)
     return 3 * (1 - bodies.combined_nu) / (2 * math.pi * bodies.combined_G)
@@ -355,11 +340,34 @@ def _axial_ratio(radius_ratio: float) -> float:
     low = -0.5 * math.log(radius_ratio) - 1.0  # B/D <= 1, hence m' <= radius_ratio^(-1/2) <= 1
     while mismatch(low) < 0:
         low -= 1.0
-    return math.exp(root_between(mismatch, low, 0.0))
+    return math.exp(_root_between(mismatch, low, 0.0))
+
+
+def _root_between(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a continuous function of different signs at the ends is zero: false position, Anderson and Bjoerck (1973).
+
+    SciPy's `brentq` does the same, but to import `scipy.optimize` takes longer than to solve many scenes.
+    """
+    at_low, at_high, root = function(low), function(high), high
+    for _ in range(200):
+        root = high - at_high * (high - low) / (at_high - at_low)
+        if not min(low, high) < root < max(low, high):
+            break
+        there = function(root)
+        if there == 0:
+            break
+        if (there < 0) != (at_high < 0):
+            low, at_low = high, at_high
+        elif abs(there) < abs(at_high):
+            at_low *= 1 - there / at_high
+        else:
+            at_low /= 2
+        high, at_high = root, there
+    return root
 
 
 def _minor_semi_axis(
-    ratio: float, curvature: float, bodies: Bodies, force: float | None, approach: float | None
+    ratio: float, curvature: float, bodies: CombinedConstants, force: float | None, approach: float | None
 ) -> float:
     """S from (104), ``A + B = n N E m' / S^3``, or with the approach (92), ``q = n N K m' / S``."""
     integrals = elliptic_integrals(ratio)
@@ -371,7 +379,7 @@ def _minor_semi_axis(
 
 
 def _contact(
-    a: float, b: float, Rx: float, Ry: float, bodies: Bodies, force: float | None, approach: float | None
+    a: float, b: float, Rx: float, Ry: float, bodies: CombinedConstants, force: float | None, approach: float | None
 ) -> HertzContact:
     """Complete a contact by (92) and (89) from the ellipse and the one of force and approach that is given."""
     per_force = _normal_constant(bodies) * elliptic_integrals(min(a, b) / max(a, b)).K / max(a, b)

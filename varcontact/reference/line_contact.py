@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from varcontact.checks import elastic, positive
 from varcontact.errors import Saturated, SceneError
-
-if TYPE_CHECKING:
-    from varcontact.scene.bodies import Bodies
+from varcontact.reference.hertz import CombinedConstants
 
 
 @dataclass(frozen=True)
@@ -40,21 +37,10 @@ class LineContact:
     force: float
     peak_pressure: float
     R: float
-    bodies: Bodies
+    bodies: CombinedConstants
 
     def pressure(self, x: np.ndarray) -> np.ndarray:
-        """Semi-elliptical pressure, zero outside the contact.
-
-        Parameters
-        ----------
-        x : array_like
-            Points [length].
-
-        Returns
-        -------
-        ndarray
-            [force/area], in the shape of `x`.
-        """
+        """Semi-elliptical pressure [force/area] at points `x` [length], zero outside the contact."""
         return self.peak_pressure * np.sqrt(np.maximum(1 - (np.asarray(x) / self.a) ** 2, 0.0))
 
     def approach(self, depth: float) -> float:
@@ -79,7 +65,7 @@ class LineContact:
 
 def line_contact(
     R: float,
-    bodies: Bodies,
+    bodies: CombinedConstants,
     *,
     force: float | None = None,
     a: float | None = None,
@@ -155,24 +141,7 @@ def _half_width(R: float, approach: float, depth: float) -> float:
 
 
 def friction_limit(contact: LineContact, friction: float) -> float:
-    """The tangential force per unit length that friction can carry between like bodies.
-
-    Parameters
-    ----------
-    contact : LineContact
-    friction : float
-        Coefficient of friction, positive.
-
-    Returns
-    -------
-    float
-        [force/length].
-
-    Raises
-    ------
-    SceneError
-        If it is no `LineContact`, the bodies are unlike (K not 0), or friction is not positive.
-    """
+    """The tangential force [force/length] that friction can carry between like bodies; others are refused."""
     if not isinstance(contact, LineContact):
         raise SceneError("contact", contact, "a LineContact, from line_contact")
     if contact.bodies.K != 0:
@@ -186,22 +155,7 @@ def friction_limit(contact: LineContact, friction: float) -> float:
 
 
 def part_of_limit(force: float, limit: float) -> float:
-    """The size of a tangential force by what friction can carry, below 1 or `Saturated`.
-
-    Parameters
-    ----------
-    force, limit : float
-        In the same unit.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    Saturated
-        If the force is not below the limit.
-    """
+    """The size of a tangential force by what friction can carry, below 1 or `Saturated`."""
     if abs(force) >= limit:
         raise Saturated(abs(force), limit)
     return abs(force) / limit

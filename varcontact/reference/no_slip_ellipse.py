@@ -88,18 +88,7 @@ def _poisson(nu: float) -> float:
 
 
 def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
-    """The matrix of `no_slip_ellipse`, of numbers that are as they should be.
-
-    Parameters
-    ----------
-    ratio, nu : float
-        a/b, and Poisson's ratio, -1 included.
-    degree : int
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-    """
+    """The matrix of `no_slip_ellipse`, of numbers that are as they should be."""
     a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
     inside = np.pi * np.arange(1, degree + 2) / (degree + 2)
     edge = inside - np.pi / 2

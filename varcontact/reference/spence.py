@@ -6,15 +6,12 @@ Sources: D. A. Spence, J. Elasticity 5 (1975); K. L. Johnson, Contact Mechanics,
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from varcontact.checks import choice, elastic, positive
-
-if TYPE_CHECKING:
-    from varcontact.scene.bodies import Bodies
+from varcontact.reference.hertz import CombinedConstants
 
 
-def spence_ratio(bodies: Bodies, friction: float, shape: str = "circle") -> float:
+def spence_ratio(bodies: CombinedConstants, friction: float, shape: str = "circle") -> float:
     """Ratio of the stick area's radius to the contact's when unlike bodies are pressed together.
 
     Parameters

@@ -143,7 +143,7 @@ class History(Sequence[Solution]):
 
     def summary(self) -> dict[str, Any]:
         """Series of all steps, and the last in full, as plain numbers: what ``varcontact solve --json`` prints."""
-        from varcontact.results.solution import known
+        from varcontact.results.report import known
 
         return {
             "steps": self._motion.steps,

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
@@ -78,3 +78,18 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
         unknown |= isinstance(motion, Shift) | (np.abs(force - before) > 1e-9 * np.abs(force) + rounding)
     found = np.where(prescribed & unknown, math.nan, found)
     return along_x + float(found[0]), along_y + float(found[1]), about_z
+
+
+def rolling_resistance(sol: Solution) -> float:
+    """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
+    rolls = 0 if sol.motion is None else sol.motion.rolls
+    if rolls == 0 or sol.scene.bodies.K == 0 or sol.plan.left_out or not sol.traction.any():
+        return 0.0
+    disc = discretise(sol.scene, sol.grid)
+    operator, pressure = (
+        disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
+        sol.pressure[None],
+    )
+    twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+    slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
+    return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)

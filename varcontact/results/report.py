@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from varcontact.discrete.stick_slip import SLIP
 from varcontact.scene.friction import BRANCHES, Law, kind_of
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 
@@ -134,7 +136,7 @@ def _sizes(errors: np.ndarray, unit: Callable[[str], str]) -> str:
 
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
     certificate, unit = sol.certificate, _unit(sol)
-    if sol.plan.closed_form and not sol.plan.rubs:
+    if sol.plan.closed_form and not sol.plan.has_friction:
         gap = "" if certificate.level == "none" else f" and relative gap {certificate.relative_gap:.1e}"
         sampled = f"residual {certificate.normal_residual:.1e}{gap}"
         return [
@@ -147,7 +149,7 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     bound, reason = certificate.force_bound, no_guarantee(sol)
     if reason:
         rows.append(("", f"no guaranteed bound: {reason}"))
-    elif sol.plan.rubs:
+    elif sol.plan.has_friction:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}"
         sizes += f", Mz to {bound[2]:.1e}{unit('moment')}" if sol.plan.has_moment else ""
         tractions = "" if sol.refinement is None else ", for the sums over the elements"
@@ -192,7 +194,7 @@ def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
     if sol.scene.no_slip:
         forces = {"Fx": "the tangential force", "Fy": "the tangential force", "Mz": "that force times sqrt(ab)"}
         units = {name: forces.get(name, "the creepage") for name in errors}
-    elif not sol.plan.rubs:
+    elif not sol.plan.has_friction:
         units = dict.fromkeys(errors, "themselves")
     else:
         forces = {"Fx": "f Fz", "Fy": "f Fz", "Mz": "f Fz sqrt(ab)"}
@@ -264,7 +266,7 @@ def _law(sol: Solution) -> str:
     """The law, the branch that was found, and the coefficients on it."""
     count = len(sol.passes)
     passes = f"; {count} passes, the last changed {sol.passes[-1][0]:.0e}" if count > 1 else f"; {count} pass" * count
-    found = sol.summary()["coefficient"]
+    found = _coefficients(sol)
     values = "" if found is None else ": coefficient {:.4g} to {:.4g} where it slips".format(*found)
     assert isinstance(sol.scene.friction, Law)
     return f"{kind_of(sol.scene.friction)}, the solution found from {BRANCHES[sol.branch]}{values}{passes}"
@@ -308,6 +310,8 @@ def report_history(history: History) -> str:
     columns = [history.rolled, history.normal_force, *history.force.T, history.moment, history.dissipation]
     shown = np.unique(np.linspace(0, count - 1, 10).round().astype(int))
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
+    warned = [k for k in shown[:-1] if history.scene.under_law and history[k].warnings][-1:]
+    lines += ["", *(f"WARNING: step {k}: {history[k].warnings[0]}" for k in warned)] if warned else []
     lines += _estimate_of_all(history)
     return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 
@@ -323,3 +327,66 @@ def _estimate_of_all(history: History) -> list[str]:
         largest[kind] = max(largest.get(kind, 0.0), error)
     errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
     return ["", f"Against the continuum, with steps of this length, about: {errors}, in all steps."]
+
+
+def summary(sol: Solution) -> dict[str, Any]:
+    """The solution as plain numbers, see `Solution.summary`."""
+    return {
+        "normal_force": known(sol.normal_force),
+        "force": [known(F) for F in sol.force],
+        "moment": known(sol.moment),
+        "approach": known(sol.approach),
+        "creepage": [known(c) for c in sol.creepage],
+        "doubts": list(sol.scene.doubts),
+        "power": known(sol.power),
+        "friction_work": known(sol.friction_work),
+        "negative_work": known(sol.negative_work),
+        "elements": sol.elements,
+        "certificate": {name: _plain(value) for name, value in sol.certificate.plain().items()},
+        "converged": sol.converged,
+        "method": {name: getattr(sol.plan, name) for name in ("normal", "tangential", "coupling")},
+        "road": sol.plan.method,
+        "formulation": sol.plan.formulation,
+        "left_out": sol.plan.left_out,
+        "iterations": sol.iterations,
+        "status": sol.status,
+        "solved_by": sol.solved_by,
+        "calls": plain_calls(sol.calls),
+        "passes": len(sol.passes),
+        "convergence": [[known(change), known(residual)] for change, residual in sol.passes],
+        "branch": sol.branch,
+        "note": sol.note,
+        "warnings": list(sol.warnings),
+        "error_estimate": None if sol.error_estimate is None else sol.error_estimate.plain(),
+        "coefficient": _coefficients(sol),
+        "refinement": None if sol.refinement is None else sol.refinement.summary(),
+        "seconds": sol.timing["total"],
+    }
+
+
+def _coefficients(sol: Solution) -> list[float] | None:
+    """Least and largest coefficient of friction that a law has where it slips."""
+    if sol.friction is None or not np.any(sol.state == SLIP):
+        return None
+    found = sol.friction[sol.state == SLIP]
+    return [float(found.min()), float(found.max())]
+
+
+def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
+    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
+    return {
+        problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
+        for problem, solvers in calls.items()
+    }
+
+
+def known(value: float) -> float | None:
+    """A number for JSON, which has no NaN and no infinity: None for these."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _plain(value: float | str | list[float]) -> Any:
+    """A word, a number or several, for JSON."""
+    if isinstance(value, str):
+        return value
+    return [known(each) for each in value] if isinstance(value, list) else known(value)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK, unit_slip
+from varcontact.discrete.stick_slip import EXTERIOR, SLIP, STICK
 from varcontact.html import html_table
-from varcontact.planning.plan import Plan
-from varcontact.results.delivered import Delivered
 from varcontact.results.error_estimate import ErrorEstimate
+from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
@@ -22,6 +22,11 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.statistics import Calls
 
 if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from varcontact.results.normalised import Normalised
 
 ROUNDING = 1e-9
@@ -29,7 +34,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Delivered):
+class Solution:
     """A solved scene, in the scene's units. Arrays are indexed [iy, ix].
 
     Attributes
@@ -44,61 +49,55 @@ class Solution(Delivered):
     traction : ndarray, shape (2, ny, nx)
         Tangential traction on body 1, x and y [force/area].
     slip : ndarray, shape (2, ny, nx)
-        Relative slip of body 1 over body 2 in the contact: slip velocity by rolling velocity [-] in rolling, the
-        local shift [length] in a shift (also in a step of a history that does not roll); zero outside.
+        Relative slip of body 1 over body 2: slip velocity by rolling velocity [-]; in a shift, and a step that does not
+        roll, the local shift [length]. Zero outside the contact.
     power_density : ndarray, shape (ny, nx)
-        Work lost by friction by area; by distance rolled [force/area], in a shift [force/length]. In rolling it is that
-        of the tractions and the slip at an element in the mean over a step (docs/theory.md), and is negative on
-        elements where the grid is too coarse, see `negative_work`. NaN in a file of an earlier version that has none.
+        Frictional work by area: by distance rolled [force/area], in a shift [force/length]. In rolling the mean over a
+        step (docs/theory.md), negative where the grid is too coarse, see `negative_work`.
     distance : ndarray, shape (ny, nx)
-        Deformed distance at the elements' centres [length]. Where elements bear mean pressures, see `Grid`, it is not
-        quite zero in the contact.
+        Deformed distance at the elements' centres [length].
     state : int8 ndarray, shape (ny, nx)
         0 exterior, 1 stick, 2 slip.
     approach : float
         Approach of the bodies [length]; NaN in line contact without a reference depth.
     creepage : tuple of float
-        (vx, vy, spin); of a shift (ux, uy, rotation). NaN where a force is prescribed in line contact without a
-        reference depth, in a shift or in a step of a history that changes the force; and without contact.
+        (vx, vy, spin); of a shift (ux, uy, rotation). NaN where it is not unique, and without contact.
     certificate : Certificate
     converged : bool
         Whether the tolerance was reached.
-    iterations : dict
-        Solver iterations by problem.
-    status : dict
-        The solvers' own words, by problem.
-    solved_by : dict
-        The solver whose answer it is, by problem: not that of the plan, where active sets polished its answer or
-        another had to be asked.
-    calls : dict of dict of Calls
-        By problem ("normal", "tangential"; "joint" for both in one program, "grid" before an automatic grid was found)
-        and by solver: how often it was called, polish, fallback and safeguards included, its iterations and seconds.
+    iterations, status, solved_by : dict
+        By problem: iterations, the solver's status, and the solver whose answer it is.
     timing : dict
         Seconds by stage, and in total.
     passes : tuple of (float, float)
-        Of each pass of a coupling loop: how much it changed (of the tractions, or of the pressure in a joint pass),
-        and the residual of the whole after it. Under a law of friction, of each pass of that: how much it changed of
-        the coefficients.
+        Of each pass of a coupling loop, or under a law of friction: relative change, and residual after it.
     branch : str
-        Under a law of friction, which has several solutions at times: where the search began, "stick" or "slip" all
-        over, a "solution", or what the particles did before in a "history"; empty without a law.
+        Under a law of friction: where the search began, "stick", "slip", a "solution" or a "history".
+    calls : dict of dict of Calls
+        By problem and solver: number of calls, iterations and seconds.
     note : str
-        Of a solution from a file: what there is to know about its certificate, see `varcontact.load`; empty where that
-        was measured again and found to be what its fields deserve.
+        Of a solution from a file: what is to be known of its certificate, see `varcontact.load`.
     warnings : tuple of str
-        What is wrong with the scene rather than with the solution: noise of a sampled surface that rules the pressure.
+        Faults of the scene that rule the solution: noise of a sampled surface.
     error_estimate : ErrorEstimate or None
-        Of a solution to an accuracy, within a time, or corrected: how far its forces are from the continuum, about.
-        They are then those of the estimate, and not what the elements carry; the fields are those of the grid.
-    pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
-        Where elements at the edge count in part, see `Grid`, and the pressure is not Hertz's closed form: the pressure
-        on equal parts of the elements, on which it was solved for [force/area]. The elements bear the means.
+        Estimated error against the continuum, of a solution to an accuracy or corrected: forces are then those of the
+        estimate; the fields are those of the grid.
     refinement : Refinement or None
-        Where `solve` was told to `refine`: the field on parts of the elements that has these forces. The fields here
-        and the certificate are then those of the corrected problem on the elements.
+        With ``refine``: the field on parts of the elements that has these forces.
+    pressure_on_parts : ndarray, shape (ny rows, nx columns), or None
+        Where elements at the edge count in part, see `Grid`: the pressure on equal parts of the elements [force/area].
     weakening : ndarray, shape (ny, nx), or None
-        In a history under a law of friction: the part of ``static - kinetic`` that the particles in an element have
-        lost by slip [-], from 0 to 1; the next step goes on from it.
+        In a history under a law of friction: the part of ``static - kinetic`` that particles have lost by slip [-].
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+    ...     motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=12, ny=12))
+    >>> sol = vc.solve(scene)
+    >>> print(f"{sol.Fx:.4f} {sol.power:.5f} {sol.friction_work:.5f} {sol.normalised.max_pressure:.2f}")
+    -0.1760 0.00880 0.00880 1.48
     """
 
     scene: Scene
@@ -200,18 +199,7 @@ class Solution(Delivered):
 
     @property
     def normalised(self) -> Normalised:
-        """Forces, creepages and the largest pressure without dimension, see `Normalised`.
-
-        Examples
-        --------
-        >>> import varcontact as vc
-        >>> scene = vc.Scene(
-        ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
-        ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
-        >>> part = vc.solve(scene).normalised
-        >>> print(f"Fx = {part.Fx:.3f} at vx = {part.vx:.3f}; largest pressure {part.max_pressure:.2f}")
-        Fx = -0.392 at vx = 0.095; largest pressure 1.48
-        """
+        """Forces, creepages and the largest pressure without dimension."""
         from varcontact.results.normalised import normalised
 
         return normalised(self)
@@ -280,36 +268,12 @@ class Solution(Delivered):
         ``-(Fx vx + Fy vy + Mz spin)``, and for unlike bodies the work of their pressure in addition: tractions move it
         forward, and it resists rolling. In steady rolling friction loses all of it. A shift, and a step of a history,
         also change the elastic energy.
-
-        Examples
-        --------
-        >>> import varcontact as vc
-        >>> for cells in (12, 24):
-        ...     scene = vc.Scene(
-        ...         bodies=vc.Bodies(G=1.0, nu=0.28), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
-        ...         motion=vc.Steady(vx=0.05), grid=vc.Grid(nx=cells, ny=cells))
-        ...     sol = vc.solve(scene)
-        ...     print(f"{sol.power:.5f} {sol.friction_work:.5f}")
-        0.00880 0.00880
-        0.00858 0.00858
         """
         loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
         moved = (loads != 0) & (motion != 0)  # what is NaN of one has no power where the other is zero
-        return self._rolling_resistance() - float(loads[moved] @ motion[moved])
+        from varcontact.results.physical import rolling_resistance
 
-    def _rolling_resistance(self) -> float:
-        """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
-        rolls = 0 if self.motion is None else self.motion.rolls
-        if rolls == 0 or self.scene.bodies.K == 0 or self.plan.left_out or not self.traction.any():
-            return 0.0
-        disc = discretise(self.scene, self.grid)
-        operator, pressure = (
-            disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
-            self.pressure[None],
-        )
-        twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
-        slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
-        return 0.0 - float(rolls * np.sum(self.traction * slip) * self.grid.area)
+        return rolling_resistance(self) - float(loads[moved] @ motion[moved])
 
     def report(self) -> str:
         """The solution in words, for people."""
@@ -332,66 +296,156 @@ class Solution(Delivered):
             f"residual={self.certificate.residual:.1e})"
         )
 
+    def to_xarray(self) -> xr.Dataset:
+        """All fields with coordinates and units, and the forces, as a dataset."""
+        from varcontact.io.solution import dataset
+
+        return dataset(self)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The fields as a table with one row per element, row of elements by row of elements.
+
+        Columns: x, y, pressure, traction_x, traction_y, traction_bound, slip_x, slip_y, distance, state,
+        power_density; their units are in its `attrs`.
+        """
+        from varcontact.io.export import dataframe
+
+        return dataframe(self)
+
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write a file in the format of its ending, whole or not at all.
+
+        ``.nc`` (netCDF) holds everything, and `varcontact.load` reads it back. For other programs: ``.csv``, a row per
+        element as `to_dataframe` has them; ``.vtu`` and ``.vti``, which ParaView reads; ``.mat``, MATLAB's.
+
+        Parameters
+        ----------
+        path : str or Path
+            A solution that is there in the same format is replaced.
+        overwrite : bool
+            Whether any other file that is there is replaced as well.
+
+        Raises
+        ------
+        OutputError
+            If the name has another ending, the file holds something else, or cannot be written.
+        """
+        from varcontact.io.solution import save
+
+        save(self, path, overwrite=overwrite)
+
+    def sensitivity(self) -> np.ndarray:
+        """Derivatives of (Fx, Fy) by the creepages (vx, vy, spin), from the problem linearised at the solution.
+
+        Returns
+        -------
+        ndarray, shape (2, 3)
+            ``[[dFx/dvx, dFx/dvy, dFx/dspin], [dFy/dvx, ...]]`` [force; force length], with the stick and slip areas
+            as they are; of a shift by (ux, uy, rotation). Where forces are prescribed, by the creepages they gave.
+            Unlike bodies: with the change of the pressures. Line contact has no spin: zeros.
+
+        Raises
+        ------
+        SceneError
+            Without a motion, or for an approximate theory.
+
+        Examples
+        --------
+        >>> import varcontact as vc
+        >>> scene = vc.Scene(
+        ...     bodies=vc.Bodies(G=1.0, nu=0.25), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0, friction=0.3,
+        ...     motion=vc.Steady(vx=1e-6), grid=vc.Grid(nx=16, ny=16))
+        >>> print(vc.solve(scene).sensitivity().round(2) + 0.0)
+        [[-4.33  0.    0.  ]
+         [ 0.   -3.87 -1.56]]
+        """
+        from varcontact.results.sensitivity import sensitivity
+
+        return sensitivity(self)
+
+    def plot(
+        self,
+        what: str | Sequence[str] | None = None,
+        *,
+        ax: Axes | None = None,
+        figsize: tuple[float, float] | None = None,
+        y: float | None = None,
+    ) -> Figure:
+        """Picture of the pressure, of tractions over stick and slip areas, and of a section along x.
+
+        Of a line contact: the tractions within the traction bound, and below them the slip, both over the stick and
+        slip areas. Without a motion: the pressure, and its section. Numbers are in MPa, mm and kN by their size where
+        the scene's `units` are metric, else in its own.
+
+        Parameters
+        ----------
+        what : str or sequence of str, optional
+            Other panels: "pressure", "traction", "slip", "distance", "power_density", "section".
+        ax : matplotlib Axes, optional
+            Where to draw one panel; a new figure if not given.
+        figsize : pair of float, optional
+            Of a new figure [inch].
+        y : float, optional
+            Of the section [length]; the row with the largest pressure if not given.
+
+        Returns
+        -------
+        matplotlib Figure
+            Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
+
+        Raises
+        ------
+        SceneError
+            For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
+        """
+        from varcontact.plotting.solution import plot
+
+        return plot(self, what, ax=ax, figsize=figsize, y=y)
+
+    def section(
+        self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
+    ) -> Figure:
+        """Picture of a section along x: the traction and its size beside the traction bound.
+
+        Without a motion: the pressure.
+
+        Parameters
+        ----------
+        y : float, optional
+            Where [length]: the row of elements next to it, with the largest pressure if not given.
+        ax : matplotlib Axes, optional
+            Where to draw; a new figure if not given.
+        figsize : pair of float, optional
+            Of a new figure [inch].
+
+        Returns
+        -------
+        matplotlib Figure
+
+        Raises
+        ------
+        SceneError
+            For a `y` off the grid, or in line contact.
+        """
+        return self.plot("section", ax=ax, figsize=figsize, y=y)
+
+    def plot_passes(self) -> Figure:
+        """Picture of how the passes of a coupling loop, or under a law of friction, converged.
+
+        Raises
+        ------
+        SceneError
+            If there were no passes.
+        """
+        from varcontact.plotting.solution import plot_passes
+
+        return plot_passes(self)
+
     def summary(self) -> dict[str, Any]:
         """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
 
         What is not known (an infinite bound), or no number, is None.
         """
-        return {
-            "normal_force": known(self.normal_force),
-            "force": [known(F) for F in self.force],
-            "moment": known(self.moment),
-            "approach": known(self.approach),
-            "creepage": [known(c) for c in self.creepage],
-            "doubts": list(self.scene.doubts),
-            "power": known(self.power),
-            "friction_work": known(self.friction_work),
-            "negative_work": known(self.negative_work),
-            "elements": self.elements,
-            "certificate": {name: _plain(value) for name, value in self.certificate.plain().items()},
-            "converged": self.converged,
-            "method": {name: getattr(self.plan, name) for name in ("normal", "tangential", "coupling")},
-            "road": self.plan.method,
-            "formulation": self.plan.formulation,
-            "left_out": self.plan.left_out,
-            "iterations": self.iterations,
-            "status": self.status,
-            "solved_by": self.solved_by,
-            "calls": plain_calls(self.calls),
-            "passes": len(self.passes),
-            "convergence": [[known(change), known(residual)] for change, residual in self.passes],
-            "branch": self.branch,
-            "note": self.note,
-            "warnings": list(self.warnings),
-            "error_estimate": None if self.error_estimate is None else self.error_estimate.plain(),
-            "coefficient": self._coefficients(),
-            "refinement": None if self.refinement is None else self.refinement.summary(),
-            "seconds": self.timing["total"],
-        }
+        from varcontact.results.report import summary
 
-    def _coefficients(self) -> list[float] | None:
-        """Least and largest coefficient of friction that a law has where it slips."""
-        if self.friction is None or not np.any(self.state == SLIP):
-            return None
-        found = self.friction[self.state == SLIP]
-        return [float(found.min()), float(found.max())]
-
-
-def plain_calls(calls: dict[str, dict[str, Calls]]) -> dict[str, dict[str, dict[str, float]]]:
-    """Calls of solvers as dictionaries of numbers, seconds to the microsecond."""
-    return {
-        problem: {name: {**asdict(each), "seconds": round(each.seconds, 6)} for name, each in solvers.items()}
-        for problem, solvers in calls.items()
-    }
-
-
-def known(value: float) -> float | None:
-    """A number for JSON, which has no NaN and no infinity: None for these."""
-    return float(value) if np.isfinite(value) else None
-
-
-def _plain(value: float | str | list[float]) -> Any:
-    """A word, a number or several, for JSON."""
-    if isinstance(value, str):
-        return value
-    return [known(each) for each in value] if isinstance(value, list) else known(value)
+        return summary(self)

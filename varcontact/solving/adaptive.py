@@ -17,10 +17,9 @@ from functools import partial
 import numpy as np
 
 from varcontact.errors import NotConverged, SceneError, TooCoarse, TooLarge
-from varcontact.planning.memory import peak
-from varcontact.planning.plan import Plan
 from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.history import History
+from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import creepage_names, friction_limit, units, values
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
@@ -29,6 +28,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving.on_grid import Answer, solve_on_grid
 from varcontact.solving.options import SolveOptions
+from varcontact.solving.pipeline import peak
 from varcontact.solving.target import Target
 from varcontact.solving.transient import bytes_of_steps
 from varcontact.system import memory
@@ -106,7 +106,7 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
     """
     target, begun = options.target, time.perf_counter()
     assert target is not None
-    if options.plan.closed_form and not options.plan.rubs:
+    if options.plan.closed_form and not options.plan.has_friction:
         return _closed_form(scene, options, progress)
     budget = math.inf if target.time_budget is None else target.time_budget
     levels: list[GridLevel] = []
@@ -291,7 +291,7 @@ def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
     """Bytes of a solve with so many elements across the contact, and of the steps of two histories."""
     elements, plan = _elements(scene, options, n), options.plan_for(gridded(scene, options.plan, math.ceil(n)))
     pressures = 0.0 if plan.closed_form else peak(plan.normal, "", elements)
-    tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.rubs else 0.0
+    tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
     return max(pressures, tractions) + 2 * kept
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,21 +17,24 @@ from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.discrete.subgrid import cells_of, divided, means
 from varcontact.errors import NotConverged, Saturated
-from varcontact.planning import memory
-from varcontact.planning.costs import instead
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.programs import Workspace
-from varcontact.solvers.interface import NormalSolver, Settings, TangentialSolver
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
-from varcontact.solving.friction_loop import branch_of, under_law
+from varcontact.solving.friction_law import branch_of, under_law
 from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
-from varcontact.solving.pipeline import JointSolver, joint_road, normal_road, tangential_road, without_noise
+from varcontact.solving.pipeline import (
+    check_memory,
+    solve_joint_program,
+    solve_normal,
+    solve_tangential,
+    without_noise,
+)
 from varcontact.solving.start_grid import interpolated
-from varcontact.system.memory import SMALLER, need
 
 
 @dataclass(frozen=True)
@@ -101,13 +104,12 @@ class ContactSolver:
             elements = problem.operator.elements
             if elements.size == 0:
                 raise no_element_in_contact(disc.surface, disc.loading.approach, disc.grid)
-            peak = memory.peak(self.plan.normal, self.plan.formulation, elements.size, memory.NORMAL_BYTES)
-            need("the normal problem", peak, instead(self.plan.normal, elements.size))
+            check_memory("normal", self.plan.normal, self.plan.formulation, elements.size)
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
             enough = enough_pressure(self.plan, disc, state, self.tol)
-            raw = self._normal_road(problem, self._settings(enough, self.plan.loops), start)
+            raw = solve_normal(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
             pressure = np.zeros(disc.grid.size)
@@ -166,7 +168,7 @@ class ContactSolver:
                 with self.stats.called(self.plan.tangential):
                     state = self.plan.theory(disc, state)
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
-            problem = disc.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
+            problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
             _check_force(problem, disc.scales.force)
             enough = enough_traction(self.plan, disc, state, self.tol)
             settings = self._settings(enough, in_passes(self.plan, disc))
@@ -179,7 +181,7 @@ class ContactSolver:
                 first = disc.with_loading(
                     motion=replace(disc.loading.motion, slip_difference="first-order", spin_offset=None)
                 )
-                easier = first.tangential_problem(state.pressure, state.bearing, marching=self.plan.marches)
+                easier = first.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
                 raw = self._from_first_order(easier, problem, settings, raw)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.tangential} gave no tractions, it says: {raw.status}", np.inf)
@@ -204,7 +206,7 @@ class ContactSolver:
         return replace(raw if raw.solved else missed, iterations=count)
 
     def together(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with pressure and tractions of each other, under the traction bound of its `bearing`.
+        """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.
 
         One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
         two problems in turn.
@@ -213,9 +215,9 @@ class ContactSolver:
         ----------
         disc : Discretisation
         state : ContactState
-            With its `bearing`, dimensionless.
+            With its `bound_pressure`, dimensionless.
         """
-        if self.plan.joint_program:
+        if self.plan.formulation == "complementary" and self.plan.programs:
             state = self._joint_program(disc, state)
             if not self.polish or self.plan.convex:
                 return state
@@ -223,20 +225,21 @@ class ContactSolver:
         return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
 
     def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
-        assert state.bearing is not None
-        nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bearing[None])
+        assert state.bound_pressure is not None
+        nothing, shifted = unloaded(disc.grid), disc.pressure_to_shift.apply(state.bound_pressure[None])
         normal = disc.normal_problem()  # the pressures are unknowns: tractions can arise wherever they shift particles
-        tangential = disc.tangential_problem(nothing.pressure, state.bearing, acting=shifted)
+        tangential = disc.tangential_problem(nothing.pressure, state.bound_pressure, acting=shifted)
         _check_force(tangential, disc.scales.force)
         if tangential.size == 0:  # no friction where there is contact: no cones, and only the pressure is left
             return self.pressure(disc, self.traction(disc, state))
         size = normal.distance.size + tangential.rigid_shift.size
-        peak = memory.peak(self.plan.tangential, "complementary", size)
-        need("the joint program", peak, SMALLER)
+        check_memory("joint", self.plan.tangential, "complementary", size)
         with self.stats.stage("joint"):
             bodies = disc.operators.traction_to_distance.between((0,), tangential.directions)
             coupling = bodies.dense(normal.operator.elements, tangential.operator.elements)
-            pressed, rubbed = self._joint_road(normal, tangential, coupling, self._settings(self.tol))
+            pressed, rubbed = solve_joint_program(
+                normal, tangential, coupling, self.plan, self.polish, self._settings(self.tol)
+            )
         traction, rigid = tangential.on_grid(rubbed.traction, rubbed.rigid)
         pressed = without_noise(disc.normal_problem(traction), pressed)
         if not (np.isfinite(traction).all() and np.isfinite(pressed.traction).all()):
@@ -264,24 +267,8 @@ class ContactSolver:
         return mirror.unfold(self._solved(mirror.fold(problem), halved, settings))
 
     def _solved(self, problem: TangentialProblem, start: RawSolution | None, settings: Settings) -> RawSolution:
-        need(
-            "the tangential problem",
-            memory.peak(self.plan.tangential, self.plan.formulation, problem.rigid_shift.size),
-            instead(self.plan.tangential, problem.size, problem.components),
-        )
-        return self._tangential_road(problem, settings, start)
-
-    @cached_property
-    def _normal_road(self) -> NormalSolver:
-        return normal_road(self.plan, self.polish)
-
-    @cached_property
-    def _tangential_road(self) -> TangentialSolver:
-        return tangential_road(self.plan, self.polish)
-
-    @cached_property
-    def _joint_road(self) -> JointSolver:
-        return joint_road(self.plan, self.polish)
+        check_memory("tangential", self.plan.tangential, self.plan.formulation, problem.rigid_shift.size)
+        return solve_tangential(problem, self.plan, self.polish, settings, start)
 
     def _settings(self, tol: float, rough: bool = False) -> Settings:
         rough = rough or not self.refined
@@ -303,7 +290,7 @@ def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> 
     Saturated
         If a prescribed force cannot be carried.
     """
-    if not steps.plan.rubs:
+    if not steps.plan.has_friction:
         return start
     if disc.loading.law is None:
         return _coupled(disc, steps, start, WHOLE * steps.tol)
@@ -323,11 +310,11 @@ def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> 
 def _coupled(disc: Discretisation, steps: ContactSolver, start: ContactState, tol: float) -> ContactState:
     """Pressure and traction by the plan's coupling, with known coefficients of friction."""
     normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
-    if steps.plan.joint:
+    if steps.plan.coupling == "joint":
         return joint(start, partial(steps.together, disc), whole, tol=tol)
-    if steps.plan.at_once:
+    if steps.plan.coupling == "newton":
         start = tangential(start)
-        need("pressure and tractions together", memory.peak("newton", "none", 3 * disc.grid.size), SMALLER)
+        check_memory("coupled", "newton", "none", 3 * disc.grid.size)
         with steps.stats.stage("both"):
             start = at_once(disc, start, whole, Settings(tol, stats=steps.stats, deadline=steps.deadline))
     if steps.plan.loops:

@@ -55,13 +55,13 @@ def joint(start: ContactState, together: Step, residual: Judge, tol: float, max_
     start : ContactState
         With the pressure without tractions, which gives the first bound.
     together : callable
-        Pressure and tractions under the bound that `bearing` gives.
+        Pressure and tractions under the bound that `bound_pressure` gives.
     residual, tol, max_passes
         As in `panagiotopoulos`.
     """
 
     def one_pass(state: ContactState) -> ContactState:
-        return replace(together(replace(state, bearing=state.pressure)), bearing=None)
+        return replace(together(replace(state, bound_pressure=state.pressure)), bound_pressure=None)
 
     return fixed_point(one_pass(start), one_pass, Unknown("pressure", least=0.0), residual, Limits(tol, max_passes))
 

@@ -12,9 +12,8 @@ from varcontact.discrete.residuals import normal_residual
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.subgrid import means
 from varcontact.errors import NotConverged, SceneError
-from varcontact.planning.plan import Plan
-from varcontact.planning.sizes import sizes_found
 from varcontact.results.physical import solution_of
+from varcontact.results.plan import Plan
 from varcontact.results.refinement import Refinement
 from varcontact.results.report import no_guarantee
 from varcontact.results.solution import Solution
@@ -22,7 +21,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.road import estimated
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 
 ROUNDED = 1e-3
 """The part of the approach that the rounding of distances may be."""
@@ -58,8 +57,7 @@ def finish(
     """
     plan, tol = steps.plan, steps.tol
     _check_rounding(disc, state)
-    posed = disc
-    if disc.loading.law is not None and plan.rubs:
+    if disc.loading.law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     lazily = plan.matrix_free and steps.certify == "auto"
     with steps.stats.stage("certificate"):
@@ -71,7 +69,7 @@ def finish(
         certificate = certificate.without_moment()
     if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
-        plan = replace(plan, sizes=sizes_found(scene, posed, plan, state), reasons=plan.reasons | found)
+        plan = replace(plan, reasons=plan.reasons | found)
     stats = steps.stats
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
     if refinement is not None:
@@ -133,7 +131,7 @@ def _residual_as_posed(disc: Discretisation, plan: Plan, state: ContactState, ce
     Hertz's pressure is a formula, and so are the approximate theories; Johnson's process poses the normal problem
     without tractions, and what the whole then lacks is its own approximation, found in the certificate.
     """
-    if not plan.rubs or plan.theory is not None:
+    if not plan.has_friction or plan.theory is not None:
         return 0.0 if plan.closed_form else certificate.normal_residual
     if plan.closed_form:  # also where friction is zero all over the contact, and there is nothing but pressure
         return certificate.tangential_residual

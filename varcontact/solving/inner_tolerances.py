@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.state import ContactState
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.solvers.registry import MATRIX_FREE
 
 WHOLE = 0.1

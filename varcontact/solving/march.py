@@ -29,7 +29,7 @@ from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import start_grid
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.finish import finish
-from varcontact.solving.friction_loop import remembered, weakening
+from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
 
 
 def marching_on(scene: Scene, largest: Scene, grid: Grid, steps: ContactSolver) -> March:
@@ -134,7 +134,9 @@ class March:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
         check_held(scene, disc, state, steps)
-        return finish(scene, disc, state, steps)
+        solution = finish(scene, disc, state, steps)
+        warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
+        return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
         """Step k by itself, with what the particles bring along from the step before.

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from varcontact.discrete.state import unloaded
-from varcontact.planning.expectations import check_fits
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -20,6 +19,7 @@ from varcontact.solving.defect_correction.road import refined, roughly
 from varcontact.solving.finish import finish, finish_coarse
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.selection import check_fits
 from varcontact.solving.surface_noise import noise_warning
 from varcontact.solving.transient import solve_transient
 

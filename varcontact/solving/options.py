@@ -10,16 +10,18 @@ from typing import Any, Literal, TypedDict
 from varcontact import checks
 from varcontact.discrete.certificate import LEVELS
 from varcontact.errors import SceneError
-from varcontact.planning.choice import make_plan
-from varcontact.planning.plan import Plan
-from varcontact.planning.roads import TOLERANCE
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.defect_correction.check import check_refine
-from varcontact.solving.friction_loop import check_start
+from varcontact.solving.friction_law import check_start
+from varcontact.solving.selection import select
 from varcontact.solving.series import check_saturation
 from varcontact.solving.target import Target, target_of
+
+TOLERANCE = 1e-8
+"""Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
 
 NormalName = Literal[
     "auto",
@@ -162,7 +164,7 @@ class SolveOptions:
         if not isinstance(scene, Scene):
             raise SceneError("scene", scene, "a Scene")
         choices = normal, tangential, coupling, formulation, method
-        plan = make_plan(scene, *choices)
+        plan = select(scene, *choices)
         tol, polish, certify = checks.positive("tol", tol), polished_by(plan, polish), level(certify)
         check_start(scene, start, plan.theory is not None)
         check_saturation(scene)
@@ -175,7 +177,7 @@ class SolveOptions:
 
     def plan_for(self, scene: Scene) -> Plan:
         """The plan of the `scene` on another grid."""
-        return make_plan(scene, *self.choices)
+        return select(scene, *self.choices)
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:

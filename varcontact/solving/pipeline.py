@@ -1,13 +1,19 @@
-"""The plan's solvers, with what is done to their answers: refined, polished, or replaced by another solver's.
+"""The attempts at a problem, in their order: the plan's solver, what refines its answer, and what takes over.
 
-Everything that may be called for a problem is put together here, once; each call is counted under its own name. In all
-of it `settings.tol` is the natural-map residual to reach.
+Each kind of problem has one list of attempts. The next is made where the best answer so far misses the tolerance, a
+natural-map residual. Each call of a solver is counted under its own name.
+
+- Normal problem by active sets or Newton's method: the solver. By a program: NORM from a start, the program polished by
+  NORM; or, unpolished, the program asked for a hundredth of the tolerance; by the method "convex" refined by splitting.
+- Tangential problem by active sets or Newton's method: the solver, then the polished program (the plan's fallback).
+  By a program: tractions that stick all over, TANG from a start, the program polished by TANG; or unpolished as above.
+  Where the gap is not convex TANG takes the program's place, or the formulation is refused.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,324 +21,313 @@ import numpy as np
 from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
 from varcontact.discrete.residuals import magnitude, normal_residual, tangential_residual
 from varcontact.errors import SceneError, TooLarge
-from varcontact.planning import memory
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
 from varcontact.solvers.conic.backends import solve_joint
-from varcontact.solvers.interface import NormalSolver, Problem, Settings, Solver, Start, TangentialSolver, counted
+from varcontact.solvers.interface import Settings, TangentialSolver, counted
 from varcontact.solvers.marching import march
-from varcontact.solvers.newton.driver import DENSE
-from varcontact.solvers.registry import normal_solver, states_programs, tangential_solver
+from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
+from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
 from varcontact.system.memory import SMALLER, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""
-
 TO_POLISH, TO_REFINE = (1e-2, 1e-4, 1e-6), (1e-6, 1e-8)
 """Accuracies asked of a solver of programs, each where the one before did not do for active sets, and for splitting."""
+NEARLY_ROUNDED = 1e-9
+"""Residual at which a polished answer is not improved any more."""
+NEWTON_STEPS, NEWTON_STEPS_FROM_START = 60, 8
+"""Newton steps of TANG; and from the pass or the step before, until it must have come nearer."""
 
-NEWTON_STEPS_FROM_START = 8
-"""Newton steps of TANG from the pass or the step before, until it must have come nearer."""
-
-Residual = Callable[[Problem, np.ndarray, np.ndarray], float]
-JointSolver = Callable[[NormalProblem, TangentialProblem, np.ndarray, Settings], tuple[RawSolution, RawSolution]]
+PRODUCTS, DENSE, CVXPY = 900.0, 4.3, 5e-3
+"""Bytes of memory at the peak: of Newton's method without a matrix by unknown, with influence numbers and fields; of
+active sets in dense matrices of their unknowns, of which a program takes three times as many for each of its blocks; of
+CVXPY, which compiles the gap program, by the fourth power of the unknowns."""
 
 NO_SLIP: TangentialSolver = counted("no-slip", lambda problem, settings, start: no_slip(problem))
-TANG: TangentialSolver = counted(
-    "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, settings=settings)
-)
-BRIEF_TANG: Solver[TangentialProblem, RawSolution] = counted(
-    "tang-safeguarded",
-    lambda problem, settings, start: tang_safeguarded(problem, start, NEWTON_STEPS_FROM_START, settings),
-)
-"""One linear system, tractions that stick everywhere; the polish, and the polish for a few steps."""
+Problem = NormalProblem | TangentialProblem
 
 
-def normal_road(plan: Plan, polish: bool) -> NormalSolver:
-    """The plan's solver of the normal problem, with what is done to its answer.
+@dataclass(frozen=True)
+class Task:
+    """A problem with the plan to solve it by, and where to begin."""
 
-    Parameters
-    ----------
-    plan : Plan
-    polish : bool
-        Whether active sets take the answer of a program to rounding; never by the method "convex".
-    """
-    solver = normal_solver(plan.normal)
+    problem: Problem
+    plan: Plan
+    polish: bool
+    settings: Settings
+    start: RawSolution | None
+
+    @property
+    def is_normal(self) -> bool:
+        """Whether it is a normal problem."""
+        return isinstance(self.problem, NormalProblem)
+
+    def residual(self, answer: RawSolution) -> float:
+        """Natural-map residual of an answer."""
+        if isinstance(self.problem, NormalProblem):
+            return normal_residual(self.problem, answer.traction, answer.rigid)
+        return tangential_residual(self.problem, answer.traction, answer.rigid)
+
+    def better(self, one: RawSolution | None, other: RawSolution) -> RawSolution:
+        """The answer with the smaller residual, or the only one."""
+        if one is None or not _finite(one):
+            return other
+        return other if self.residual(other) < self.residual(one) else one
+
+    def solved(self, solver: str, tol: float) -> RawSolution:
+        """The answer of a solver, asked for a tolerance."""
+        settings = replace(self.settings, tol=tol)
+        if isinstance(self.problem, NormalProblem):
+            return normal_solver(solver)(self.problem, settings, self.start)
+        return tangential_solver(solver)(self.problem, settings, self.start)
+
+
+Attempt = Callable[[Task, RawSolution | None], RawSolution | None]
+"""From the best answer so far to a better one."""
+
+
+def solve_normal(
+    problem: NormalProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    """Pressures and the approach."""
     if not states_programs(plan.normal):
-        return solver
-    if plan.convex:
-        return _closer(refined(solver, counted("splitting", refine_normal), normal_residual))
-    if polish:
-        return _polished(solver, normal_solver("norm"), normal_residual, normal_solver("norm"))
-    return _closer(_without_noise(solver))
+        return normal_solver(plan.normal)(problem, settings, start)
+    task = Task(problem, plan, polish, settings, start)
+    if plan.convex or not polish:
+        return _best(task, (_program_unpolished,))
+    return _best(task, (_active_sets_from_start, _program_polished))
 
 
-def tangential_road(plan: Plan, polish: bool) -> TangentialSolver:
-    """The plan's solver of the tangential problem, with what is done to its answer, and the fallback.
-
-    Parameters
-    ----------
-    plan : Plan
-    polish : bool
-        Whether active sets take the answer of a program to rounding; never by the method "convex".
-    """
-    solver, marches = tangential_solver(plan.tangential), plan.marches
-    if plan.convex:
-        solver = refined(solver, counted("splitting", refine_tangential), tangential_residual)
-    if marches:
-        solver = partial(march, solver)
-    road = solver if plan.matrix_free else _closer(solver)
+def solve_tangential(
+    problem: TangentialProblem, plan: Plan, polish: bool, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    """Tractions and rigid shifts."""
+    task = Task(problem, plan, polish, settings, start)
+    if problem.no_slip and not plan.matrix_free:
+        return _stick(task)
     if not plan.programs:
-        road = with_fallback(road, plan.fallback) if plan.fallback != "none" and not marches else road
-    elif plan.convex or not polish:
-        road = _where_convex(road, _refused)
-    else:
-        road = _polished(solver, TANG, tangential_residual, _from_start)
-        road = unless_all_sticks(_where_convex(road, _by_active_sets))
-    return road if plan.matrix_free else _with_a_bound(road)
+        falls_back = plan.fallback != "none" and not plan.marches and problem.size <= MOST_OF_A_PROGRAM
+        return _best(task, (_named, _fallback) if falls_back else (_named,))
+    convex = settings.formulation != "gap" or problem.monotone
+    if plan.convex or not polish:
+        return _best(task, (_program_unpolished if convex else _refused,))
+    first = () if start is not None and problem.symmetric else (_stick_if_admissible,)
+    return _best(task, (*first, _active_sets_from_start, _program_polished) if convex else (*first, _active_sets))
 
 
-def joint_road(plan: Plan, polish: bool) -> JointSolver:
-    """The plan's solver of the joint program of a shift, with what is done to its answer.
+def _best(task: Task, attempts: tuple[Attempt, ...]) -> RawSolution:
+    enough = min(task.settings.tol, NEARLY_ROUNDED) if _programs(task) else task.settings.tol
+    best: RawSolution | None = None
+    for attempt in attempts:
+        if best is not None and task.residual(best) <= enough:
+            break
+        best = attempt(task, best)
+    assert best is not None
+    return best
 
-    Parameters
-    ----------
-    plan : Plan
-    polish : bool
-        Whether passes of both problems in turn come after it: then a rough answer is enough.
+
+def _programs(task: Task) -> bool:
+    return states_programs(task.plan.normal if task.is_normal else task.plan.tangential)
+
+
+def _named(task: Task, best: RawSolution | None) -> RawSolution:
+    """The plan's solver of the tangential problem; nothing improves its answer."""
+    part = 1.0 if task.plan.matrix_free else UNPOLISHED
+    return _by_plan(task, part * task.settings.tol)
+
+
+def _by_plan(task: Task, tol: float) -> RawSolution:
+    """The plan's solver, in steps of a march where the plan marches."""
+    problem, plan = task.problem, task.plan
+    if isinstance(problem, NormalProblem):
+        return task.solved(plan.normal, tol)
+    if not plan.marches:
+        return task.solved(plan.tangential, tol)
+    solver = partial(_step_of_a_march, plan)
+    return march(solver, problem, replace(task.settings, tol=tol), task.start)
+
+
+def _step_of_a_march(
+    plan: Plan, problem: TangentialProblem, settings: Settings, start: RawSolution | None
+) -> RawSolution:
+    step = Task(problem, plan, False, settings, start)
+    if plan.convex:
+        return _refined(step)
+    return step.solved(plan.tangential, settings.tol)
+
+
+def _program_unpolished(task: Task, best: RawSolution | None) -> RawSolution:
+    closer = replace(task, settings=replace(task.settings, tol=UNPOLISHED * task.settings.tol))
+    if task.plan.convex and not (task.plan.marches and not task.is_normal):
+        return _refined(closer)
+    answer = _by_plan(task, closer.settings.tol)
+    if isinstance(task.problem, NormalProblem):
+        return without_noise(task.problem, answer)
+    return answer
+
+
+def _refined(task: Task) -> RawSolution:
+    """The answer of a program refined by splitting; a nearer one is asked for where that did not do."""
+    solver, tol, best = task.plan.normal if task.is_normal else task.plan.tangential, task.settings.tol, None
+    for accuracy in TO_REFINE:
+        answer = task.solved(solver, max(accuracy, tol))
+        best = task.better(best, answer)
+        if _finite(answer) and task.residual(best) > tol:
+            if isinstance(task.problem, NormalProblem):
+                near = counted("splitting", refine_normal)(task.problem, task.settings, answer)
+            else:
+                near = counted("splitting", refine_tangential)(task.problem, task.settings, answer)
+            best = task.better(best, replace(near, iterations=answer.iterations))
+        if task.residual(best) <= tol:
+            break
+    assert best is not None
+    return best
+
+
+def _program_polished(task: Task, best: RawSolution | None) -> RawSolution:
+    """The answer of the plan's program after active sets, which need it no more exact than this.
+
+    Near saturation they can be lost beside the solution, where almost nothing sticks: then they begin on their own.
     """
-    name = plan.tangential
-
-    def solve(
-        normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray, settings: Settings
-    ) -> tuple[RawSolution, RawSolution]:
-        exact = replace(settings, tol=UNPOLISHED * settings.tol)
-        rough = replace(settings, tol=TO_REFINE[0])
-        with settings.stats.called(name):
-            asked = rough if polish or plan.convex else exact
-            pressed, rubbed = solve_joint(name, normal, tangential, coupling, asked)
-            settings.stats.iterated(name, rubbed.iterations)
-        if not plan.convex or not (_finite(pressed) and _finite(rubbed)):
-            return replace(pressed, solver=name), replace(rubbed, solver=name)
-        with settings.stats.called("splitting"):
-            nearer, near = refine_both(normal, tangential, coupling, exact, (pressed, rubbed))
-            settings.stats.iterated("splitting", near.iterations)
-        answer = replace(near, iterations=rubbed.iterations, solver="splitting")
-        return replace(nearer, solver="splitting"), answer
-
-    return solve
+    enough, answer = min(task.settings.tol, NEARLY_ROUNDED), best if task.start is None else task.start
+    for accuracy in TO_POLISH:
+        if best is not None and task.residual(best) <= enough:
+            break
+        answer = _by_plan(task, accuracy)
+        if _finite(answer):
+            polished = replace(_active_sets_from(task, answer), iterations=answer.iterations)
+            best = task.better(best, polished)
+    assert answer is not None
+    if best is None:
+        return answer
+    if task.residual(best) > task.settings.tol:
+        best = task.better(best, replace(_active_sets_from(task, None), iterations=answer.iterations))
+    return best
 
 
-def _closer(solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver that is asked for a hundredth of the tolerance, as nothing improves its answer."""
-
-    def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
-        return solver(problem, replace(settings, tol=UNPOLISHED * settings.tol), start)
-
-    return solve
-
-
-def refined(
-    solver: Solver[Problem, RawSolution | None], refine: Solver[Problem, RawSolution], residual: Residual[Problem]
-) -> Solver[Problem, RawSolution | None]:
-    """A solver of programs whose answer is refined by splitting, to the tolerance or as near as that comes.
-
-    The solver is called in any case, for an answer that is near, and once more, for a nearer one, if that did not do.
-
-    Parameters
-    ----------
-    solver : callable
-        From a problem, `Settings` and a start to a `RawSolution`.
-    refine : callable
-        The same, from an answer that is near.
-    residual : callable
-        Natural-map residual of tractions and rigid shifts in a problem [-].
-    """
-
-    def solve(problem: Problem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        best = None
-        for accuracy in TO_REFINE:
-            answer = solver(problem, replace(settings, tol=max(accuracy, settings.tol)), start)
-            best = _better(problem, residual, best, answer)
-            if _finite(answer) and residual(problem, best.traction, best.rigid) > settings.tol:
-                near = replace(refine(problem, settings, answer), iterations=answer.iterations)
-                best = _better(problem, residual, best, near)
-            if residual(problem, best.traction, best.rigid) <= settings.tol:
-                break
-        assert best is not None
+def _fallback(task: Task, best: RawSolution | None) -> RawSolution | None:
+    """The polished program of the plan's fallback; none without a convex one, or with too many elements for it."""
+    problem, program = task.problem, task.plan.fallback
+    assert isinstance(problem, TangentialProblem) and best is not None
+    formulation = "complementary" if problem.symmetric else "gap"
+    try:
+        check_memory("tangential", program, formulation, problem.rigid_shift.size)
+    except TooLarge:
         return best
-
-    return solve
-
-
-def _polished(
-    solver: Solver[Problem, RawSolution | None],
-    polish: Solver[Problem, RawSolution | None],
-    residual: Residual[Problem],
-    near: Solver[Problem, RawSolution],
-) -> Solver[Problem, RawSolution | None]:
-    """A solver of programs whose answer active sets take to rounding.
-
-    Where they do so from a start (the pass or the step before), `near`, the solver is not called at all.
-    """
-
-    def solve(problem: Problem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        best = None if start is None else replace(near(problem, settings, start), iterations=0)
-        return _by_program(solver, polish, residual, problem, settings, start, best)
-
-    return solve
+    if formulation == "gap" and not problem.monotone:
+        return best
+    settings = replace(task.settings, formulation=formulation)
+    by_program = replace(task, plan=replace(task.plan, tangential=program), settings=settings, start=None)
+    found = _program_polished(by_program, best)
+    if found is best:
+        return best
+    return replace(found, reason=f"{best.solver} missed the tolerance, {program} was used")
 
 
-def with_fallback(solver: TangentialSolver, program: str) -> TangentialSolver:
-    """Another solver, and the polished answer of a solver of programs where that misses the tolerance.
-
-    Without a convex program, or with too many elements for it, its own is the answer all the same.
-
-    Parameters
-    ----------
-    solver : callable
-        From a problem, `Settings` and a start to a `RawSolution`.
-    program : str
-        The solver of programs.
-    """
-
-    def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        raw = solver(problem, settings, start)
-        if problem.size > DENSE or tangential_residual(problem, raw.traction, raw.rigid) <= settings.tol:
-            return raw
-        formulation = "complementary" if problem.symmetric else "gap"
-        try:
-            peak = memory.peak(program, formulation, problem.rigid_shift.size)
-            need("the tangential program", peak, SMALLER)
-        except TooLarge:
-            return raw
-        if formulation == "gap" and not problem.monotone:
-            return raw
-        asked = replace(settings, formulation=formulation)
-        best = _by_program(tangential_solver(program), TANG, tangential_residual, problem, asked, None, raw)
-        return best if best is raw else replace(best, reason=f"{raw.solver} missed the tolerance, {program} was used")
-
-    return solve
+def _stick(task: Task, best: RawSolution | None = None) -> RawSolution:
+    """Tractions that stick everywhere: one linear system."""
+    assert isinstance(task.problem, TangentialProblem)
+    return NO_SLIP(task.problem, task.settings, None)
 
 
-def _where_convex(solver: TangentialSolver, otherwise: TangentialSolver) -> TangentialSolver:
-    """A solver of the gap program, and another where that is not convex."""
-
-    def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        convex = settings.formulation != "gap" or problem.monotone
-        return (solver if convex else otherwise)(problem, settings, start)
-
-    return solve
+def _stick_if_admissible(task: Task, best: RawSolution | None) -> RawSolution | None:
+    """These are the solution where friction is nowhere exhausted."""
+    assert isinstance(task.problem, TangentialProblem)
+    sticking = _stick(task)
+    return sticking if np.all(magnitude(sticking.traction) <= task.problem.bound) else None
 
 
-def unless_all_sticks(solver: TangentialSolver) -> TangentialSolver:
-    """A solver, unless friction is nowhere exhausted: then the linear solution is the solution.
-
-    Parameters
-    ----------
-    solver : callable
-        From a problem, `Settings` and a start to a `RawSolution`.
-    """
-
-    def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        if start is None or not problem.symmetric:
-            sticking = NO_SLIP(problem, settings, start)
-            if np.all(magnitude(sticking.traction) <= problem.bound):
-                return sticking
-        return solver(problem, settings, start)
-
-    return solve
+def _active_sets_from(task: Task, start: RawSolution | None, steps: int = NEWTON_STEPS) -> RawSolution:
+    """NORM, or the safeguarded TANG."""
+    if isinstance(task.problem, NormalProblem):
+        return normal_solver("norm")(task.problem, task.settings, start)
+    tang: TangentialSolver = counted(
+        "tang-safeguarded", lambda problem, settings, start: tang_safeguarded(problem, start, steps, settings)
+    )
+    return tang(task.problem, task.settings, start)
 
 
-def _with_a_bound(solver: TangentialSolver) -> TangentialSolver:
-    """A solver, unless friction is infinite."""
+def _active_sets_from_start(task: Task, best: RawSolution | None) -> RawSolution | None:
+    """From the pass or the step before; TANG is given up soon where it does not converge."""
+    start = task.start
+    if start is None:
+        return best
+    near = _active_sets_from(task, start, NEWTON_STEPS_FROM_START)
+    if not (task.is_normal or near.solved or task.residual(near) > 1e-2 * task.residual(start)):
+        near = _active_sets_from(task, near)
+    return replace(near, iterations=0)
 
-    def solve(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-        return (NO_SLIP if problem.no_slip else solver)(problem, settings, start)
 
-    return solve
+def _active_sets(task: Task, best: RawSolution | None) -> RawSolution:
+    """In place of the gap program; the certificate judges their answer."""
+    raw = _active_sets_from(task, None)
+    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
+
+
+def _refused(task: Task, best: RawSolution | None) -> RawSolution:
+    message = (
+        'formulation = "gap": the gap is not convex for elements so long and motion.dq so short; use "marching", or a '
+        "longer motion.dq"
+    )
+    raise SceneError("formulation", "gap", '"marching", or a longer motion.dq', message=message)
+
+
+def solve_joint_program(
+    normal: NormalProblem,
+    tangential: TangentialProblem,
+    coupling: np.ndarray,
+    plan: Plan,
+    polish: bool,
+    settings: Settings,
+) -> tuple[RawSolution, RawSolution]:
+    """Pressures and tractions by one program, refined by the method "convex"; polished ones may be rough."""
+    name, exact = plan.tangential, replace(settings, tol=UNPOLISHED * settings.tol)
+    with settings.stats.called(name):
+        asked = replace(settings, tol=TO_REFINE[0]) if polish or plan.convex else exact
+        pressures, tractions = solve_joint(name, normal, tangential, coupling, asked)
+        settings.stats.iterated(name, tractions.iterations)
+    if not plan.convex or not (_finite(pressures) and _finite(tractions)):
+        return replace(pressures, solver=name), replace(tractions, solver=name)
+    with settings.stats.called("splitting"):
+        nearer, near = refine_both(normal, tangential, coupling, exact, (pressures, tractions))
+        settings.stats.iterated("splitting", near.iterations)
+    answer = replace(near, iterations=tractions.iterations, solver="splitting")
+    return replace(nearer, solver="splitting"), answer
 
 
 def without_noise(problem: NormalProblem, raw: RawSolution) -> RawSolution:
     """A solver's answer without the small pressures that it leaves where the bodies are apart.
 
     An element is in contact where the natural map ``p - e/rho`` is positive: the pressure outweighs the distance.
-
-    Parameters
-    ----------
-    problem : NormalProblem
-    raw : RawSolution
-        Pressures (n,) and the approach (1,), dimensionless.
     """
     distance = problem.distance - raw.rigid[0] + problem.operator.apply(raw.traction[None])[0]
     return replace(raw, traction=raw.traction * (raw.traction > distance / problem.operator.diagonal))
-
-
-def _without_noise(solver: NormalSolver) -> NormalSolver:
-    return lambda problem, settings, start: without_noise(problem, solver(problem, settings, start))
-
-
-def _by_program(
-    solver: Solver[Problem, RawSolution | None],
-    polish: Solver[Problem, RawSolution | None],
-    residual: Residual[Problem],
-    problem: Problem,
-    settings: Settings,
-    start: RawSolution | None,
-    best: RawSolution | None,
-) -> RawSolution:
-    """A solver's answer, polished, where `best` is not good enough: it is asked for no more than the polish needs.
-
-    Near saturation the polish can be lost beside the solution, where almost nothing sticks: then it begins on its own.
-    """
-    enough, answer = min(settings.tol, 1e-9), start if start is not None else best
-    for accuracy in TO_POLISH:
-        if best is not None and residual(problem, best.traction, best.rigid) <= enough:
-            break
-        answer = solver(problem, replace(settings, tol=accuracy), start)
-        if _finite(answer):
-            raw = replace(polish(problem, settings, answer), iterations=answer.iterations)
-            best = _better(problem, residual, best, raw)
-    assert answer is not None
-    if best is None:
-        return answer
-    if residual(problem, best.traction, best.rigid) > settings.tol:
-        alone = replace(polish(problem, settings, None), iterations=answer.iterations)
-        best = _better(problem, residual, best, alone)
-    return best
-
-
-def _better(problem: Problem, residual: Residual[Problem], one: RawSolution | None, other: RawSolution) -> RawSolution:
-    """The one with the smaller residual, or the only one."""
-    if one is None or not _finite(one):
-        return other
-    errors = [residual(problem, raw.traction, raw.rigid) for raw in (one, other)]
-    return other if errors[1] < errors[0] else one
 
 
 def _finite(raw: RawSolution) -> bool:
     return bool(np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all())
 
 
-def _from_start(problem: TangentialProblem, settings: Settings, start: RawSolution) -> RawSolution:
-    """TANG from the pass or the step before; given up soon where it does not converge, as a solver of programs will."""
-    near = BRIEF_TANG(problem, settings, start)
-    before, after = (tangential_residual(problem, raw.traction, raw.rigid) for raw in (start, near))
-    return near if near.solved or after > 1e-2 * before else TANG(problem, settings, near)
+def peak(method: str, formulation: str, unknowns: float) -> float:
+    """Bytes that a method takes at its peak.
+
+    >>> print(f"{peak('clarabel', 'gap', 2 * 812) / 2**20:.0f} MiB")
+    519 MiB
+    """
+    if method in MATRIX_FREE:
+        return PRODUCTS * unknowns
+    blocks = 2 if formulation in ("gap", "potential") else 1
+    matrices = DENSE * (3 * blocks if states_programs(method) else 1)
+    compiled = CVXPY * unknowns**4 if method.startswith("cvxpy:") and blocks == 2 else 0.0
+    return max(8 * matrices * unknowns**2, compiled)
 
 
-def _by_active_sets(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-    """Active sets, whose answer the certificate judges."""
-    raw = TANG(problem, settings, None)
-    return replace(raw, reason=f"the gap is not convex on these elements, so {raw.solver} was used")
-
-
-def _refused(problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
-    raise SceneError(
-        "formulation",
-        "gap",
-        '"marching", or a longer motion.dq',
-        message='formulation = "gap": the gap is not convex for elements so long and motion.dq '
-        'so short; use "marching", or a longer motion.dq',
-    )
+def check_memory(problem: str, method: str, formulation: str, unknowns: float) -> None:
+    """Refuse a problem that does not fit into memory; a `TooLarge` says what does."""
+    taken = peak(method, formulation, unknowns)
+    remedy = SMALLER
+    if method not in MATRIX_FREE:
+        remedy = f'"newton" needs about {peak("newton", "", unknowns) / 2**30:.2g} GiB; or {SMALLER}'
+    need(f"the {problem} problem", taken, remedy)

@@ -26,12 +26,12 @@ from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
-from varcontact.planning.roads import many_pressed
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.selection import many_pressures
 from varcontact.solving.start_grid import interpolated
 
 FOUND = 1e-4
@@ -164,7 +164,7 @@ def _pressed(
         return disc, steps.pressure(disc, state)
     if known_grid(scene).explicit:
         return steps.pressed_on_parts(disc, state)
-    few = not (steps.plan.convex or many_pressed(scene))
+    few = not (steps.plan.convex or many_pressures(scene))
     plan = replace(steps.plan, normal="norm") if few else steps.plan
     with steps.stats.stage("grid"):
         look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)

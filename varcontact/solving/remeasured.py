@@ -30,7 +30,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction.passes import of_elements, with_forces
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 from varcontact.solving.march import March, marching_on, without_load
 from varcontact.solving.transient import largest_contacts
 from varcontact.system.files import reading
@@ -143,7 +143,7 @@ def _measured_on(disc: Discretisation, stored: Solution) -> Solution:
     state = _state(disc, sol)
     density = _check_fields(disc, sol, state)
     stored = replace(stored, power_density=density) if np.isnan(sol.power_density).any() else stored
-    if disc.loading.law is not None and sol.plan.rubs:
+    if disc.loading.law is not None and sol.plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
     if _deserved(disc, sol, state):
         return stored

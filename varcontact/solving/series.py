@@ -13,8 +13,7 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated
-from varcontact.planning.expectations import check_fits
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, Transient
@@ -24,6 +23,7 @@ from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.finish import finish
 from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.selection import check_fits
 from varcontact.system.threads import one_blas_thread
 
 KEPT = 32

@@ -15,8 +15,6 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.discrete.subgrid import cells_of, means, with_subgrid
 from varcontact.errors import SceneError
-from varcontact.planning.choice import make_plan
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
@@ -24,10 +22,11 @@ from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 from varcontact.solving.on_grid import solve_on_grid
-from varcontact.solving.options import CouplingName, NormalName, Options, SolveOptions, TangentialName
+from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
 from varcontact.solving.potential_contact import first_grid
+from varcontact.solving.selection import select
 from varcontact.system.threads import one_blas_thread
 
 MOST_BY_PRESSURE = 1e50
@@ -246,7 +245,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             "explicit",
             message="grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0",
         )
-    plan = make_plan(scene, "hertz" if pressure is None else "clarabel")
+    plan = select(scene, "hertz" if pressure is None else "clarabel")
     grid = first_grid(scene, lambda disc, state: state)
     disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.quantities_of_interest import check_measurable
 from varcontact.scene.friction import StaticKinetic
 from varcontact.scene.grid import Grid

@@ -18,8 +18,8 @@ from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, NoContact, SceneError, VarcontactError
 from varcontact.io.history_file import Stored
-from varcontact.planning.plan import Plan
 from varcontact.results.history import History
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Transient

@@ -2,46 +2,62 @@
 
 from __future__ import annotations
 
+import json
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Interrupted, NotConverged, SceneError, SolverUnavailable, VarcontactError
+from varcontact.errors import Interrupted, SceneError, VarcontactError
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
-from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.registry import load_packages
-from varcontact.solving.series import solve_many
 from varcontact.solving.solve import solve
-from varcontact.study.answers import Answer, distances, forget_answers, keep_answers, kept_answers
-from varcontact.study.engine import opened, results
-from varcontact.study.method import Method
-from varcontact.study.store import COLUMNS, WORDS, Table, identity
+from varcontact.study.csv_table import Table, identity
+from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
+from varcontact.study.parallel import opened, results
+from varcontact.system.files import beside, clear, replacing
 
 if TYPE_CHECKING:
     from varcontact.study.comparison import Comparison
 
-DEFAULT_METHODS = (
-    "convex",
-    "active-set",
-    "kalker",
-    "clarabel",
-    "clarabel+polish",
-    "scs",
-    "cvxpy:CLARABEL",
-    "tang",
-    "fastsim",
-    "fastsim-weighted",
-    "linear",
-    "vermeulen-johnson",
+COLUMNS = (
+    "scene",
+    "method",
+    "outcome",
+    "reason",
+    "Fx",
+    "Fy",
+    "Mz",
+    "vx",
+    "vy",
+    "spin",
+    "approach",
+    "gap",
+    "relative_gap",
+    "residual",
+    "force_bound",
+    "force_distance",
+    "traction_distance",
+    "misclassified",
+    "iterations",
+    "normal_seconds",
+    "tangential_seconds",
+    "certificate_seconds",
+    "setup_seconds",
+    "repeat_seconds",
+    "total_seconds",
+    "calls",
+    "identity",
 )
+WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 
 def compare(
@@ -64,41 +80,40 @@ def compare(
         One scene, or several by name (as `standard_bank()`).
     methods : iterable of str
         Each a `method` of `solve` ("convex", "active-set", "kalker", also with a formulation, as "convex/marching") or
-        ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap", "clarabel+polish",
-        "osqp|scs". A name alone stands for both problems where a normal problem has to be solved (with "norm" for
-        "tang"); where Hertz's closed form serves, that is taken. Without "+polish" the answer is the method's own.
+        ``[normal|]tangential[/formulation][+polish]``: "tang", "clarabel/gap", "clarabel+polish", "osqp|scs". A single
+        name stands for both problems where a normal problem has to be solved (with "norm" for "tang"); where Hertz's
+        closed form applies, that is used. Without "+polish" the answer is the method's own.
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file, written after each method: what it has of the same scenes and methods is not solved again.
+        A CSV file, written after each method. Scenes and methods that it holds are not solved again.
     progress : callable, optional
-        Told scene and method.
+        Called with scene and method.
     accuracy, time_budget : float, optional
-        As for `solve`, for scenes without a grid of their own: they are compared on the grid on which an answer
-        of this accuracy (if neither is given, of 1 %), or within this time, is found.
+        As for `solve`, for scenes without a grid of their own: they are compared on the grid that reaches this accuracy
+        (1 %, if neither is given), or that is used within this time.
     executor, workers
         Where scenes are solved, as for `sweep`: each by one worker with all methods. The seconds are then those of
-        processes that may share processors, and progress tells finished scenes.
+        processes that may share processors, and progress is called with finished scenes.
 
     Returns
     -------
     Comparison
         A pandas.DataFrame with one row per scene and method. `outcome` is "solved", "approximate" (a theory, or
-        Hertz's pressure where that is all), "not converged", "refused" or "unavailable", `reason` why. Forces, moment,
-        creepage and
-        approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the
-        force (by the largest friction force) and of the tractions (by the largest traction bound) from the
-        solution of the smallest residual on that scene, and elements with another state than there; iterations;
-        seconds by stage. `calls` says who was called, and how often, as "normal: norm 1; tangential: clarabel 1 +
-        splitting 1". `repeat_seconds` are those of a second scene with creepages (or forces)
-        one per cent smaller and everything kept that can be, `setup_seconds` what the first took longer.
+        Hertz's pressure alone), "not converged", "refused" or "unavailable", `reason` why. Forces, moment, creepage and
+        approach; gap, relative gap, residual and guaranteed bound on the force, all recomputed; distance of the force
+        (relative to the friction limit) and of the tractions (relative to the largest traction bound) from the solution
+        of the smallest residual on that scene, and the number of elements in another state than there; iterations;
+        seconds by stage. `calls` lists the solvers called, and how often, as "normal: norm 1; tangential: clarabel 1 +
+        splitting 1". `repeat_seconds` are those of a second scene with creepages (or forces) one per cent smaller and
+        everything reused that can be, `setup_seconds` the additional time of the first.
 
     Raises
     ------
     SceneError
         For a method that does not exist, a scene that is a history or a store of another study, before any work starts.
     OutputError
-        If the store cannot be written, or another run adds to it.
+        If the store cannot be written, or another process writes to it.
     WorkersLost
         If the executor ends early.
     Interrupted
@@ -128,18 +143,24 @@ def compare(
         comparison.check_same({name: identity(scene, tol) for name, scene in named.items()})
         try:
             with opened(executor, workers) as pool:
-                for name, scene in named.items() if pool is None else ():
-                    comparison.solve(name, scene)
-                if pool is not None:
-                    comparison.solve_all(named, pool)
+                if pool is None:
+                    for name, scene in named.items():
+                        comparison.solve(name, scene)
+                else:  # of scenes that were begun nothing is reused
+                    finished = comparison.finished()
+                    tasks = [(name, scene, chosen, tol) for name, scene in named.items() if name not in finished]
+                    told = [f"{name}: all methods" for name, *_ in tasks]
+                    for _, rows in results(_rows_of_scene, tasks, pool, progress=progress, names=told):
+                        comparison.put(rows)
         except KeyboardInterrupt:
             done = comparison.finished() & set(named)
             begun = max((len(comparison.rows(name)) for name in set(named) - done), default=0)
             part = f" and {begun} of {len(chosen)} methods of the next" if begun else ""
-            finished = f" after {len(done)} of {len(named)} scenes{part}"
-            raise Interrupted(comparison.table(named), finished) from None
-        comparison.clear()
-        return comparison.table(named)
+            finished_part = f" after {len(done)} of {len(named)} scenes{part}"
+            raise Interrupted(comparison.result(named), finished_part) from None
+        if table.path is not None and comparison.finished() == {row["scene"] for row in table.rows}:
+            _forget_answers(table.path)
+        return comparison.result(named)
 
 
 def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
@@ -160,7 +181,7 @@ def _named(scenes: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
 
 
 def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) -> Scene:
-    """A scene on its own grid; without one on that of an accuracy, a time, or the default's 1 %."""
+    """A scene on its own grid, or on that of an accuracy or a time; by default 1 %."""
     if isinstance(scene.grid, Grid) and accuracy is time_budget is None:
         return scene
     try:
@@ -175,100 +196,81 @@ def _on_grid(scene: Scene, accuracy: float | None, time_budget: float | None) ->
 
 @dataclass(frozen=True)
 class _Comparison:
-    """A table of scenes by the same methods, to which each method's row is added when it has its answer."""
+    """A table of scenes by the same methods, written after each method."""
 
     kept: Table
     methods: list[Method]
     tol: float
-    progress: Callable[[str], None] | None
+    progress: Callable[[str], None] | None = None
 
     def rows(self, name: str) -> list[dict[str, Any]]:
-        """Those of a scene."""
         return [row for row in self.kept.rows if row["scene"] == name]
 
     def finished(self) -> set[str]:
-        """Scenes that have all methods. Of another one, begun and left, the answers are no longer kept."""
+        """Scenes with rows by all methods."""
         counts = Counter(row["scene"] for row in self.kept.rows)
         return {scene for scene, count in counts.items() if count == len(self.methods)}
 
-    def table(self, names: Iterable[str]) -> Comparison:
-        """The rows of some scenes."""
+    def result(self, names: Iterable[str]) -> Comparison:
+        """The rows of some scenes, in their order."""
         from varcontact.study.comparison import Comparison
 
-        place = {name: k for k, name in enumerate(names)}
-        rows = sorted((row for row in self.kept.rows if row["scene"] in place), key=lambda row: place[row["scene"]])
-        return Comparison(rows, columns=list(COLUMNS))
+        return Comparison([row for name in names for row in self.rows(name)], columns=list(COLUMNS))
 
     def check_same(self, identities: dict[str, str]) -> None:
-        """Refuse rows of other methods, or of other scenes by the same names; the last scene may lack methods."""
+        """Refuse rows of other methods, or of other scenes of the same name; the last scene may lack methods."""
         names = [method.name for method in self.methods]
         scenes = list(dict.fromkeys(row["scene"] for row in self.kept.rows))
+        what = ""
         for scene in scenes:
-            found = [row["method"] for row in self.rows(scene)]
+            rows = self.rows(scene)
+            found = [row["method"] for row in rows]
             if found != (names[: len(found)] if scene == scenes[-1] else names):
-                raise self._refused(
-                    "compares other methods, or the same in another order",
-                    "a table by the same methods, in the same order",
-                )
-        for row in self.kept.rows:
-            if identities.get(row["scene"], row["identity"]) != row["identity"]:
-                name = row["scene"]
-                raise self._refused(f"holds another scene named {name!r}", f"a table with the same scene {name!r}")
-
-    def _refused(self, what: str, allowed: str) -> SceneError:
-        store = str(self.kept.path)
-        return SceneError(
-            "store", store, f"{allowed}, or a new file", message=f"store = {store!r} {what}; name a new file"
-        )
+                what = "compares other methods, or the same in another order"
+                allowed = "a table by the same methods, in the same order"
+            elif any(identities.get(scene, row["identity"]) != row["identity"] for row in rows):
+                what, allowed = f"holds another scene named {scene!r}", f"a table with the same scene {scene!r}"
+            if what:
+                store = str(self.kept.path)
+                message = f"store = {store!r} {what}; name a new file"
+                raise SceneError("store", store, f"{allowed}, or a new file", message=message)
 
     def solve(self, name: str, scene: Scene) -> None:
-        """A scene by the methods whose rows are not there yet; when all are, each has its distance from the best."""
-        store, key = self.kept.path, identity(scene, self.tol)
-        rows = self.rows(name)
+        """Solve a scene by the methods without a row; distances are added with the last."""
+        store, key, rows = self.kept.path, identity(scene, self.tol), self.rows(name)
         if len(rows) == len(self.methods):
             return
-        answers = kept_answers(store, key)[: len(rows)] if store is not None else []
+        answers = _kept_answers(store, key)[: len(rows)] if store is not None else []
         if len(answers) < len(rows):  # without the answers the rows are of no use
             rows, answers = [], []
         for method in self.methods[len(rows) :]:
             if self.progress is not None:
                 self.progress(f"{name}: {method.name}")
-            row, solution = _run(scene, method, self.tol)
+            row, answer = _run(scene, method, self.tol)
             rows = [*rows, {"scene": name, "method": method.name, **row, "identity": key}]
-            answers.append(None if solution is None else Answer.of(solution))
-            finished = len(rows) == len(self.methods)
-            if store is not None and not finished:
-                keep_answers(store, key, answers)
-            whole = self.finished()
-            others = [each for each in self.kept.rows if each["scene"] in whole]
-            self.kept.write([*others, *(distances(rows, answers) if finished else rows)])
+            answers.append(answer)
+            if len(rows) == len(self.methods):
+                rows = _with_distances(rows, answers)
+            elif store is not None:
+                _keep_answers(store, key, answers)
+            self.put(rows)
 
-    def solve_all(self, named: Mapping[str, Scene], pool: Executor) -> None:
-        """All scenes that lack a method, by an executor; of those that were begun nothing is taken over."""
+    def put(self, rows: list[dict[str, Any]]) -> None:
+        """Write the rows of a scene, and drop those of other scenes that are not finished."""
         finished = self.finished()
-        tasks = [(name, scene, self.methods, self.tol) for name, scene in named.items() if name not in finished]
-        for _, rows in results(_of_scene, tasks, pool):
-            finished = self.finished()
-            self.kept.write([*(row for row in self.kept.rows if row["scene"] in finished), *rows])
-            if self.progress is not None:
-                self.progress(f"{rows[0]['scene']}: all methods")
-
-    def clear(self) -> None:
-        """Remove the answers that were kept, if no scene waits for them."""
-        if self.kept.path is not None and self.finished() == {row["scene"] for row in self.kept.rows}:
-            forget_answers(self.kept.path)
+        self.kept.write([*(row for row in self.kept.rows if row["scene"] in finished), *rows])
 
 
-def _of_scene(task: tuple[str, Scene, list[Method], float]) -> list[dict[str, Any]]:
+def _rows_of_scene(task: tuple[str, Scene, list[Method], float]) -> list[dict[str, Any]]:
     """The rows of a scene by all methods, in a worker."""
     name, scene, methods, tol = task
-    comparison = _Comparison(Table(None, COLUMNS), methods, tol, None)
+    comparison = _Comparison(Table(None, COLUMNS), methods, tol)
     comparison.solve(name, scene)
     return comparison.kept.rows
 
 
-def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solution | None]:
-    """One method on one scene: its row of the table, and the solution, if any."""
+def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], _Answer | None]:
+    """One method on one scene: its row of the table, and its answer, if any."""
     motion = scene.motion
     assert not isinstance(motion, Transient | TimeStep)
     motions = [motion, neighbour(motion)] if motion is not None else [None]
@@ -276,98 +278,103 @@ def _run(scene: Scene, method: Method, tol: float) -> tuple[dict[str, Any], Solu
     row: dict[str, Any] = {"outcome": outcome, "reason": reason, "calls": ""}
     if not solutions:
         return row, None
-    return row | _measured(solutions[0], solutions[1] if len(solutions) > 1 else None), solutions[0]
-
-
-def attempted(
-    scene: Scene, method: Method, tol: float, motions: Sequence[Steady | Shift | None]
-) -> tuple[str, str, list[Solution]]:
-    """A scene by one method, for one motion after the other as far as it gets.
-
-    Parameters
-    ----------
-    scene : Scene
-    method : Method
-    tol : float
-        Residual to be reached [-].
-    motions : sequence of Steady, Shift or None
-        At least one.
-
-    Returns
-    -------
-    outcome, reason : str
-        Of the first motion: "solved", "approximate", "not converged", "refused" or "unavailable", and why.
-    solutions : list of Solution
-        Where the first did not converge, its best iterate alone, if there is one.
-    """
-    try:
-        plan = method.plan(scene)
-        load_packages(plan.normal, plan.tangential)
-    except SolverUnavailable as error:
-        return "unavailable", str(error), []
-    except SceneError as error:
-        return "refused", str(error), []
-    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
-    outcome = "approximate" if formula or plan.one_pass else "solved"
-    solutions: list[Solution] = []
-    try:
-        for solution in solve_many(scene, motions, plan, tol, method.polish):
-            solutions.append(solution)  # noqa: PERF402  what is there stays when a later one fails
-    except NotConverged as error:
-        if not solutions:
-            return "not converged", str(error), [] if error.solution is None else [error.solution]
-    except VarcontactError as error:
-        if not solutions:
-            return "refused", str(error), []
-    return outcome, "", solutions
-
-
-def neighbour(motion: Steady | Shift) -> Steady | Shift:
-    """Creepages and forces one per cent smaller: a second scene, for which what can be kept is kept.
-
-    Parameters
-    ----------
-    motion : Steady or Shift
-    """
-    names = ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation")
-    values = {name: getattr(motion, name) for name in (*names, "Fx", "Fy")}
-    smaller: dict[str, Any] = {name: None if value is None else 0.99 * value for name, value in values.items()}
-    return replace(motion, **smaller)
-
-
-def carried(sol: Solution) -> dict[str, float]:
-    """Forces, moment and creepages of `sol` by the names of the tables, in the scene's units; of a shift the shifts."""
-    (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
-    return {"Fx": float(Fx), "Fy": float(Fy), "Mz": sol.moment, "vx": vx, "vy": vy, "spin": spin}
-
-
-def _measured(sol: Solution, repeat: Solution | None) -> dict[str, Any]:
-    certificate = sol.certificate
-    work = sol.timing.get("normal", 0.0) + sol.timing.get("tangential", 0.0)
-    row = {
-        **carried(sol),
-        "approach": sol.approach,
+    sol, certificate = solutions[0], solutions[0].certificate
+    work, *again = (each.timing.get("normal", 0.0) + each.timing.get("tangential", 0.0) for each in solutions)
+    calls = {
+        problem: " + ".join(f"{name} {n.count}" for name, n in each.items()) for problem, each in sol.calls.items()
+    }
+    row |= {
+        **figures(sol),
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
-        "residual": certificate.residual,
         "force_bound": float(np.max(certificate.force_bound[:2])),
-        "iterations": sum(sol.iterations.values()),
         "normal_seconds": sol.timing.get("normal", 0.0),
         "tangential_seconds": sol.timing.get("tangential", 0.0),
         "certificate_seconds": sol.timing.get("certificate", 0.0),
         "total_seconds": sol.timing["total"],
-        "calls": _called(sol),
+        "calls": "; ".join(f"{problem}: {count}" for problem, count in calls.items()),
     }
-    if repeat is not None:
-        again = repeat.timing.get("normal", 0.0) + repeat.timing.get("tangential", 0.0)
-        row |= {"repeat_seconds": again, "setup_seconds": max(work - again, 0.0)}
-    return row
+    if again:
+        row |= {"repeat_seconds": again[0], "setup_seconds": max(work - again[0], 0.0)}
+    return row, _Answer.of(sol)
 
 
-def _called(sol: Solution) -> str:
-    """The solvers called for each problem, and how often, in words."""
-    counts = {
-        problem: " + ".join(f"{name} {calls.count}" for name, calls in solvers.items())
-        for problem, solvers in sol.calls.items()
-    }
-    return "; ".join(f"{problem}: {count}" for problem, count in counts.items())
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """The fields of a solution by which answers are compared, with the grid as a string, and an element's area."""
+
+    lattice: str
+    area: float
+    residual: float
+    pressure: np.ndarray
+    traction: np.ndarray
+    state: np.ndarray
+    traction_bound: np.ndarray
+    force: np.ndarray
+
+    @classmethod
+    def of(cls, sol: Solution) -> _Answer:
+        names = ("pressure", "traction", "state", "traction_bound", "force")
+        arrays = {name: np.asarray(getattr(sol, name)) for name in names}
+        return cls(json.dumps(vars(sol.grid)), float(sol.grid.area), float(sol.certificate.residual), **arrays)
+
+    def distances(self, best: _Answer) -> dict[str, Any]:
+        """From the best answer: of the forces and the tractions; without friction or slip of the pressures."""
+        bound, misclassified = best.traction_bound, int(np.sum(self.state != best.state))
+        limit = float(bound.sum() * best.area)
+        if not 0 < limit < np.inf:
+            apart = float(np.abs(self.pressure - best.pressure).max() / best.pressure.max())
+            return {"traction_distance": apart, "misclassified": misclassified}
+        return {
+            "force_distance": float(np.hypot(*(self.force - best.force)) / limit),
+            "traction_distance": float(np.hypot(*(self.traction - best.traction)).max() / bound.max()),
+            "misclassified": misclassified,
+        }
+
+
+def _with_distances(rows: list[dict[str, Any]], answers: Sequence[_Answer | None]) -> list[dict[str, Any]]:
+    """The rows of a scene with the distance of each answer from the solved one of the smallest residual."""
+    pairs = list(zip(rows, answers, strict=True))
+    solved = [answer for row, answer in pairs if answer is not None and row["outcome"] == "solved"]
+    if not solved:
+        return rows
+    best = min(solved, key=lambda answer: answer.residual)
+    return [
+        row | answer.distances(best) if answer is not None and answer.lattice == best.lattice else row
+        for row, answer in pairs
+    ]
+
+
+def _keep_answers(store: Path, key: str, answers: Sequence[_Answer | None]) -> None:
+    """Write the answers of the scene that is being compared to a hidden file beside the table."""
+    arrays: dict[str, Any] = {"identity": key, "count": len(answers)}
+    for i, answer in enumerate(answers):
+        if answer is not None:
+            arrays |= {f"{name} {i}": value for name, value in vars(answer).items()}
+    with replacing("store", _answers_file(store)) as file:
+        np.savez(file, **arrays)
+
+
+def _kept_answers(store: Path, key: str) -> list[_Answer | None]:
+    """The answers of an interrupted comparison of a scene; none if the file is of another scene."""
+    names = [field.name for field in fields(_Answer)]
+    try:
+        with np.load(_answers_file(store), allow_pickle=False) as file:
+            if str(file["identity"]) != key:
+                return []
+            return [
+                _Answer(*(file[f"{name} {i}"][()] for name in names)) if f"lattice {i}" in file else None
+                for i in range(int(file["count"]))
+            ]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return []
+
+
+def _forget_answers(store: Path) -> None:
+    """Remove the answers beside the table, and what killed writers left of them."""
+    clear(_answers_file(store))
+    _answers_file(store).unlink(missing_ok=True)
+
+
+def _answers_file(store: Path) -> Path:
+    return beside(store.resolve(), "answers")

@@ -1,9 +1,9 @@
-"""One scene on finer and finer grids: what its forces and areas tend to, how fast, and at what cost."""
+"""One scene on finer and finer grids: limits of its forces and areas, order of convergence, cost."""
 
 from __future__ import annotations
 
 import tracemalloc
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -15,23 +15,23 @@ import numpy as np
 from varcontact import checks
 from varcontact.discrete.contact_grid import Box, contact_box, within
 from varcontact.errors import Interrupted, SceneError, SolverUnavailable, TooLarge
-from varcontact.planning.expectations import check_fits
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid, usual_grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.selection import check_fits
 from varcontact.solving.solve import solve
-from varcontact.study.compare import attempted, carried
-from varcontact.study.convergence import COLUMNS, WORDS, Convergence
-from varcontact.study.engine import alone, opened, results
-from varcontact.study.method import Method
-from varcontact.study.store import Table, identity
+from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
+from varcontact.study.csv_table import Table, identity
+from varcontact.study.methods import Method, attempted, figures
+from varcontact.study.parallel import alone, opened, results
 
 DEFAULT_METHOD = "tang-safeguarded"
+TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
 
 MOST_OFFSETS = 1000
-"""Offsets of one grid: the mean of so many has no noise left that matters."""
+"""Offsets of one grid: their mean has no noise left that matters."""
 
 
 def converge(
@@ -53,19 +53,19 @@ def converge(
     scene : Scene
         Its grid is replaced, but for margin and edge. Friction must be a number, a sampled distance have coordinates.
     cells : iterable of int
-        Elements across the contact either way, each grid finer than the one before; three grids at least for an order.
+        Elements across the contact in both directions, increasing; three grids at least for an order.
     method : str or iterable of str
         One method or several, as `compare` names them.
     offsets : int
-        Solves of each grid, with the lattice moved by different parts of an element: their mean has less of the
-        noise of the contact's staircase edge, their spread tells how much there is. 1: the plain grid alone.
+        Solves of each grid, with the lattice moved by different fractions of an element: their mean has less of the
+        noise of the contact's staircase edge, their spread measures it. 1: the plain grid alone.
     tol : float
         Natural-map residual at which an answer counts as solved.
     store : str or Path, optional
-        A CSV file, written after each solve: what it has of this scene is not solved again. More grids, methods or
-        offsets may be added.
+        A CSV file, written after each solve. Solves that it holds are not repeated. More grids, methods or offsets may
+        be added.
     progress : callable, optional
-        Told what is solved next.
+        Called with what is solved next.
     executor, workers
         As for `sweep`. Solves are then finished in any order, and their seconds are of shared processors.
 
@@ -85,7 +85,7 @@ def converge(
     TooLarge
         If a method is known to need more memory than there is on one of the grids, before any work starts.
     OutputError
-        If the store cannot be written, or another run adds to it; it is left as it was.
+        If the store cannot be written, or another process writes to it; it is left as it was.
 
     Notes
     -----
@@ -104,8 +104,14 @@ def converge(
     """
     if not isinstance(scene, Scene):
         raise SceneError("scene", scene, "a Scene")
-    numbers = _refining(cells)
-    methods = [Method.named(name) for name in _names(method)]
+    numbers = checks.wholes("cells", cells, least=2)
+    if not numbers or any(after <= before for before, after in pairwise(numbers)):
+        allowed = "a sequence of grids, each finer than the one before"
+        message = f"cells = {numbers}: give at least one grid, each finer than the one before"
+        raise SceneError("cells", numbers, allowed, message=message)
+    if not isinstance(method, Iterable):
+        raise SceneError("method", method, "a name, or a list of names")
+    methods = [Method.named(name) for name in ([method] if isinstance(method, str) else method)]
     if not methods:
         raise SceneError("method", method, "one at least", message="no method to study: name at least one")
     offsets, tol = checks.whole("offsets", offsets, most=MOST_OFFSETS), checks.positive("tol", tol)
@@ -116,25 +122,20 @@ def converge(
     names = [each.name for each in methods]
     with Table.opened(store, COLUMNS, WORDS, "a table of an earlier study of convergence") as table:
         if any(row["identity"] != key for row in table.rows):
-            raise SceneError(
-                "store",
-                str(store),
-                "a table of the same scene and tol, or a new file",
-                message=f"store = {str(store)!r} holds a study of another scene or tol; name a new file",
-            )
+            message = f"store = {str(store)!r} holds a study of another scene or tol; name a new file"
+            raise SceneError("store", str(store), "a table of the same scene and tol, or a new file", message=message)
         known = {(row["cells"], row["method"], row["offset"]) for row in table.rows}
         for n in numbers:
             _check_fits(scene, n, [each for each in methods if (n, each.name, 0) not in known], offsets)
         try:
-            box, tasks = contact_of(scene), []
+            box, tasks, words = contact_of(scene), [], []
             for done, (n, each, i) in enumerate(wanted):
                 if (n, each.name, i) not in known:
                     place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-                    on_grid = replace(scene, grid=lattice(scene, box, n, place))
-                    words = f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}"
-                    tasks.append(_Task(on_grid, each, tol, n, i, words))
+                    tasks.append(_Task(replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i))
+                    words.append(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
             with opened(executor, workers) as pool:
-                for row in _rows(tasks, pool, progress):
+                for _, row in results(_row, tasks, pool, progress=progress, names=words):
                     table.add(row | {"identity": key})
         except KeyboardInterrupt:
             finished = f" after {len(table.rows)} of {len(wanted)} solves"
@@ -144,30 +145,13 @@ def converge(
 
 @dataclass(frozen=True)
 class _Task:
-    """One solve of a study, and what is said of it."""
+    """One solve of a study."""
 
     scene: Scene
     method: Method
     tol: float
     cells: int
     offset: int
-    words: str
-
-
-def _rows(
-    tasks: list[_Task], pool: Executor | None, progress: Callable[[str], None] | None
-) -> Iterator[dict[str, Any]]:
-    """The rows of solves as they are done: told as they begin here, and as they end elsewhere."""
-    if pool is None:
-        for task in tasks:
-            if progress is not None:
-                progress(task.words)
-            yield _row(task)
-        return
-    for number, row in results(_row, tasks, pool):
-        if progress is not None:
-            progress(tasks[number].words)
-        yield row
 
 
 def _row(task: _Task) -> dict[str, Any]:
@@ -177,29 +161,8 @@ def _row(task: _Task) -> dict[str, Any]:
     return row | {"method": task.method.name, "cells": task.cells, "offset": task.offset, **_staircase(task.scene)}
 
 
-def _refining(cells: Iterable[int]) -> list[int]:
-    numbers = checks.wholes("cells", cells, least=2)
-    if not numbers or any(after <= before for before, after in pairwise(numbers)):
-        raise SceneError(
-            "cells",
-            numbers,
-            "a sequence of grids, each finer than the one before",
-            message=f"cells = {numbers}: give at least one grid, each finer than the one before",
-        )
-    return numbers
-
-
-def _names(method: str | Iterable[str]) -> list[str]:
-    if isinstance(method, str):
-        return [method]
-    try:
-        return list(method)
-    except TypeError:
-        raise SceneError("method", method, "a name, or a list of names") from None
-
-
 def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:
-    """Refuse a grid on which a method is known to need more memory than there is, before the first is solved."""
+    """Refuse a grid on which a method is known to need more memory than there is."""
     on_grid = replace(scene, grid=_spec(scene, cells + (offsets > 1)))
     for method in methods:
         try:
@@ -212,49 +175,26 @@ def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -
 
 
 def _check_free_of_one_grid(scene: Scene) -> None:
-    """Refuse arrays on the elements of one grid, which do not fit another, and histories."""
+    """Refuse histories, and arrays on the elements of one grid."""
     if isinstance(scene.motion, Transient | TimeStep):
-        raise SceneError(
-            "motion",
-            scene.motion,
-            "Steady, Shift or none",
-            message="motion: convergence is studied on one problem (Steady, Shift or none), not on a history",
-        )
+        message = "motion: convergence is studied on one problem (Steady, Shift or none), not on a history"
+        raise SceneError("motion", scene.motion, "Steady, Shift or none", message=message)
     if checks.is_array(scene.friction):
-        raise SceneError(
-            "friction", "an array", "a number", message="friction: an array fits one grid only; give a number or a law"
-        )
+        message = "friction: an array fits one grid only; give a number or a law"
+        raise SceneError("friction", "an array", "a number", message=message)
     if isinstance(scene.surface, SampledDistance) and scene.surface.x is None:
         raise SceneError("surface.x", None, "given: samples without coordinates fit one grid only")
 
 
 def _spec(scene: Scene, elements: int) -> Grid:
     """A grid with a number of elements across, and the margin and edge of the scene."""
-    ny = None if scene.line else elements
-    return Grid(nx=elements, ny=ny, margin=_margin(scene), edge=_asked(scene).edge)
-
-
-def _asked(scene: Scene) -> Grid:
-    return scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
-
-
-def _margin(scene: Scene) -> int:
-    margin = _asked(scene).margin
-    return margin if scene.hertz is not None and scene.bodies.K == 0 else margin + 1
+    given = scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
+    margin = given.margin if scene.hertz is not None and scene.bodies.K == 0 else given.margin + 1
+    return Grid(nx=elements, ny=None if scene.line else elements, margin=margin, edge=given.edge)
 
 
 def contact_of(scene: Scene) -> Box:
-    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    tuple of float
-        left, right, bottom, top [length].
-    """
+    """Bounding box of the contact: Hertz's, or that of the frictionless contact on the automatic grid."""
     if scene.hertz is not None:
         return -scene.hertz.a, scene.hertz.a, -scene.hertz.b, scene.hertz.b
     frictionless = solve(replace(scene, motion=None, friction=None, grid=usual_grid(scene.line)), normal="norm")
@@ -263,40 +203,17 @@ def contact_of(scene: Scene) -> Box:
 
 
 def offset(cells: int, i: int) -> tuple[float, float]:
-    """The i-th displacement of a lattice, in parts of an element.
+    """The i-th displacement of a lattice along x and y, in fractions of an element.
 
     Evenly spread points of the plane (an additive recurrence with powers of the plastic number), begun elsewhere
     on each grid, so that the noise of one grid does not repeat on the next.
-
-    Parameters
-    ----------
-    cells : int
-        Elements across the contact.
-    i : int
-        From 0.
-
-    Returns
-    -------
-    tuple of float
-        Along x and y, in [0, 1).
     """
-    return (i * 0.7548776662466927 + cells * 0.6180339887498949) % 1, (
-        i * 0.5698402909980532 + cells * 0.4142135623730951
-    ) % 1
+    x = (i * 0.7548776662466927 + cells * 0.6180339887498949) % 1
+    return x, (i * 0.5698402909980532 + cells * 0.4142135623730951) % 1
 
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> Grid:
-    """A lattice with `cells` elements across a box, and the margin, moved left and down by parts of an element.
-
-    Parameters
-    ----------
-    scene : Scene
-    box : tuple of float
-        left, right, bottom, top [length].
-    cells : int
-    place : tuple of float
-        As `offset` gives it.
-    """
+    """A lattice with `cells` elements across a box, and the margin, moved left and down by fractions of an element."""
     (left, right, bottom, top), more = box, int(any(place))
     dx, dy = (right - left) / cells, (top - bottom) / cells
     left, bottom = left - place[0] * dx, bottom - place[1] * dy
@@ -306,15 +223,29 @@ def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float]) -> G
 
 
 def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """One solve: its row of the table."""
+    """Outcome of one solve, and what it measured."""
     assert not isinstance(scene.motion, Transient | TimeStep)
     outcome, reason, solutions = attempted(scene, method, tol, [scene.motion])
     row: dict[str, Any] = {"outcome": outcome, "reason": reason}
-    return row | _measured(solutions[0]) if solutions else row
+    for sol in solutions:
+        row |= {
+            **figures(sol),
+            "normal_force": sol.normal_force,
+            "contact_area": sol.areas["contact"],
+            "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
+            "elements": sol.elements["contact"],
+            "seconds": sol.timing["total"],
+        }
+        if scene.motion is None:
+            return {name: value for name, value in row.items() if name not in TANGENTIAL}
+        row |= {"stick_area": sol.areas["stick"], "slip_area": sol.areas["slip"]}
+        row["traction_norm"] = float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area))
+        row |= {name: float(bound) for name, bound in zip(BOUNDS, sol.certificate.force_bound, strict=True)}
+    return row
 
 
 def _traced(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """One solve, with the memory that its arrays take at most; that takes time of its own."""
+    """One solve, with the largest memory of its arrays; tracing takes time of its own."""
     tracing = tracemalloc.is_tracing()
     if not tracing:
         tracemalloc.start()
@@ -349,27 +280,4 @@ def _staircase(scene: Scene) -> dict[str, float]:
         "staircase_y": float(y[inside].sum() * area),
         "staircase_xx": float((x[inside] ** 2).sum() * area - np.pi / 4),
         "staircase_yy": float((y[inside] ** 2).sum() * area - np.pi / 4),
-    }
-
-
-def _measured(sol: Solution) -> dict[str, Any]:
-    areas, bounds = sol.areas, sol.certificate.force_bound
-    normal = {
-        "normal_force": sol.normal_force,
-        "approach": sol.approach,
-        "contact_area": areas["contact"],
-        "pressure_norm": float(np.sqrt(np.sum(sol.pressure**2) * sol.grid.area)),
-        "elements": sol.elements["contact"],
-        "residual": sol.certificate.residual,
-        "iterations": sum(sol.iterations.values()),
-        "seconds": sol.timing["total"],
-    }
-    if sol.scene.motion is None:
-        return normal
-    return normal | {
-        **carried(sol),
-        "stick_area": areas["stick"],
-        "slip_area": areas["slip"],
-        "traction_norm": float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area)),
-        **{f"{name}_bound": float(bound) for name, bound in zip(("Fx", "Fy", "Mz"), bounds, strict=True)},
     }

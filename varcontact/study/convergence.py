@@ -1,4 +1,4 @@
-"""What a study of convergence found: its tables, and what is printed of them."""
+"""The result of a study of convergence: its tables, and what is printed of them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact.errors import SceneError
-from varcontact.study.extrapolate import HIDDEN, SAME, Limit, extrapolate
-from varcontact.study.store import plain_rows
-from varcontact.study.tables import columns_of_text
+from varcontact.study.csv_table import cell, columns_of_text, plain_rows
+from varcontact.study.extrapolate import HIDDEN, SAME, extrapolate
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,18 +84,7 @@ class Convergence:
 
     @classmethod
     def of(cls, rows: list[dict[str, Any]], cells: Sequence[int], methods: Sequence[str], offsets: int) -> Convergence:
-        """From the rows of solves, of which only those asked for are taken.
-
-        Parameters
-        ----------
-        rows : list of dict
-            As the store has them: the columns `COLUMNS`.
-        cells : sequence of int
-            Elements across the contact.
-        methods : sequence of str
-        offsets : int
-            Places of the grid for each number of cells.
-        """
+        """From the rows of a table, of which only those of these grids, methods and offsets are taken."""
         import pandas as pd
 
         chosen = [row for row in rows if row["cells"] in cells and row["method"] in methods and row["offset"] < offsets]
@@ -134,12 +122,12 @@ class Convergence:
             rows = rows[rows["method"] == method]
         if len(rows) != 1:
             known = f"{', '.join(QUANTITIES)}, with a method of {', '.join(dict.fromkeys(self.runs['method']))}"
+            message = f"quantity {quantity!r}, method {method!r}: there is no such limit, or more than one"
             raise SceneError(
                 "quantity, method",
                 (quantity, method),
                 "one of those that were measured",
-                message=f"quantity {quantity!r}, method {method!r}: there is no such limit, or "
-                f"more than one; take one of {known}",
+                message=f"{message}; choose one of {known}",
             )
         row: dict[str, Any] = rows.to_dict("records")[0]
         return row
@@ -171,106 +159,87 @@ class Convergence:
 
 def _grid(name: str, cells: int, runs: pd.DataFrame, answers: pd.DataFrame) -> dict[str, Any]:
     part = answers[(answers["method"] == name) & (answers["cells"] == cells)]
-    row: dict[str, Any] = {"method": name, "cells": cells, "solves": len(runs), "answers": len(part)}
-    for quantity in QUANTITIES:
-        row[quantity] = part[quantity].mean()
-    for quantity in QUANTITIES:
-        row[f"{quantity}_spread"] = part[quantity].std()
-    for column in ("residual", *BOUNDS):
-        row[column] = part[column].max()
     plain = part[part["memory"].isna()]
-    return row | {"seconds": (plain if len(plain) else part)["seconds"].mean(), "memory": part["memory"].max()}
+    return {
+        "method": name,
+        "cells": cells,
+        "solves": len(runs),
+        "answers": len(part),
+        **{quantity: part[quantity].mean() for quantity in QUANTITIES},
+        **{f"{quantity}_spread": part[quantity].std() for quantity in QUANTITIES},
+        **{column: part[column].max() for column in ("residual", *BOUNDS)},
+        "seconds": (plain if len(plain) else part)["seconds"].mean(),
+        "memory": part["memory"].max(),
+    }
 
 
 def _limit(name: str, quantity: str, answers: pd.DataFrame) -> dict[str, Any] | None:
-    """What one quantity tends to by one method; None where it has no values (the approach of some line contacts)."""
+    """The limit of one quantity by one method; None where it has no values (the approach of some line contacts)."""
     known = answers[answers[quantity].notna()]
     if known.empty:
         return None
+    scale = 0.0  # how large the quantity might be, where symmetry makes it zero
+    if quantity in ("Fx", "Fy"):
+        scale = float(known["normal_force"].max())
+    elif quantity == "Mz":
+        scale = float((known["normal_force"] * np.sqrt(known["contact_area"])).max())
+    elif quantity in ("vx", "vy"):
+        scale = float(known[["vx", "vy"]].abs().to_numpy().max())
     staircase = known[list(STAIRCASE)].dropna(axis=1).to_numpy(dtype=float)
     h, values = 1 / known["cells"].to_numpy(dtype=float), known[quantity].to_numpy(dtype=float)
-    limit: Limit = extrapolate(h, values, staircase, _scale(quantity, known))
+    limit = extrapolate(h, values, staircase, scale)
     last = known[known["cells"] == known["cells"].max()]
     finest = float(last[quantity].mean())
     bound = float(last[f"{quantity}_bound"].max()) if f"{quantity}_bound" in BOUNDS else np.nan
-    return {
+    row = {
         "method": name,
         "quantity": quantity,
-        "value": limit.value,
-        "error": limit.error,
-        "order": limit.order,
-        "order_low": limit.order_low,
-        "order_high": limit.order_high,
+        **vars(limit),
         "finest": finest,
         "finest_error": abs(finest - limit.value) + limit.error,
         "noise": float(last[quantity].std()),
         "solver_bound": bound,
-        "reason": limit.reason,
     }
-
-
-def _scale(quantity: str, known: pd.DataFrame) -> float:
-    """How large such a quantity might be, where symmetry makes it zero."""
-    if quantity in ("Fx", "Fy"):
-        return float(known["normal_force"].max())
-    if quantity == "Mz":
-        return float((known["normal_force"] * np.sqrt(known["contact_area"])).max())
-    return float(known[["vx", "vy"]].abs().to_numpy().max()) if quantity in ("vx", "vy") else 0.0
+    row["reason"] = row.pop("reason")  # the last column
+    return row
 
 
 def _block(study: Convergence, name: str) -> str:
-    """Means by grid, what they tend to, and what went wrong, for one method."""
+    """Means by grid, limits, and what went wrong, for one method."""
     grids = study.grids[study.grids["method"] == name].to_dict("records")
-    limits = study.limits.to_dict("records")
-    limits = [row for row in limits if row["method"] == name]
-    still = [row["quantity"] for row in limits if row["reason"] == SAME]
+    limits = [row for row in study.limits.to_dict("records") if row["method"] == name]
+    same = [row["quantity"] for row in limits if row["reason"] == SAME]
     shown = [row for row in limits if row["reason"] != SAME]
     head = ["cells", *(row["quantity"] for row in shown), "residual", "seconds", "MiB"]
     body = [
         [
             f"{row['cells']}" + ("" if row["answers"] == row["solves"] else f" ({row['answers']} of {row['solves']})"),
-            *(_figure(row[each["quantity"]], ".6g") for each in shown),
-            _figure(row["residual"], ".0e"),
-            _figure(row["seconds"], ".3f"),
-            _figure(row["memory"] / 2**20, ".1f"),
+            *(cell(row[each["quantity"]], ".6g") for each in shown),
+            cell(row["residual"], ".0e"),
+            cell(row["seconds"], ".3f"),
+            cell(row["memory"] / 2**20, ".1f"),
         ]
         for row in grids
     ]
     lines = [name, *columns_of_text([head, *body], left=1)]
+    reasons: dict[str, list[str]] = {}
     if shown:
         head = ["", "extrapolated", "error", "order", "finest grid", "its error", "noise", "solver bound"]
-        lines += ["", *columns_of_text([head, *(_limit_cells(row) for row in shown)], left=1)]
-    if still:
-        lines.append(f"the same on all grids: {', '.join(still)}")
-    lines += [f"{', '.join(names)}: {reason}" for reason, names in _by_reason(shown).items()]
+        lines += ["", *columns_of_text([head, *map(_limit_cells, shown)], left=1)]
+    if same:
+        lines.append(f"the same on all grids: {', '.join(same)}")
+    for row in shown:
+        reasons.setdefault(row["reason"], []).append(row["quantity"])
+    lines += [f"{', '.join(names)}: {reason}" for reason, names in reasons.items() if reason]
     runs = study.runs[(study.runs["method"] == name) & (study.runs["reason"] != "")]
     lines += [f"{row['cells']} cells, offset {row['offset']}: {row['reason']}" for row in runs.to_dict("records")]
     return "\n".join(lines)
 
 
 def _limit_cells(row: dict[str, Any]) -> list[str]:
-    order = "" if row["reason"] == HIDDEN else _figure(row["order"], ".2f")
+    order = "" if row["reason"] == HIDDEN else cell(row["order"], ".2f")
     if order and row["order_low"] == row["order_low"]:
         order += f" ({row['order_low']:.1f} to {row['order_high']:.1f})"
-    figures = [_figure(row[key], ".2g") for key in ("finest_error", "noise", "solver_bound")]
-    return [
-        row["quantity"],
-        _figure(row["value"], ".7g"),
-        _figure(row["error"], ".2g"),
-        order,
-        _figure(row["finest"], ".7g"),
-        *figures,
-    ]
-
-
-def _by_reason(rows: list[dict[str, Any]]) -> dict[str, list[str]]:
-    reasons: dict[str, list[str]] = {}
-    for row in rows:
-        if row["reason"]:
-            reasons.setdefault(row["reason"], []).append(row["quantity"])
-    return reasons
-
-
-def _figure(value: float, form: str) -> str:
-    """A number as text; nothing where it is not known."""
-    return "" if value != value else format(value, form)
+    forms = {"finest": ".7g", "finest_error": ".2g", "noise": ".2g", "solver_bound": ".2g"}
+    figures = [cell(row[name], form) for name, form in forms.items()]
+    return [row["quantity"], cell(row["value"], ".7g"), cell(row["error"], ".2g"), order, *figures]

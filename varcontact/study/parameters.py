@@ -20,47 +20,22 @@ SCENE = "scene"
 
 @dataclass(frozen=True)
 class Swept:
-    """Scenes on a grid of parameters.
-
-    Attributes
-    ----------
-    coordinates : dict
-        Values by dimension, in their order.
-    scenes : tuple of Scene
-        The last dimension varies fastest.
-    """
+    """Scenes on a grid of parameters: values by dimension, the last of which varies fastest."""
 
     coordinates: dict[str, list[Any]]
     scenes: tuple[Scene, ...]
 
     @classmethod
     def of(cls, scenes: Any, over: Any) -> Swept:
-        """From scenes, and the numbers in them that vary.
-
-        Parameters
-        ----------
-        scenes : Scene, sequence of Scene, or mapping of str to Scene
-        over : mapping or None
-            Values by name of the entry, as ``{"motion.vx": [0.0, 1e-3]}``.
-
-        Raises
-        ------
-        SceneError
-            If there are none, an entry does not exist, or a value is not allowed.
-        """
+        """The scenes, with numbers replaced by values by name, as ``{"motion.vx": [0.0, 1e-3]}``."""
         coordinates, base = _given(scenes)
         varied = _values({} if over is None else over)
-        made = [_changed(scene, dict(zip(varied, point, strict=True))) for scene in base for point in _points(varied)]
+        made = [
+            _changed(scene, dict(zip(varied, point, strict=True)))
+            for scene in base
+            for point in product(*varied.values())
+        ]
         return cls(coordinates | varied, tuple(made))
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Of the grid."""
-        return tuple(len(values) for values in self.coordinates.values())
-
-
-def _points(varied: Mapping[str, list[Any]]) -> Iterable[tuple[Any, ...]]:
-    return product(*varied.values())
 
 
 def _given(scenes: Any) -> tuple[dict[str, list[Any]], list[Scene]]:

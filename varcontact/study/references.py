@@ -1,4 +1,4 @@
-"""Continuum values of many scenes, with error bars: what the error of any way to solve a scene is measured against."""
+"""Continuum values of many scenes, with error bars, against which the errors of answers are measured."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.data.benchmark_scenes import Posed, reference_scenes
 from varcontact.errors import SceneError
 from varcontact.results.quantities_of_interest import error
 from varcontact.scene.scene import Scene
-from varcontact.study.reference_scenes import Posed, reference_scenes
 
 VERSION = 1
-"""Of the file of references."""
-COMMAND = "python -m varcontact.study.make_references"
+"""Version of the file of references."""
+COMMAND = "python -m varcontact.data.make_references"
 FILE = "references.json"
 SAMPLED = 16
-"""Every so many-th sample of a surface tells it from others."""
+"""Every 16th sample of a surface is part of its signature."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A scene, and what its answers tend to on finer and finer grids.
+    """A scene, and the continuum values of its answers.
 
     Attributes
     ----------
@@ -41,7 +41,8 @@ class Reference:
     bars : dict of str to float
         Half the widths of their 95 % intervals.
     units : dict of str to float
-        What an error of one is, of the values that count (`varcontact.results.quantities_of_interest`); areas do not.
+        The size of an error of one, of the values that count (`varcontact.results.quantities_of_interest`); not of
+        areas.
     kind : str
         Class of the scene.
     how : str
@@ -85,7 +86,7 @@ def references(path: str | Path | None = None) -> dict[str, Reference]:
     Parameters
     ----------
     path : str or Path, optional
-        Another file, made by ``python -m varcontact.study.make_references``.
+        Another file, made by ``python -m varcontact.data.make_references``.
 
     Returns
     -------
@@ -116,27 +117,11 @@ def references(path: str | Path | None = None) -> dict[str, Reference]:
 
 @cache
 def _own() -> dict[str, Reference]:
-    return read(files("varcontact.study").joinpath(FILE).read_text(encoding="utf-8"), FILE)
+    return read(files("varcontact.data").joinpath(FILE).read_text(encoding="utf-8"), FILE)
 
 
 def read(text: str, name: str) -> dict[str, Reference]:
-    """References from the text of their file.
-
-    Parameters
-    ----------
-    text : str
-    name : str
-        Of the file, for messages.
-
-    Returns
-    -------
-    dict of str to Reference
-
-    Raises
-    ------
-    SceneError
-        If it is none of references, or of another version of them.
-    """
+    """References from the text of the file `name`."""
     try:
         content = json.loads(text)
         version, entries = content["version"], content["references"]
@@ -150,28 +135,21 @@ def read(text: str, name: str) -> dict[str, Reference]:
     if other or missing:
         which = other[0] if other else missing[0]
         raise _refused(name, f"was made for other scenes than this version has, {which!r} for one")
-    return {each: _reference(scenes[each], entry) for each, entry in entries.items()}
-
-
-def _reference(posed: Posed, entry: dict[str, Any]) -> Reference:
-    named = {part: {key: float(value) for key, value in entry[part].items()} for part in ("values", "bars", "units")}
-    return Reference(posed.scene, **named, kind=posed.kind, how=entry["how"], steps=posed.steps)
+    found = {}
+    for each, entry in entries.items():
+        named = {part: {k: float(value) for k, value in entry[part].items()} for part in ("values", "bars", "units")}
+        scene = scenes[each]
+        found[each] = Reference(scene.scene, **named, kind=scene.kind, how=entry["how"], steps=scene.steps)
+    return found
 
 
 def _refused(name: str, what: str) -> SceneError:
-    return SceneError(
-        "references", name, "a file of references of this version", message=f"{name} {what}; make it again: {COMMAND}"
-    )
+    message = f"{name} {what}; make it again: {COMMAND}"
+    return SceneError("references", name, "a file of references of this version", message=message)
 
 
 def signature(posed: Posed | None) -> str:
-    """A few digits that tell one scene of the bank from another, the same on all machines.
-
-    Parameters
-    ----------
-    posed : Posed or None
-        None: a scene that there is not.
-    """
+    """A digest of a scene of the bank, the same on all machines."""
     return hashlib.sha256(json.dumps(_plain(posed)).encode()).hexdigest()[:12]
 
 

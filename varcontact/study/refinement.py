@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from varcontact.data.benchmark_scenes import Posed
 from varcontact.discrete.contact_grid import Box
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import values
@@ -18,7 +19,6 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
 from varcontact.study.converge import contact_of, offset
-from varcontact.study.reference_scenes import Posed
 
 Edge = Literal["centres", "touched"]
 TOLERANCE = 1e-8

@@ -1,24 +1,32 @@
-"""Creep-force curves: one scene for many creepages."""
+"""One scene for many creepages: scans by one method, creep-force curves by several (paper, Figs. 9 and 22 to 24)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
-from varcontact.solving.options import SolveOptions
+from varcontact.solving.options import TOLERANCE, SolveOptions
 from varcontact.solving.series import solve_many
-from varcontact.study.engine import CHUNK, opened, results
+from varcontact.study.methods import Method
+from varcontact.study.parallel import CHUNK, opened, results
+from varcontact.theories.creep_forces import VECTORISED, creep_forces
+from varcontact.theories.on_grid import why_not
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
+"""The names of creepages, and of the shifts that take their place."""
 
 
 def scan(
@@ -39,9 +47,9 @@ def scan(
     accuracy: float | None = None,
     time_budget: float | None = None,
 ) -> list[Solution]:
-    """Solve a scene for many creepages, with influence numbers, pressure and set-ups of solvers made once.
+    """Solve a scene for many creepages; influence numbers, pressure and preparations of solvers are computed once.
 
-    Each solution is where the next begins, with methods that can begin somewhere.
+    Each solution is the initial guess of the next, with methods that accept one.
 
     Parameters
     ----------
@@ -52,10 +60,10 @@ def scan(
     normal, tangential, coupling, formulation, method, tol, polish, certify
         As for `solve`; bounds on the forces only with `certify` = "full".
     executor, workers
-        Where they are solved, as for `sweep`; there they are cut into chunks of eight, and only within a chunk does one
-        begin from another.
+        Where they are solved, as for `sweep`, in chunks of eight; only within a chunk is a solution the initial guess
+        of another.
     progress : callable, optional
-        Told the name of each stage, or, of other processes, how many creepages are done.
+        Called with the name of each stage, or, for other processes, with the number of creepages done.
     accuracy, time_budget : float, optional
         As for `solve`, of each solution; of a scene without a grid 1 %. Each then has a grid of its own, and nothing is
         shared between them.
@@ -81,76 +89,49 @@ def scan(
     >>> print([f"{sol.force[0] / (0.33 * sol.normal_force):.3f}" for sol in curve])
     ['-0.210', '-0.392', '-0.967']
     """
-    choices: dict[str, Any] = {
-        "normal": normal,
-        "tangential": tangential,
-        "coupling": coupling,
-        "formulation": formulation,
-    }
-    choices |= {"method": method, "tol": tol, "polish": polish, "certify": certify}
-    choices |= {"accuracy": accuracy, "time_budget": time_budget}
-    solutions = scanned(scene, creepages, **choices, progress=progress)
+    options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
+    options |= {"formulation": formulation, "method": method, "tol": tol, "polish": polish, "certify": certify}
+    options |= {"accuracy": accuracy, "time_budget": time_budget}
+    solutions = scanned(scene, creepages, progress, **options)
     with opened(executor, workers) as pool:
         if pool is None:
             return list(solutions)
         triples = checks.numbers("creepages", creepages)
-        tasks = [_Part(scene, triples[k : k + CHUNK], choices) for k in range(0, len(triples), CHUNK)]
+        tasks = [_Chunk(scene, triples[k : k + CHUNK], options) for k in range(0, len(triples), CHUNK)]
         solved: list[list[Solution]] = [[] for _ in tasks]
-        for number, part in results(_Part.solved, tasks, pool):
+        for number, part in results(_solved, tasks, pool):
             solved[number] = part
             if progress is not None:
                 progress(f"{sum(map(len, solved))} of {len(triples)} creepages")
     return [solution for part in solved for solution in part]
 
 
-def scanned(
-    scene: Scene,
-    creepages: np.ndarray,
-    normal: str = "auto",
-    tangential: str = "auto",
-    coupling: str = "auto",
-    *,
-    formulation: str = "auto",
-    method: str = "auto",
-    tol: float = TOLERANCE,
-    polish: bool | None = None,
-    certify: str | None = "gap",
-    progress: Callable[[str], None] | None = None,
-    accuracy: float | None = None,
-    time_budget: float | None = None,
-) -> Iterator[Solution]:
-    """The solutions of a `scan`, one after the other. What is wrong with the arguments is said before the first.
-
-    Parameters
-    ----------
-    scene, creepages, normal, tangential, coupling, formulation, method, tol, polish, certify, progress
-        As for `scan`.
-    accuracy, time_budget : float, optional
-        As for `scan`.
-    """
-    scenes = [replace(scene, motion=each) for each in _motions(scene, creepages)]
-    choices = normal, tangential, coupling, formulation, method
-    target: dict[str, Any] = {"accuracy": accuracy, "time_budget": time_budget}
-    options = SolveOptions.checked(scenes[0], *choices, tol, polish, certify=certify, **target)
-    for each in scenes[1:]:  # what any of them cannot have is refused
-        options.plan_for(each)
-    progress = checks.progress(progress)
-    if options.target is not None:
-        return (cast(Solution, adaptive.solve(each, options, progress)) for each in scenes)
-    motions = [cast(Steady | Shift, each.motion) for each in scenes]
-    return solve_many(scene, motions, options.plan, options.tol, options.polish, progress, options.certify)
-
-
 @dataclass(frozen=True)
-class _Part:
-    """Some creepages of a scan, and the arguments of `scanned`."""
+class _Chunk:
+    """Some creepages of a scan, and how they are solved."""
 
     scene: Scene
     creepages: np.ndarray
-    choices: dict[str, Any]
+    options: dict[str, Any]
 
-    def solved(self) -> list[Solution]:
-        return list(scanned(self.scene, self.creepages, **self.choices))
+
+def _solved(chunk: _Chunk) -> list[Solution]:
+    return list(scanned(chunk.scene, chunk.creepages, **chunk.options))
+
+
+def scanned(
+    scene: Scene, creepages: np.ndarray, progress: Callable[[str], None] | None = None, **options: Any
+) -> Iterator[Solution]:
+    """The solutions of a `scan`, with its options, one after the other. Arguments are checked before the first."""
+    scenes = [replace(scene, motion=each) for each in _motions(scene, creepages)]
+    checked = SolveOptions.checked(scenes[0], **{"certify": "gap", **options})
+    for each in scenes[1:]:  # what does not apply to one of them is refused
+        checked.plan_for(each)
+    progress = checks.progress(progress)
+    if checked.target is not None:
+        return (cast(Solution, adaptive.solve(each, checked, progress)) for each in scenes)
+    motions = [cast(Steady | Shift, each.motion) for each in scenes]
+    return solve_many(scene, motions, checked.plan, checked.tol, checked.polish, progress, checked.certify)
 
 
 def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
@@ -159,31 +140,138 @@ def _motions(scene: Scene, creepages: np.ndarray) -> list[Steady | Shift]:
         raise SceneError("scene", scene, "a Scene")
     motion = scene.motion
     if not isinstance(motion, Steady | Shift) or motion.Fx is not None or motion.Fy is not None:
-        raise SceneError(
-            "motion",
-            motion,
-            "Steady or Shift, with no prescribed force",
-            message="motion: a scan sets the creepages; give Steady or Shift with no prescribed force",
-        )
-    triples = _triples(creepages, ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation"))
-    return [_with_rigid(motion, triple) for triple in triples]
-
-
-def _triples(creepages: np.ndarray, names: tuple[str, str, str]) -> np.ndarray:
-    """One row of three for each solution."""
+        message = "motion: a scan sets the creepages; give Steady or Shift with no prescribed force"
+        raise SceneError("motion", motion, "Steady or Shift, with no prescribed force", message=message)
+    names = ROLLING if isinstance(motion, Steady) else SHIFTING
     given = checks.numbers("creepages", creepages)
     if given.ndim != 2 or given.shape[1] != 3 or given.size == 0:
         words = ", ".join(names)
         meant = f"; a single solution is [[{words}]]" if given.shape == (3,) else ""
-        raise checks.wrong_shape(
-            "creepages", given.shape, f"of shape (k, 3), a row of {words} for each solution{meant}"
-        )
-    return given
+        allowed = f"of shape (k, 3), a row of {words} for each solution{meant}"
+        raise checks.wrong_shape("creepages", given.shape, allowed)
+    return [replace(motion, **dict(zip(names, triple, strict=True))) for triple in given.tolist()]
 
 
-def _with_rigid(motion: Steady | Shift, triple: np.ndarray) -> Steady | Shift:
-    """A motion with other creepages."""
-    first, second, third = (float(value) for value in triple)
-    if isinstance(motion, Steady):
-        return replace(motion, vx=first, vy=second, spin=third)
-    return replace(motion, ux=first, uy=second, rotation=third)
+def creep_curve(
+    scene: Scene,
+    methods: Iterable[str] = ("auto", "fastsim", "fastrip"),
+    *,
+    vx: Any = None,
+    vy: Any = None,
+    spin: Any = None,
+    progress: Callable[[str], None] | None = None,
+) -> xr.Dataset:
+    """Forces and moment against creepages, by several methods.
+
+    Parameters
+    ----------
+    scene : Scene
+        In steady rolling, with no prescribed tangential force.
+    methods : iterable of str
+        Fast theories by their names in `creep_forces`, which need no grid, and methods as `compare` names them. A
+        theory to which the scene's friction (a law) does not apply in this form is evaluated on the grid.
+    vx, vy, spin : float or array_like, optional
+        Creepages, which broadcast to one dimension; the scene's own where not given. One at least has several values.
+    progress : callable, optional
+        Called with one line of text for each method.
+
+    Returns
+    -------
+    xarray.Dataset
+        Fx, Fy and Mz over `theory` (the names of the methods) and `point`; vx, vy and spin over `point`; as an
+        attribute ``limit``, the friction limit (nan for friction that has no single coefficient). Mz is nan by a
+        theory that has none.
+
+    Raises
+    ------
+    SceneError, SolverUnavailable, Saturated, NotConverged, TooLarge
+        As `scan` and `creep_forces`; or if creepages do not broadcast to one dimension.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=12, ny=12))
+    >>> curve = vc.creep_curve(scene, ["fastsim", "newton"], vx=np.linspace(0.0, 6e-3, 4))
+    >>> print((curve.Fx / curve.limit).round(2).values)
+    [[ 0.   -0.63 -0.91 -0.99]
+     [ 0.   -0.68 -0.97 -1.  ]]
+    """
+    import xarray as xr
+
+    motion = scene.motion if isinstance(scene, Scene) else None
+    if not isinstance(motion, Steady) or motion.Fx is not None or motion.Fy is not None:
+        message = "scene: a creep-force curve needs a Scene in steady rolling, with no prescribed force"
+        raise SceneError("scene", scene, message=message)
+    names = [str(name) for name in ([methods] if isinstance(methods, str) else methods)]
+    if not names or len(set(names)) < len(names):
+        raise SceneError("methods", names, "one name at least, none of them twice")
+    triples = _broadcast(motion, {"vx": vx, "vy": vy, "spin": spin})
+    report = checks.progress(progress)
+    options = {name: _scan_options(scene, name) for name in names}  # refused before anything is solved
+    found = []
+    for name, each in options.items():
+        if report is not None:
+            report(f"{name}: {len(triples)} points")
+        if each is None:
+            found.append(_by_formula(scene, name, triples))
+        else:
+            found.append(np.array([[*sol.force, sol.moment] for sol in scan(scene, triples, certify=None, **each)]))
+    Fx, Fy, Mz = np.moveaxis(np.array(found) + 0.0, -1, 0)  # no negative zeros
+    points = {name: ("point", triples[:, i]) for i, name in enumerate(ROLLING)}
+    over = ("theory", "point")
+    fields = {"Fx": (over, Fx), "Fy": (over, Fy), "Mz": (over, Mz)}
+    force, limit = scene.hertz.force if scene.hertz is not None else scene.normal_force, np.nan
+    if force is not None and isinstance(scene.friction, float) and np.isfinite(scene.friction):
+        limit = scene.friction * force
+    return xr.Dataset(fields, {"theory": names, **points}, {"limit": float(limit)})
+
+
+def _broadcast(motion: Steady, given: dict[str, Any]) -> np.ndarray:
+    """One row of vx, vy and spin for each point."""
+    columns = [
+        np.asarray(own) if each is None else checks.numbers(name, each)
+        for own, (name, each) in zip(motion.rigid, given.items(), strict=True)
+    ]
+    try:
+        columns = list(np.broadcast_arrays(*columns))
+    except ValueError:
+        columns = []
+    if not columns or columns[0].ndim != 1 or columns[0].size < 2:
+        shapes = ", ".join(f"{name} {np.shape(each)}" for name, each in given.items() if each is not None)
+        message = "give a range (two or more values) for at least one; further ranges must have the same length"
+        raise SceneError("vx, vy, spin", shapes, message=f"vx, vy, spin: {message}; given: {shapes or 'none'}")
+    return np.stack(columns, axis=-1)
+
+
+def _scan_options(scene: Scene, name: str) -> dict[str, Any] | None:
+    """The options of a scan by a method; None for a theory that is evaluated for all creepages at once."""
+    single = isinstance(scene.friction, float) and 0 < scene.friction < np.inf
+    if name in VECTORISED and (single or name == "linear") and why_not(name, scene) == "":
+        return None
+    method = Method.named(name)
+    return {
+        "normal": "auto" if method.plan(scene).normal == "hertz" else method.normal,
+        "tangential": method.tangential or "auto",
+        "formulation": method.formulation,
+        "method": method.method,
+        "polish": True if method.polish else None,
+    }
+
+
+def _by_formula(scene: Scene, name: str, triples: np.ndarray) -> np.ndarray:
+    hertz = scene.hertz
+    assert hertz is not None
+    friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
+    contact: dict[str, Any] = {
+        "a": hertz.a,
+        "b": hertz.b,
+        "bodies": scene.bodies,
+        "normal_force": hertz.force,
+        "friction": friction,
+    }
+    creepages: dict[str, Any] = dict(zip(ROLLING, triples.T, strict=True))
+    found = creep_forces(name, **contact, **creepages)
+    return np.stack([found.Fx, found.Fy, found.Mz], axis=-1)

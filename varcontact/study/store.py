@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
 from varcontact.io.scene_toml import scene_to
-from varcontact.results.solution import known
+from varcontact.results.report import known
 from varcontact.scene.scene import Scene
 from varcontact.system.files import check_ending, check_writable, only_writer, replacing
 from varcontact.system.interrupts import imported

@@ -1,4 +1,4 @@
-"""Sweeps: many scenes, or a grid of parameters, on one machine or a cluster, into one store."""
+"""Sweeps: many scenes, or a grid of parameters, solved on one machine or a cluster into one file."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import hashlib
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,17 +31,15 @@ from varcontact.io.sweep_file import (
     record_type,
     sealed,
 )
-from varcontact.planning.plan import Plan
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
-from varcontact.solving.options import SolveOptions
+from varcontact.solving.options import TOLERANCE, SolveOptions
 from varcontact.solving.series import Series
 from varcontact.solving.target import BY_DEFAULT
-from varcontact.study.compare import carried
-from varcontact.study.engine import CHUNK, opened, results
+from varcontact.study.methods import figures, outcome
+from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import Swept
 from varcontact.system.interrupts import imported
 
@@ -51,14 +49,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a sweep is. As a string it is a line for people.
+    """Progress of a sweep. As a string it is a line for people.
 
     Attributes
     ----------
     done, of, failed : int
-        Scenes that are finished, in all, and how many of the finished ones are not solved.
+        Number of finished scenes, of all scenes, and of finished ones that are not solved.
     left : float or None
-        Seconds that the rest will take; None before anything is known of it.
+        Estimated seconds left; None before the first scene is finished.
 
     Examples
     --------
@@ -114,18 +112,18 @@ def sweep(
     normal, tangential, coupling, formulation, method, tol, polish, certify
         As for `solve`, the same for all scenes; bounds on the forces only with `certify` = "full".
     chunk : int
-        Scenes that one worker solves one after the other, each from the answers of those before: 1, each alone. The
-        last of the entries in `over` varies fastest.
+        Number of scenes that one worker solves one after the other, each with the answers before as initial guesses;
+        with 1, each alone. The last of the entries in `over` varies fastest.
     executor : concurrent.futures.Executor, optional
         Where the scenes are solved: a pool of processes, MPI's, or that of a dask client (``client.get_executor()``).
         It stays open.
     workers : int
-        Without an executor, how many processes; 1: this one alone.
+        Without an executor, the number of processes; 1: this one alone.
     store : str or Path, optional
         A netCDF file (.nc) to which results are written as they come. Called again with the same scenes and settings,
-        on any executor, the sweep goes on from there.
+        on any executor, the sweep resumes from it.
     progress : callable, optional
-        Told a `Standing` after every chunk, which as a string says how far the sweep is and how long it will take.
+        Called with a `Standing` after every chunk, which as a string says how many scenes are done and the time left.
     accuracy, time_budget : float, optional
         As for `solve`, of each scene. Scenes without a grid are solved to 1 % if neither is given.
 
@@ -143,7 +141,7 @@ def sweep(
     SceneError
         For scenes, entries or settings that cannot be treated, or if no scene suits the methods, before any work.
     OutputError
-        If the store cannot be written, is of another sweep, or is being written by another run.
+        If the store cannot be written, is of another sweep, or is being written by another process.
     WorkersLost
         If the executor ends early. Its `partial` is what is finished, and the store has it.
     Interrupted
@@ -152,9 +150,9 @@ def sweep(
     Notes
     -----
     Scenes are cut into chunks in their order, whatever the executor. Only within a chunk do answers depend on the ones
-    before, by less than `tol`. So a sweep gives the same digits here, in processes and on a cluster, and a store that
-    was gone on with is, byte for byte, the store of a sweep that nothing ended early. What ends a sweep loses at most
-    the chunks that are being solved.
+    before, by less than `tol`. So a sweep gives the same digits here, in processes and on a cluster, and a resumed
+    sweep gives a file identical, byte for byte, to an uninterrupted one. An interruption loses at most the chunks that
+    are being solved.
 
     Examples
     --------
@@ -169,21 +167,38 @@ def sweep(
     [-0.07  -0.133 -0.362]
     """
     swept = Swept.of(scenes, over)
-    choices = normal, tangential, coupling, formulation, method
-    solver = _Solver(choices, tol, polish, certify, accuracy, time_budget).checked(swept.scenes)
+    options: dict[str, Any] = {"normal": normal, "tangential": tangential, "coupling": coupling}
+    options |= {"formulation": formulation, "method": method, "tol": tol, "polish": polish, "certify": certify}
+    options |= {"accuracy": accuracy, "time_budget": time_budget}
+    settings = _settings(options, swept.scenes)
+    options |= {name: settings[name] for name in ("tol", "polish", "certify")}
     chunk = checks.whole("chunk", chunk)
     checks.progress(progress)
     path = None if store is None else checks.file_name("store", store)
     with ExitStack() as held:
-        pool = held.enter_context(opened(executor, workers))  # first: processes take a while to begin
+        pool = held.enter_context(opened(executor, workers))  # first: processes take a while to start
         imported("xarray")  # now: after Ctrl-C it would be waited for
-        described, file = _described(swept, solver, chunk), None
+        described, file = _described(swept, {**settings, "chunk": chunk}), None
         if path is not None:
             file = held.enter_context(SweepFile.opened(path, described, len(swept.scenes)))
-        records = blank(len(swept.scenes), solver.record) if file is None else file.records(len(swept.scenes))
+        kind = record_type(settings)
+        records = blank(len(swept.scenes), kind) if file is None else file.records(len(swept.scenes))
+        done = finished(records)
+        firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
+        for first in firsts:  # a chunk is solved as a whole
+            records[first : first + chunk] = blank(len(records[first : first + chunk]), kind)
+        tasks = [_Task(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
+        started, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
         try:
-            for _ in _swept(swept.scenes, records, solver, chunk, pool, executor is None, file, progress):
-                pass
+            if progress is not None:
+                progress(_standing(records, before, 0.0))
+            for number, solved in results(_solved, tasks, pool, executor is None):
+                first = firsts[number]
+                if file is not None:
+                    file.put(first, solved)
+                records[first : first + len(solved)] = solved
+                if progress is not None:
+                    progress(_standing(records, before, time.monotonic() - started))
         except KeyboardInterrupt:
             raise Interrupted(_dataset(described, records), _so_far(records)) from None
         except WorkersLost as lost:
@@ -194,7 +209,7 @@ def sweep(
 
 
 def read_sweep(path: str | Path) -> xr.Dataset:
-    """The results in the store of a sweep, as far as it is, also while it goes on.
+    """The results in the store of a sweep, also while it is running.
 
     Parameters
     ----------
@@ -227,35 +242,6 @@ def read_sweep(path: str | Path) -> xr.Dataset:
     return _dataset(*read_sweep_file(checks.file_name("path", path)))
 
 
-def _swept(
-    scenes: Sequence[Scene],
-    records: np.ndarray,
-    solver: _Solver,
-    chunk: int,
-    pool: Executor | None,
-    meanwhile: bool,
-    file: SweepFile | None,
-    progress: Callable[[Standing], None] | None,
-) -> Iterator[None]:
-    """Fill the records of the chunks that are not finished, one chunk at a time."""
-    done = finished(records)
-    firsts = [k for k in range(0, len(scenes), chunk) if not done[k : k + chunk].all()]
-    for first in firsts:  # a chunk is solved as a whole
-        records[first : first + chunk] = blank(len(records[first : first + chunk]), solver.record)
-    tasks = [_Task(solver, tuple(scenes[first : first + chunk])) for first in firsts]
-    begun, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
-    if progress is not None:
-        progress(_standing(records, before, 0.0))
-    for number, solved in results(_solved, tasks, pool, meanwhile):
-        first = firsts[number]
-        if file is not None:
-            file.put(first, solved)
-        records[first : first + len(solved)] = solved
-        if progress is not None:
-            progress(_standing(records, before, time.monotonic() - begun))
-        yield
-
-
 def _standing(records: np.ndarray, before: int, seconds: float) -> Standing:
     done, failed = int(np.sum(records["outcome"] > 0)), int(np.sum(records["outcome"] > OUTCOMES.index("approximate")))
     left = seconds / (done - before) * (len(records) - done) if done > before else None
@@ -266,67 +252,59 @@ def _so_far(records: np.ndarray) -> str:
     return f" after {np.sum(records['outcome'] > 0)} of {len(records)} scenes"
 
 
-@dataclass(frozen=True)
-class _Solver:
-    """How all scenes are solved: arguments of `solve`."""
+def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any]:
+    """The settings of the sweep, if they suit one of the scenes at least; else the error of the first."""
+    first: VarcontactError | None = None
+    for scene in scenes:
+        try:
+            known = _checked(scene, options)
+        except VarcontactError as error:
+            first = error if first is None else first
+            continue
+        settings = {**options, "tol": known.tol, "polish": known.polish, "certify": known.certify}
+        to_accuracy = known.plan.theory is None and any(scene.grid == "auto" for scene in scenes)
+        if to_accuracy and options["accuracy"] is options["time_budget"] is None:
+            settings["accuracy"] = BY_DEFAULT
+        without = {name for name in ("accuracy", "time_budget") if settings[name] is None}
+        return {name: value for name, value in settings.items() if name not in without}
+    assert first is not None
+    raise first
 
-    choices: tuple[str, str, str, str, str]
-    tol: float
-    polish: bool | None
-    certify: str | None
-    accuracy: float | None = None
-    time_budget: float | None = None
-    default: bool = False  # whether scenes without a grid are solved to the default accuracy
 
-    def options(self, scene: Scene) -> SolveOptions:
-        """The options for a scene, checked."""
-        rest: dict[str, Any] = {"accuracy": self.accuracy, "time_budget": self.time_budget}
-        options = SolveOptions.checked(scene, *self.choices, self.tol, self.polish, certify=self.certify, **rest)
-        load_packages(options.plan.normal, options.plan.tangential)
-        return options
-
-    def checked(self, scenes: Sequence[Scene]) -> _Solver:
-        """The same, if it suits one of the scenes at least; else the error of the first."""
-        first: VarcontactError | None = None
-        for scene in scenes:
-            try:
-                known = self.options(scene)
-            except VarcontactError as error:
-                first = error if first is None else first
-            else:
-                default = known.plan.theory is None and any(scene.grid == "auto" for scene in scenes)
-                return replace(self, tol=known.tol, polish=known.polish, certify=known.certify, default=default)
-        assert first is not None
-        raise first
-
-    @property
-    def record(self) -> np.dtype:
-        """What there is of each scene."""
-        return record_type(_rest(self))
+def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
+    """The options for a scene, whose solvers are installed."""
+    checked = SolveOptions.checked(scene, **options)
+    load_packages(checked.plan.normal, checked.plan.tangential)
+    return checked
 
 
 @dataclass(frozen=True)
 class _Task:
-    """The scenes of a chunk, and how they are solved."""
+    """The scenes of a chunk, how they are solved, and the type of their records."""
 
-    solver: _Solver
+    options: dict[str, Any]
+    record: np.dtype
     scenes: tuple[Scene, ...]
 
 
 _KEPT = threading.local()
-"""Of each worker, the influence numbers of its last chunk: the next is mostly on the same lattice."""
+"""The influence numbers of each worker's last chunk: the next is mostly on the same lattice."""
 
 
 def _solved(task: _Task) -> np.ndarray:
-    """The records of a chunk of scenes; whatever happens to one of them stands in its record."""
-    records, solver = blank(len(task.scenes), task.solver.record), task.solver
-    series = Series(solver.tol, bool(solver.polish), str(solver.certify), operators=getattr(_KEPT, "operators", None))
+    """The records of a chunk of scenes, with the errors of those that fail."""
+    records, given = blank(len(task.scenes), task.record), task.options
+    operators = getattr(_KEPT, "operators", None)
+    series = Series(given["tol"], given["polish"], given["certify"], operators=operators)
     for record, scene in zip(records, task.scenes, strict=True):
         try:
-            options = solver.options(scene)
+            options = _checked(scene, given)
             sol = series.solve(scene, options.plan) if options.target is None else adaptive.solve(scene, options)
             assert isinstance(sol, Solution)
-            _note(record, sol, options.plan)
+            for name, value in _figures(sol).items():
+                if name in (task.record.names or ()):
+                    record[name] = value
+            record["outcome"] = OUTCOMES.index(outcome(options.plan))
         except NotConverged as error:
             _failed(record, "not converged", str(error))
         except SolverUnavailable as error:
@@ -340,27 +318,21 @@ def _solved(task: _Task) -> np.ndarray:
     return sealed(records)
 
 
-def _note(record: np.void, sol: Solution, plan: Plan) -> None:
-    """Put the figures of a solution into a record."""
+def _figures(sol: Solution) -> dict[str, Any]:
+    """The figures of a solution by the names of the records."""
     certificate = sol.certificate
-    bound = certificate.force_bound if certificate.level == "full" else np.full(3, np.nan)
-    figures = {
-        **carried(sol),
+    found = {
+        **figures(sol),
         "normal_force": sol.normal_force,
-        "approach": sol.approach,
         "gap": certificate.gap,
         "relative_gap": certificate.relative_gap,
-        "residual": certificate.residual,
-        **dict(zip(("Fx_bound", "Fy_bound", "Mz_bound"), bound, strict=True)),
         **sol.elements,
-        "iterations": sum(sol.iterations.values()),
     }
+    if certificate.level == "full":
+        found |= zip(("Fx_bound", "Fy_bound", "Mz_bound"), certificate.force_bound, strict=True)
     if sol.error_estimate is not None:
-        figures |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
-    for name in figures.keys() & set(record.dtype.names or ()):
-        record[name] = figures[name]
-    formula = plan.theory is not None or (not plan.rubs and plan.closed_form)
-    record["outcome"] = OUTCOMES.index("approximate" if formula or plan.one_pass else "solved")
+        found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
+    return found
 
 
 def _failed(record: np.void, outcome: str, reason: str) -> None:
@@ -368,53 +340,36 @@ def _failed(record: np.void, outcome: str, reason: str) -> None:
     record["outcome"], record["reason"] = OUTCOMES.index(outcome), text.encode()
 
 
-def _described(swept: Swept, solver: _Solver, chunk: int) -> dict[str, Any]:
+def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:
     """What makes a sweep the same: its grid, its scenes, and how they are solved."""
     scenes = json.dumps([scene_to(scene) for scene in swept.scenes], sort_keys=True)
-    units = {scene.units for scene in swept.scenes}
-    unit = next(iter(units)) if len(units) == 1 else None
-    line = any(scene.line for scene in swept.scenes)
-    named = {} if unit is None else {kind: unit.of(kind, line) for kind in ("force", "length", "moment")}
+    units, line = {scene.units for scene in swept.scenes}, any(scene.line for scene in swept.scenes)
+    unit = units.pop() if len(units) == 1 else None
     return {
         "coordinates": swept.coordinates,
         "scenes": hashlib.sha256(scenes.encode()).hexdigest()[:16],
-        "settings": {**dict(zip(CHOICES, solver.choices, strict=True)), **_rest(solver), "chunk": chunk},
-        "units": named,
+        "settings": settings,
+        "units": {} if unit is None else {kind: unit.of(kind, line) for kind in ("force", "length", "moment")},
     }
-
-
-CHOICES = ("normal", "tangential", "coupling", "formulation", "method")
-
-
-def _rest(solver: _Solver) -> dict[str, Any]:
-    rest = {"tol": solver.tol, "polish": solver.polish, "certify": solver.certify}
-    target = {"accuracy": solver.accuracy, "time_budget": solver.time_budget}
-    if solver.default and solver.accuracy is solver.time_budget is None:
-        target["accuracy"] = BY_DEFAULT
-    return rest | {name: value for name, value in target.items() if value is not None}
 
 
 def _dataset(described: Mapping[str, Any], records: np.ndarray) -> xr.Dataset:
     """Records as arrays over what varies."""
     import xarray as xr
 
-    coordinates = described["coordinates"]
+    coordinates, units = described["coordinates"], described["units"]
     dims, shape = tuple(coordinates), tuple(len(values) for values in coordinates.values())
-    units = described["units"]
     columns: dict[str, tuple[Any, ...]] = {}
     for name, quantity in (NUMBERS | ERRORS).items():
-        if name not in (records.dtype.names or ()):
-            continue
-        unit = {"units": units[quantity]} if units.get(quantity) else {}
-        columns[name] = dims, records[name].astype(float).reshape(shape), unit
+        if name in (records.dtype.names or ()):
+            unit = {"units": units[quantity]} if units.get(quantity) else {}
+            columns[name] = dims, records[name].astype(float).reshape(shape), unit
     for name in COUNTS:
         columns[name] = dims, records[name].astype(int).reshape(shape)
-    words = {
-        "outcome": np.array(OUTCOMES)[records["outcome"]],
-        "reason": np.array([reason.decode() for reason in records["reason"]], dtype=str),
-    }
-    columns |= {name: (dims, values.reshape(shape)) for name, values in words.items()}
-    settings = {name: value for name, value in described["settings"].items() if value is not None}
+    columns["outcome"] = dims, np.array(OUTCOMES)[records["outcome"]].reshape(shape)
+    reasons = np.array([reason.decode() for reason in records["reason"]], dtype=str)
+    columns["reason"] = dims, reasons.reshape(shape)
     columns = {name: column for name, column in columns.items() if name not in coordinates}  # a load that varies
+    settings = {name: value for name, value in described["settings"].items() if value is not None}
     attributes = {name: int(value) if isinstance(value, bool) else value for name, value in settings.items()}
     return xr.Dataset(columns, coords=coordinates, attrs=attributes)

@@ -1,36 +1,64 @@
-"""Speed against accuracy: the error of ways to answer the reference scenes, and what each costs."""
+"""Speed against accuracy: the error of ways to answer the reference scenes, what each costs, and Pareto fronts."""
 
 from __future__ import annotations
 
+import json
 import time
 import tracemalloc
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact import checks
+from varcontact.data.benchmark_scenes import Posed
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
-from varcontact.planning.choice import make_plan
-from varcontact.planning.roads import TOLERANCE
 from varcontact.results.history import History
 from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import tangential_methods
-from varcontact.solving.discretisation_variants import Answered, Way, answer
-from varcontact.solving.options import polished_by
+from varcontact.solving.discretisation_variants import Way, answer
+from varcontact.solving.options import TOLERANCE, polished_by
+from varcontact.solving.selection import select
 from varcontact.solving.series import Series
-from varcontact.study.compare import neighbour
-from varcontact.study.engine import alone, opened, results
-from varcontact.study.front import COLUMNS, TARGETS, WORDS, Tradeoff
-from varcontact.study.reference_scenes import Posed
+from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
+from varcontact.study.methods import neighbour
+from varcontact.study.parallel import alone, opened, results
 from varcontact.study.references import Reference, references, signature
-from varcontact.study.store import Table
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+COLUMNS = (
+    "scene",
+    "kind",
+    "way",
+    "family",
+    "cells",
+    "outcome",
+    "reason",
+    "error",
+    "bar",
+    "seconds",
+    "processor_seconds",
+    "setup_seconds",
+    "repeat_seconds",
+    "memory",
+    "residual",
+    "relative_gap",
+    "identity",
+)
+WORDS = ("scene", "kind", "way", "family", "outcome", "reason", "identity")
+TARGETS = (0.1, 0.03, 0.01, 0.003, 0.001)
+"""Errors for which ways are advised."""
+MOST_MISSED = 0.2
+"""Fraction of the scenes of a class that a way on its front may leave unanswered."""
 SECOND_ORDER = (("slip_difference", "second-order"), ("spin_offset", None))
 REPEATED = 3
 """Scenes of each class on which a repeat is measured."""
@@ -38,13 +66,7 @@ CELLS = (8, 12, 16, 24, 32, 48)
 
 
 def default_ways() -> list[Way]:
-    """The ways that are compared if none are named.
-
-    Examples
-    --------
-    >>> [str(way) for way in default_ways()][:3]
-    ['centres 8', 'centres 12', 'centres 16']
-    """
+    """The ways that are compared if none are named."""
     pairs = [(n // 2, n) for n in CELLS]
     refined = (("refine", "continuum"),)
     return [
@@ -70,7 +92,7 @@ def tradeoff(
     executor: Executor | None = None,
     workers: int = 1,
 ) -> Tradeoff:
-    """Measure the error of ways against the continuum, and what they cost.
+    """Measure the error of ways against the continuum, and their cost.
 
     Parameters
     ----------
@@ -78,37 +100,36 @@ def tradeoff(
         Some of `references()`; all of them, if not given.
     methods : iterable of str or Way, optional
         Ways, or names of tangential methods and theories, which are tried with each number of elements, or "accuracy",
-        for which grids are found for 10 to 0.1 per cent; if not given, plain and extrapolated grids, the second-order
-        difference, defect correction, the theories, and accuracies.
+        for accuracies of 10 to 0.1 %; if not given, plain and extrapolated grids, the second-order difference, defect
+        correction, the theories, and accuracies.
     cells : iterable of int
         Elements across the contact, for methods that are named.
     store : str or Path, optional
-        A CSV file, written after each scene: what it has is not measured again.
+        A CSV file, written after each scene. What it holds is not measured again.
     progress : callable, optional
-        Told the scene.
+        Called with the scene.
     executor, workers
         As for `sweep`. Scenes are then finished in any order, and their seconds are of shared processors.
 
     Returns
     -------
     Tradeoff
-        All measurements, the front of each class of scenes, and what to take for a given error.
+        All measurements, the Pareto front of each class of scenes, and advice for a given error.
 
     Raises
     ------
     SceneError
         For scenes that are no references, or a store of another study, before any work starts.
     OutputError
-        If the store cannot be written, or another run adds to it.
+        If the store cannot be written, or another process writes to it.
     Interrupted
         By Ctrl-C; its `partial` is the Tradeoff of the scenes that are finished.
 
     Notes
     -----
-    Seconds are those of a first solve. What a second one with creepages one per cent smaller takes, with everything
-    kept that can be, is the repeat, measured on the first three scenes of each class. Processor seconds say more than
-    seconds where a machine is shared. Memory is the peak of arrays, measured on the first scene of each class, in a
-    solve of its own.
+    Seconds are those of a first solve. The repeat is a second one with creepages one per cent smaller and everything
+    reused that can be, measured on the first three scenes of each class. On a shared machine processor seconds are more
+    reliable. Memory is the peak of arrays, measured on the first scene of each class, in a solve of its own.
 
     Examples
     --------
@@ -135,17 +156,13 @@ def tradeoff(
             met[reference.kind] += 1
             lacking = [way for way in ways if (name, str(way), key) not in known]
             tasks.append(_Task(name, reference, lacking, met[reference.kind], key))
-        done = 0
+        done, names = 0, [task.name for task in tasks]
         try:
             with opened(executor, workers) as pool:
-                if progress is not None and pool is None and tasks:
-                    progress(tasks[0].name)
-                for number, rows in results(_of_scene, tasks, pool):
+                for _, rows in results(_measured, tasks, pool, progress=progress, names=names):
                     if rows:
                         table.add(*rows)
                     done += 1
-                    if progress is not None and (pool is not None or done < len(tasks)):
-                        progress(tasks[number if pool is not None else done].name)
         except KeyboardInterrupt:
             raise Interrupted(Tradeoff.of(table.rows, bank, ways), f" after {done} of {len(tasks)} scenes") from None
         return Tradeoff.of(table.rows, bank, ways)
@@ -153,7 +170,7 @@ def tradeoff(
 
 @dataclass(frozen=True)
 class _Task:
-    """A scene, the so many-th of its class, and the ways that it has not been answered in."""
+    """A scene, its number in its class, and the ways that it has not been answered in."""
 
     name: str
     reference: Reference
@@ -162,10 +179,19 @@ class _Task:
     key: str
 
 
-def _of_scene(task: _Task) -> list[dict[str, Any]]:
+def _measured(task: _Task) -> list[dict[str, Any]]:
     """The rows of a scene."""
     common = {"scene": task.name, "kind": task.reference.kind, "identity": task.key}
-    return [{**common, **_named(way), **_measured(task.reference, way, task.number)} for way in task.ways]
+    return [
+        {
+            **common,
+            "way": str(way),
+            "family": way.family,
+            "cells": way.cells,
+            **_costs(task.reference, way, task.number),
+        }
+        for way in task.ways
+    ]
 
 
 def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
@@ -188,29 +214,30 @@ def _ways(methods: Iterable[str | Way], cells: Iterable[int]) -> list[Way]:
     by_name: dict[str, Way] = {}
     for way in found:
         if by_name.setdefault(str(way), way) != way:
-            raise SceneError(
-                "methods", str(way), "one way of this name: what tells two of them apart is not in their names"
-            )
+            allowed = "one way of this name: what tells two of them apart is not in their names"
+            raise SceneError("methods", str(way), allowed)
     return list(by_name.values())
 
 
-def _named(way: Way) -> dict[str, Any]:
-    return {"way": str(way), "family": way.family, "cells": way.cells}
-
-
-def _measured(reference: Reference, way: Way, number: int) -> dict[str, Any]:
-    """The row of a way on a scene, the so many-th of its class."""
-    scene = reference.scene
+def _costs(reference: Reference, way: Way, number: int) -> dict[str, Any]:
+    """The error and the costs of a way on a scene, which is that `number` of its class."""
+    scene, steps = reference.scene, reference.steps or None
     reason = way.why_not(scene)
     if reason:
         return {"outcome": "refused", "reason": reason}
-    steps = reference.steps or None
     try:
         wall, processor = time.perf_counter(), time.process_time()
         found = answer(scene, way, steps=steps)
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
-        repeat = _repeat(reference, way) if number <= REPEATED else np.nan
-        memory = _traced(reference, way) if number == 1 else np.nan
+        repeat = _repeat_seconds(scene, way) if number <= REPEATED else np.nan
+        memory = np.nan
+        if number == 1 and alone() and not tracemalloc.is_tracing():
+            tracemalloc.start()
+            try:
+                answer(scene, way, steps=steps)
+                memory = float(tracemalloc.get_traced_memory()[1])
+            finally:
+                tracemalloc.stop()
     except NotConverged as error:
         return {"outcome": "not converged", "reason": str(error)}
     except VarcontactError as error:
@@ -218,6 +245,8 @@ def _measured(reference: Reference, way: Way, number: int) -> dict[str, Any]:
     missing = [name for name in reference.units if np.isnan(found.values.get(name, np.nan))]
     if missing:
         return {"outcome": "refused", "reason": f"no {' or '.join(missing)}, which the error counts"}
+    finest = found.solutions[-1]
+    certificate = (finest[-1] if isinstance(finest, History) else finest).certificate
     return {
         "outcome": "answered",
         "reason": "",
@@ -228,43 +257,180 @@ def _measured(reference: Reference, way: Way, number: int) -> dict[str, Any]:
         "repeat_seconds": repeat,
         "setup_seconds": max(processor - repeat, 0.0),
         "memory": memory,
-        **_certified(found),
+        "residual": certificate.residual,
+        "relative_gap": certificate.relative_gap,
     }
 
 
-def _certified(found: Answered) -> dict[str, float]:
-    """Residual and gap of the finest solution: how exact it is for its grid."""
-    last = found.solutions[-1]
-    solution = last[-1] if isinstance(last, History) else last
-    return {"residual": solution.certificate.residual, "relative_gap": solution.certificate.relative_gap}
-
-
-def _repeat(reference: Reference, way: Way) -> float:
+def _repeat_seconds(scene: Scene, way: Way) -> float:
     """Processor seconds of a second scene with what the first has made; NaN where that cannot be told apart."""
-    scene, options = reference.scene, dict(way.options)
+    options = dict(way.options)
     if way.accuracy is not None or not isinstance(scene.motion, Steady | Shift) or set(options) - {"tangential"}:
         return np.nan
     seconds = 0.0
     for n in [way.coarser, way.cells] if way.coarser else [way.cells]:
-        posed = way.of(scene, n)
-        plan = make_plan(posed, tangential=options.get("tangential", "auto"))
+        on_grid = way.of(scene, n)
+        assert isinstance(on_grid.motion, Steady | Shift)
+        plan = select(on_grid, tangential=options.get("tangential", "auto"))
         series = Series(TOLERANCE, polished_by(plan, None))
-        series.solve(posed, plan)
-        assert isinstance(posed.motion, Steady | Shift)
+        series.solve(on_grid, plan)
         started = time.process_time()
-        series.solve(replace(posed, motion=neighbour(posed.motion)), plan)
+        series.solve(replace(on_grid, motion=neighbour(on_grid.motion)), plan)
         seconds += time.process_time() - started
         series.forget()
     return seconds
 
 
-def _traced(reference: Reference, way: Way) -> float:
-    """Peak memory of arrays during an answer [bytes]."""
-    if tracemalloc.is_tracing() or not alone():
-        return np.nan
-    tracemalloc.start()
-    try:
-        answer(reference.scene, way, steps=reference.steps or None)
-        return float(tracemalloc.get_traced_memory()[1])
-    finally:
-        tracemalloc.stop()
+@dataclass(frozen=True, eq=False)
+class Tradeoff:
+    """Errors against the continuum, and costs.
+
+    Attributes
+    ----------
+    runs : pandas.DataFrame
+        A row per scene and way: outcome and reason; error in the norm of
+        `varcontact.results.quantities_of_interest`, and the
+        reference's own error bar; seconds, processor seconds, those of a repeat and of the set-up, memory [bytes];
+        residual and relative gap, which bound the distance from the exact solution on the grid.
+    classes : pandas.DataFrame
+        A row per class and way: the requested accuracy, if any; numbers of scenes and answers; median, 90 % quantile
+        and largest error; medians of the seconds; memory; whether it is on the Pareto front: no other way is both
+        faster and more accurate in the worst scene.
+    """
+
+    runs: pd.DataFrame
+    classes: pd.DataFrame
+
+    @classmethod
+    def of(cls, rows: list[dict[str, Any]], scenes: Iterable[str], ways: Iterable[Way]) -> Tradeoff:
+        """From the rows of a table, of which only those of these scenes and ways are taken."""
+        import pandas as pd
+
+        names, kept = set(scenes), {str(way): way for way in ways}
+        chosen = [row for row in rows if row["scene"] in names and row["way"] in kept]
+        runs = pd.DataFrame(chosen, columns=list(COLUMNS))
+        classes = [
+            _class(str(kind), kept[str(way)], part)
+            for (kind, way), part in runs.groupby(["kind", "way"], sort=False)
+            if (part["outcome"] == "answered").any()
+        ]
+        table = pd.DataFrame(classes)
+        if len(table):
+            table["front"] = False
+            for _, part in table.groupby("kind", sort=False):
+                table.loc[part.index, "front"] = _on_front(part)
+        return cls(runs, table)
+
+    def front(self, kind: str) -> pd.DataFrame:
+        """The ways on the Pareto front of a class, from fast to accurate.
+
+        Parameters
+        ----------
+        kind : str
+            Class of scenes.
+        """
+        if not len(self.classes):
+            return self.classes
+        part = self.classes[(self.classes["kind"] == kind) & self.classes["front"]]
+        return part.sort_values("processor_seconds")
+
+    def advice(self, targets: float | Sequence[float] = TARGETS) -> pd.DataFrame:
+        """The fastest way of each class whose errors are below the targets in all scenes.
+
+        An `accuracy` is never advised for a smaller error than it was requested for.
+
+        Parameters
+        ----------
+        targets : float or sequence of float
+            In the norm of `varcontact.results.quantities_of_interest`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row per class and target; without a way where none is as accurate.
+
+        Raises
+        ------
+        SceneError
+            If a target is not positive.
+        """
+        import pandas as pd
+
+        wanted = np.atleast_1d(checks.positives("targets", targets)).tolist()
+        rows = []
+        for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
+            ways = self.classes[self.classes["kind"] == kind]
+            ways = ways[_serves(ways)]
+            for target in wanted:
+                good = ways[(ways["largest_error"] <= target) & ~(ways["accuracy"] > target)]
+                best = good.sort_values("processor_seconds").iloc[0].to_dict() if len(good) else {}
+                names = ("way", "largest_error", "median_error", "processor_seconds", "repeat_seconds", "memory")
+                rows.append({"kind": kind, "target": target, **{name: best.get(name) for name in names}})
+        return pd.DataFrame(rows)
+
+    def plot(self) -> Figure:
+        """Picture of errors over processor seconds, a panel for each class, with its front."""
+        from varcontact.plotting.tradeoff import plot_tradeoff
+
+        return plot_tradeoff(self)
+
+    def to_json(self) -> str:
+        """The tables of classes and of advice as one JSON object; null where nothing is known."""
+        tables = {"classes": plain_rows(self.classes), "advice": plain_rows(self.advice())}
+        return json.dumps(tables, indent=2, allow_nan=False, default=lambda value: value.item())
+
+    def report(self) -> str:
+        """Fronts and advice in words and figures, for people."""
+        blocks = []
+        for kind in dict.fromkeys(self.classes["kind"] if len(self.classes) else []):
+            lines = [["way", "scenes", "median", "90 %", "largest", "ms", "repeat", "MiB"]]
+            lines += [_cells(row) for row in self.front(kind).to_dict("records")]
+            blocks.append("\n".join([kind, *(f"  {line}" for line in columns_of_text(lines, left=1))]))
+        return "\n\n".join(blocks)
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        return f"Tradeoff({self.runs['scene'].nunique()} scenes, {self.runs['way'].nunique()} ways)"
+
+
+def _class(kind: str, way: Way, part: pd.DataFrame) -> dict[str, Any]:
+    answers = part[part["outcome"] == "answered"]
+    errors = answers["error"].to_numpy(dtype=float)
+    return {
+        "kind": kind,
+        "way": str(way),
+        "family": way.family,
+        "cells": way.cells,
+        "accuracy": np.nan if way.accuracy is None else way.accuracy,
+        "scenes": len(part),
+        "answers": len(answers),
+        "median_error": float(np.median(errors)),
+        "usual_error": float(np.quantile(errors, 0.9)),
+        "largest_error": float(errors.max()),
+        **{name: answers[name].median() for name in ("seconds", "processor_seconds", "repeat_seconds")},
+        "memory": answers["memory"].max(),
+    }
+
+
+def _on_front(part: pd.DataFrame) -> np.ndarray:
+    """Whether no other way of the class is as fast and as accurate, among those that answer most scenes."""
+    seconds, errors = part["processor_seconds"].to_numpy(), part["largest_error"].to_numpy()
+    serves = _serves(part).to_numpy()
+    faster, closer = seconds[None, :] < seconds[:, None], errors[None, :] < errors[:, None]
+    no_worse = (seconds[None, :] <= seconds[:, None]) & (errors[None, :] <= errors[:, None])
+    beaten = serves[None, :] & no_worse & (faster | closer)
+    return serves & ~beaten.any(axis=1)
+
+
+def _serves(part: pd.DataFrame) -> pd.Series:
+    """Whether a way answers most scenes of its class."""
+    return part["answers"] >= (1 - MOST_MISSED) * part["scenes"]
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    """The cells of a row of the report."""
+    errors = [f"{100 * row[name]:.2g} %" for name in ("median_error", "usual_error", "largest_error")]
+    times = [cell(1e3 * row[name], ".3g") for name in ("processor_seconds", "repeat_seconds")]
+    return [row["way"], f"{row['answers']} of {row['scenes']}", *errors, *times, cell(row["memory"] / 2**20, ".3g")]

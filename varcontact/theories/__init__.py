@@ -9,12 +9,11 @@ from varcontact.theories.fastsim import (
     fastsim,
     fastsim_field,
     fastsim_on_grid,
+    fastsim_under_law,
 )
-from varcontact.theories.fastsim_law import fastsim_under_law
-from varcontact.theories.inputs import Resultants
-from varcontact.theories.linear import linear_creepage, linear_forces
+from varcontact.theories.force_inversion import creepage_for_force
+from varcontact.theories.linear import Resultants, linear_creepage, linear_forces
 from varcontact.theories.polach import polach
-from varcontact.theories.prescribed import creepage_for_force
 from varcontact.theories.simplified import (
     flexibilities,
     flexibility,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,11 +14,11 @@ from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.fastsim import fastsim_forces
-from varcontact.theories.polach import polach_forces, reductions
+from varcontact.theories.linear import linear_resultants
+from varcontact.theories.polach import polach_forces
 from varcontact.theories.simplified import flexibilities_of
-from varcontact.theories.strip_theory import fastrip_forces, strip_forces
-from varcontact.theories.strips import Strips, calibrated
-from varcontact.theories.table import OUTSIDE, book_of, check_nu, check_ratio, interpolated
+from varcontact.theories.strip_theory import Strips, calibrated, fastrip_forces, strip_forces
+from varcontact.theories.table import book_of, check_nu, interpolated, ratio_in_book
 from varcontact.theories.table_book import TableBook
 
 
@@ -42,7 +41,7 @@ class CreepForces:
 
 @dataclass(frozen=True, eq=False)
 class _Contact:
-    """Arguments of a call that are as they should be: arrays or floats, which broadcast."""
+    """Checked arguments of a call: arrays or floats, which broadcast."""
 
     a: Any
     b: Any
@@ -129,29 +128,19 @@ def creep_forces(
     fastrip            [-0.0307 -0.2836 -1.    ]
     """
     formula = VECTORISED[checks.choice("theory", theory, VECTORISED)]
-    contact = _checked(theory, a, b, normal_force, friction, vx, vy, spin, bodies, G, nu, slope)
-    try:
-        return formula(contact, **options)
-    except TypeError as error:
-        raise _unknown_option(theory, options, error) from None
-
-
-def _checked(
-    theory: str, a: Any, b: Any, Fz: Any, f: Any, vx: Any, vy: Any, spin: Any, bodies: Any, G: Any, nu: Any, slope: Any
-) -> _Contact:
-    """The arguments, each checked by itself; single numbers stay floats, for the sake of single calls."""
+    known = OPTIONS.get(theory, ())
+    for name in options:
+        if name not in known:
+            allowed = f"one of {', '.join(known)}" if known else "left out"
+            raise SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
     G, nu = _elastic(bodies, G, nu)
     a, b = _positive("a", a), _positive("b", b)
-    limit = 1.0 if theory == "linear" else _positive("friction", f) * _positive("normal_force", Fz)
-    creepages = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
-    checks.broadcasting(
-        {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope} | dict(zip(NAMES, creepages, strict=True))
-    )
-    slope = _part(theory, slope)
-    return _Contact(a, b, G, nu, limit, *creepages, slope, _coefficients(a / b, nu, slope))
-
-
-NAMES = ("vx", "vy", "spin")
+    limit = 1.0 if theory == "linear" else _positive("friction", friction) * _positive("normal_force", normal_force)
+    vx, vy, spin = _finite("vx", vx), _finite("vy", vy), _finite("spin", spin)
+    shapes = {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope, "vx": vx, "vy": vy, "spin": spin}
+    checks.broadcasting(shapes)
+    slope = _slope(theory, slope)
+    return formula(_Contact(a, b, G, nu, limit, vx, vy, spin, slope, _coefficients(a / b, nu, slope)), **options)
 
 
 def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
@@ -159,7 +148,7 @@ def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
     if bodies is None:
         if G is None or nu is None:
             raise SceneError("G, nu", (G, nu), message="give bodies, or both G and nu")
-        nu = float(nu) if type(nu) is float and -1 < nu <= 0.5 else _floats(checks.poisson(nu))
+        nu = float(nu) if type(nu) is float and -1 < nu <= 0.5 else _float_or_array(checks.poisson(nu))
         return _positive("G", G), nu
     checks.elastic(bodies)
     if G is not None or nu is not None:
@@ -172,21 +161,21 @@ def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
 
 def _positive(field: str, value: Any) -> Any:
     if type(value) is float and 1e-100 <= value <= 1e100:
-        return value
-    return _floats(checks.positives(field, value))
+        return value  # single calls are frequent
+    return _float_or_array(checks.positives(field, value))
 
 
 def _finite(field: str, value: Any) -> Any:
     if type(value) is float and -1e100 <= value <= 1e100:
         return value
-    return _floats(checks.numbers(field, value))
+    return _float_or_array(checks.numbers(field, value))
 
 
-def _floats(value: np.ndarray) -> Any:
+def _float_or_array(value: np.ndarray) -> Any:
     return value if value.ndim else float(value)
 
 
-def _part(theory: str, slope: Any) -> Any:
+def _slope(theory: str, slope: Any) -> Any:
     if isinstance(slope, int | float) and slope == 1:
         return 1.0
     part = _positive("slope", slope)
@@ -204,25 +193,8 @@ def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
     return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
-def _unknown_option(theory: str, options: dict[str, Any], error: TypeError) -> Exception:
-    """The error of an option that a theory does not have; any other error as it is."""
-    known = OPTIONS.get(theory, ())
-    for name in options:
-        if name not in known:
-            allowed = f"one of {', '.join(known)}" if known else "left out"
-            return SceneError(name, options[name], message=f"{name} is no option of {theory}: must be {allowed}")
-    return error
-
-
 def _linear(c: _Contact) -> CreepForces:
-    """(118)-(119)."""
-    ab = c.a * c.b
-    root = math.sqrt(ab) if type(ab) is float else np.sqrt(ab)
-    unit, t = -c.G * ab, c.table
-    by_spin = root * t.C23
-    Fx, Fy = (unit * t.C11) * c.vx, (unit * t.C22) * c.vy + (unit * by_spin) * c.spin
-    Mz = (-unit * by_spin) * c.vy + (unit * ab * t.C33) * c.spin
-    return _finished(c, Fx, Fy, Mz)
+    return _finished(c, *linear_resultants(c.a, c.b, c.G, c.vx, c.vy, c.spin, c.table))
 
 
 def _vermeulen_johnson(c: _Contact) -> CreepForces:
@@ -242,7 +214,6 @@ def _vermeulen_johnson(c: _Contact) -> CreepForces:
 
 
 def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> CreepForces:
-    k_A, k_S = reductions(k_A, k_S)
     Fx, Fy = polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S)
     return _finished(c, Fx, Fy, np.nan)
 
@@ -258,25 +229,22 @@ def _fastrip(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
     return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
 
 
-def _fastsim(bound: str, flexibility: str) -> Callable[..., CreepForces]:
-    def forces(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
-        creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
-        L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility)
-        found = fastsim_forces(_division(m, n, bound), c.a, c.b, c.limit, c.vx, c.vy, c.spin, L)
-        return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
-
-    return forces
+def _fastsim(
+    c: _Contact, m: int = 10, n: int = 10, bound: str = "parabolic", flexibility: str = "separate"
+) -> CreepForces:
+    creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
+    L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility)
+    found = fastsim_forces(_division(m, n, bound), c.a, c.b, c.limit, c.vx, c.vy, c.spin, L)
+    return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
 
 
 def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") -> CreepForces:
     book = book_of(book)
-    ratio, ab, coefficients = c.a / c.b, c.a * c.b, c.table
     check_nu(book, c.nu)
-    if checks.choice("outside", outside, OUTSIDE) == "clamp":
-        ratio = _floats(np.clip(ratio, book.ratios[0], book.ratios[-1]))
+    ratio, ab, coefficients = ratio_in_book(book, c.a / c.b, outside), c.a * c.b, c.table
+    if outside == "clamp":
         coefficients = _coefficients(ratio, c.nu, c.slope)
-    check_ratio(book, ratio)
-    size = math.sqrt(ab) if type(ab) is float else np.sqrt(ab)
+    size = ab**0.5
     Fx, Fy, Mz = interpolated(book, ratio, size, c.G * ab / c.limit, (c.vx, c.vy, c.spin), coefficients)
     return _finished(c, c.limit * Fx, c.limit * Fy, c.limit * size * Mz)
 
@@ -300,14 +268,13 @@ VECTORISED: dict[str, Callable[..., CreepForces]] = {
     "polach": _polach,
     "strip": _strip,
     "fastrip": _fastrip,
-    "fastsim": _fastsim("parabolic", "separate"),
-    "fastsim-elliptic": _fastsim("elliptic", "separate"),
-    "fastsim-weighted": _fastsim("parabolic", "weighted"),
-    "fastsim-weighted-elliptic": _fastsim("elliptic", "weighted"),
+    "fastsim": _fastsim,
+    "fastsim-elliptic": partial(_fastsim, bound="elliptic"),
+    "fastsim-weighted": partial(_fastsim, flexibility="weighted"),
+    "fastsim-weighted-elliptic": partial(_fastsim, bound="elliptic", flexibility="weighted"),
     "table": _table,
 }
 """The theories of `creep_forces` by name."""
-
 OPTIONS = {"polach": ("k_A", "k_S"), "table": ("book", "outside")} | {
     name: ("m", "n") for name in VECTORISED if name[:4] in ("stri", "fast")
 }

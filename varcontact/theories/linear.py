@@ -6,15 +6,70 @@ Source: J. J. Kalker, On the Rolling Contact of Two Elastic Bodies in the Presen
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import broadcasting, positive, positives
-from varcontact.theories.inputs import Resultants, either, triples
+from varcontact.checks import array, broadcasting, number, numbers, positive, positives, wrong_shape
+from varcontact.errors import SceneError
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
+
+
+@dataclass(frozen=True, eq=False)
+class Resultants:
+    """Total tangential force and moment on body 1.
+
+    Attributes
+    ----------
+    force : ndarray, shape (..., 2)
+        Fx and Fy (116).
+    moment : ndarray, shape (...)
+        Mz about the contact's centre (117).
+    """
+
+    force: np.ndarray
+    moment: np.ndarray
+
+
+def creepage_triples(value: Any) -> np.ndarray:
+    """Creepages (..., 3), checked: vx, vy and spin."""
+    result = numbers("creepages", value)
+    if result.ndim == 0 or result.shape[-1] != 3:
+        raise wrong_shape("creepages", result.shape, "an array (..., 3) of vx, vy, spin")
+    return result
+
+
+def creepage_triple(value: Any) -> np.ndarray:
+    """One creepage (3,), checked."""
+    result = array("creepage", value, 1)
+    if result.shape != (3,):
+        raise wrong_shape("creepage", result.shape, "the three numbers vx, vy, spin")
+    return result
+
+
+def creepage_or_force(
+    creepage: str, given: float | None, force: str, prescribed: float | None
+) -> tuple[float, float | None]:
+    """A creepage, 0 if not given, and the force prescribed in its place, checked by their names."""
+    if prescribed is None:
+        return (0.0 if given is None else number(creepage, given)), None
+    if given is not None:
+        message = f"{creepage} and {force} are both given: give one of them"
+        raise SceneError(f"{creepage}, {force}", (given, prescribed), "at most one of the two", message=message)
+    return 0.0, number(force, prescribed)
+
+
+def linear_resultants(
+    a: Any, b: Any, G: Any, vx: Any, vy: Any, spin: Any, coefficients: CreepageCoefficients
+) -> tuple[Any, Any, Any]:
+    """Fx, Fy and Mz of `linear_forces`, of checked floats or arrays."""
+    ab, c = a * b, coefficients
+    unit, by_spin = -G * ab, ab**0.5 * c.C23
+    Fx, Fy = (unit * c.C11) * vx, (unit * c.C22) * vy + (unit * by_spin) * spin
+    return Fx, Fy, (-unit * by_spin) * vy + (unit * ab * c.C33) * spin
 
 
 def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCoefficients) -> Resultants:
@@ -53,14 +108,11 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
     >>> print(f"{result.force[1]:.5f} {result.moment:.5f}")
     -0.00340 0.00133
     """
-    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
+    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
     a, b, G = positives("a", a), positives("b", b), positives("G", G)
     broadcasting({"a": a, "b": b, "G": G, "vx": vx, "coefficients": coefficients.C11})
-    ab = a * b
-    along_x = -G * ab * coefficients.C11 * vx
-    along_y = -G * ab * coefficients.C22 * vy - G * ab**1.5 * coefficients.C23 * spin
-    moment = G * ab**1.5 * coefficients.C23 * vy - G * ab**2 * coefficients.C33 * spin
-    return Resultants(np.stack(np.broadcast_arrays(along_x, along_y), axis=-1), np.asarray(moment))
+    Fx, Fy, Mz = linear_resultants(a, b, G, vx, vy, spin, coefficients)
+    return Resultants(np.stack(np.broadcast_arrays(Fx, Fy), axis=-1), np.asarray(Mz))
 
 
 def linear_creepage(
@@ -106,7 +158,11 @@ def linear_creepage(
     0.001000 -0.000393 0.001000
     """
     size = math.sqrt(positive("a", a) * positive("b", b))
-    pairs = [either("vx", vx, "Fx", Fx), either("vy", vy, "Fy", Fy), either("spin", spin, "Mz", Mz)]
+    pairs = [
+        creepage_or_force("vx", vx, "Fx", Fx),
+        creepage_or_force("vy", vy, "Fy", Fy),
+        creepage_or_force("spin", spin, "Mz", Mz),
+    ]
     given, prescribed = zip(*pairs, strict=True)
     # F/(G ab) = -matrix @ (vx, vy, size * spin), and the moment divided by size too
     c = coefficients

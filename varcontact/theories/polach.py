@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.checks import broadcasting, number, positives
 from varcontact.errors import SceneError
-from varcontact.theories.inputs import triples
+from varcontact.theories.linear import creepage_triples
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -82,48 +82,20 @@ def polach(
      [ 0.     -0.1448]
      [-1.      0.    ]]
     """
-    k_A, k_S = reductions(k_A, k_S)
     a, b, limit = positives("a", a), positives("b", b), positives("friction_force", friction_force)
-    G, (vx, vy, spin) = positives("G", G), np.moveaxis(triples(creepages), -1, 0)
+    G, (vx, vy, spin) = positives("G", G), np.moveaxis(creepage_triples(creepages), -1, 0)
     broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
     Fx, Fy = polach_forces(a, b, G, limit, vx, vy, spin, coefficients, k_A, k_S)
     return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1)
 
 
-def reductions(k_A: Any, k_S: Any) -> tuple[float, float]:
-    """The factors of `polach` on the gradients, checked.
-
-    Parameters
-    ----------
-    k_A, k_S : float
-
-    Raises
-    ------
-    SceneError
-        If they are no numbers, or not in their order.
-    """
-    k_A, k_S = number("k_A", k_A), number("k_S", k_S)
-    if not 0 < k_S <= k_A <= 1:
-        raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
-    return k_A, k_S
-
-
 def polach_forces(
     a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, table: CreepageCoefficients, k_A: float, k_S: float
 ) -> tuple[Any, Any]:
-    """Fx and Fy of `polach`, of arrays (or floats) that are as they should be.
-
-    Parameters
-    ----------
-    a, b, G, limit, vx, vy, spin
-        As of `polach`.
-    table : CreepageCoefficients
-    k_A, k_S : float
-
-    Returns
-    -------
-    Fx, Fy : ndarray
-    """
+    """Fx and Fy of `polach`, of checked arrays or floats; `k_A` and `k_S` are checked here."""
+    k_A, k_S = number("k_A", k_A), number("k_S", k_S)
+    if not 0 < k_S <= k_A <= 1:
+        raise SceneError("k_A, k_S", (k_A, k_S), "in the order 0 < k_S <= k_A <= 1")
     ab, slip = a * b, np.hypot(vx, vy)
     turns = np.any(spin)
     front = vy + spin * a if turns else vy

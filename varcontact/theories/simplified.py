@@ -11,7 +11,7 @@ import numpy as np
 
 from varcontact.checks import choice, number, numbers, positive, positives
 from varcontact.errors import SceneError
-from varcontact.theories.inputs import triples
+from varcontact.theories.linear import creepage_triples
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -99,7 +99,7 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
     >>> print(f"{flexibility(1.0, 1.0, 1.0, (0.0, 0.0, 0.001), creepage_coefficients(1.0, 1.0, 0.25)):.3f}")
     0.536
     """
-    vx, vy, spin = np.abs(np.moveaxis(triples(creepages), -1, 0))
+    vx, vy, spin = np.abs(np.moveaxis(creepage_triples(creepages), -1, 0))
     L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, coefficients), -1, 0)
     check_spin(spin, L3, coefficients)
     spin = spin * np.sqrt(positives("a", a) * positives("b", b))
@@ -112,29 +112,7 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
 def flexibilities_of(
     a: Any, b: Any, G: Any, creepages: np.ndarray, coefficients: CreepageCoefficients, kind: str
 ) -> np.ndarray:
-    """By what vx, vy and spin are divided: the three flexibilities, or the weighted one three times.
-
-    Parameters
-    ----------
-    a, b : float or array_like
-        Semi-axes along the rolling direction and across it [length].
-    G : float or array_like
-        Combined modulus of rigidity [force/area].
-    creepages : ndarray, shape (..., 3)
-        vx, vy [-] and spin [1/length].
-    coefficients : CreepageCoefficients
-    kind : {"separate", "weighted"}
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        [length^3/force]
-
-    Raises
-    ------
-    SceneError
-        If there is no such kind, or there is spin where C23 is not positive.
-    """
+    """By what checked vx, vy and spin are divided: the three flexibilities, or the weighted one three times."""
     if choice("flexibility", kind, FLEXIBILITIES) == "weighted":
         weighted = flexibility(a, b, G, creepages, coefficients)
         return np.broadcast_to(weighted[..., None], (*weighted.shape, 3))
@@ -144,43 +122,17 @@ def flexibilities_of(
 
 
 def check_spin(spin: np.ndarray, L3: np.ndarray, coefficients: CreepageCoefficients) -> None:
-    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip.
-
-    Parameters
-    ----------
-    spin, L3 : ndarray
-    coefficients : CreepageCoefficients
-
-    Raises
-    ------
-    SceneError
-        If there is any.
-    """
+    """Refuse spin with a flexibility that is not positive: its tractions would drive the slip."""
     if np.any((spin != 0) & ~(L3 > 0)):
         least = float(np.min(coefficients.C23))
         raise SceneError("C23", least, "positive for simplified theory to treat spin; take an exact method")
 
 
 def slip_flexibility(a: float, b: float, L: np.ndarray, creepage: np.ndarray) -> float:
-    """The flexibility by which tractions tell the slip: a mean of the three, for one creepage.
+    """The flexibility by which tractions give the slip of one creepage: a mean of the three.
 
-    With three of them an interval's slip by L is known, and not the slip. This mean makes the rigid slip right in
-    the mean square over the ellipse, ``int |c|^2 = L^2 int |c/L|^2``, so that full slip has the slip that it must
-    have. It is their common value where they are the same, and L1 without any creepage.
-
-    Parameters
-    ----------
-    a, b : float
-        Semi-axes along the rolling direction and across it [length].
-    L : ndarray, shape (3,)
-        By what vx, vy and spin are divided [length^3/force].
-    creepage : ndarray, shape (3,)
-        vx, vy [-] and spin [1/length].
-
-    Returns
-    -------
-    float
-        [length^3/force]
+    With it the rigid slip is right in the mean square over the ellipse, ``int |c|^2 = L^2 int |c/L|^2``, so that full
+    slip has the slip that it must have. It is their common value where they are the same; L1 without any creepage.
     """
     size = np.abs(creepage).max()
     if size == 0:
@@ -217,7 +169,7 @@ def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarra
     [-0.001  0.   ]
     """
     a, b, L = positives("a", a), positives("b", b), positives("L", L)
-    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
+    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
     by_creepage, by_spin = 8 * a**2 * b / (3 * L), np.pi * a**3 * b / (4 * L)
     along_x, along_y = 0.0 - by_creepage * vx, 0.0 - by_creepage * vy - by_spin * spin  # 0 - 0 is no negative zero
     return np.stack(np.broadcast_arrays(along_x, along_y), axis=-1)
@@ -259,7 +211,8 @@ def simplified_traction(
     [-0.005 -0.5   -0.121]
     """
     x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
-    a, b, L, friction_force = _positive(a, b, L, friction_force)
+    a, b, L = positive("a", a), positive("b", b), positive("L", L)
+    friction_force = positive("friction_force", friction_force)
     vx, vy = number("vx", vx), number("vy", vy)
     peak = PEAK[choice("bound", bound, PEAK)] * friction_force / (a * b)
     inside = np.maximum(1 - (x / a) ** 2 - (y / b) ** 2, 0.0)
@@ -316,26 +269,21 @@ def simplified_force(
     >>> print(f"{simplified_force(1.0, 1.0, 1.0, 1.0, 0.5, 0.0)[0]:.6f} {simplified_force(1, 1, 1, 1, 2, 0)[0]}")
     -0.818490 -1.0
     """
-    a, b, L, friction_force = _positive(a, b, L, friction_force)
+    a, b, L = positive("a", a), positive("b", b), positive("L", L)
+    friction_force = positive("friction_force", friction_force)
     vx, vy = np.broadcast_arrays(numbers("vx", vx), numbers("vy", vy))
     peak = PEAK[choice("bound", bound, PEAK)] * friction_force / (a * b)
     creep = np.hypot(vx, vy)
     t = creep * a / (L * peak)
-    part = _parabolic_part(t / 2) if bound == "parabolic" else 2 / np.pi * (np.arctan(t) + t / (1 + t * t))
+    if bound == "elliptic":
+        part = 2 / np.pi * (np.arctan(t) + t / (1 + t * t))
+    else:  # with d = pi/2 - arccos(t) nothing of first order cancels
+        t = np.minimum(t / 2, 1.0)
+        d, sine = np.arcsin(t), np.sqrt(1 - t * t)
+        fourth = -3 * d / 8 + np.sin(2 * d) / 4 - np.sin(4 * d) / 32  # int cos^4, less the 3 pi / 16 at t = 0
+        third = sine - sine**3 / 3
+        second = (np.pi / 2 - d) / 2 + np.sin(2 * d) / 4
+        part = -16 / (3 * np.pi) * (fourth - 3 * t * third + 3 * t**2 * second - t**3 * sine)
+        part = np.where(t == 1, 1.0, part)
     size = friction_force * part / np.where(creep == 0, 1.0, creep)
     return 0.0 - np.stack([size * vx, size * vy], axis=-1)
-
-
-def _parabolic_part(t: np.ndarray) -> np.ndarray:
-    """F / f Fz under the parabolic bound; with d = pi/2 - arccos(t) nothing of first order cancels."""
-    t = np.minimum(t, 1.0)
-    d, sine = np.arcsin(t), np.sqrt(1 - t * t)
-    fourth = -3 * d / 8 + np.sin(2 * d) / 4 - np.sin(4 * d) / 32  # int cos^4, less the 3 pi / 16 at t = 0
-    third = sine - sine**3 / 3
-    second = (np.pi / 2 - d) / 2 + np.sin(2 * d) / 4
-    part = -16 / (3 * np.pi) * (fourth - 3 * t * third + 3 * t**2 * second - t**3 * sine)
-    return np.where(t == 1, 1.0, part)
-
-
-def _positive(a: Any, b: Any, L: Any, friction_force: Any) -> tuple[float, float, float, float]:
-    return positive("a", a), positive("b", b), positive("L", L), positive("friction_force", friction_force)

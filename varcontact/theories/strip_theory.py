@@ -1,4 +1,6 @@
-"""Strip theory, and FaStrip: each strip along the rolling direction as a line contact of its own.
+"""Contacts cut into strips along the rolling direction: the marching of FASTSIM, strip theory, and FaStrip.
+
+Strips are those of an ellipse on the unit disk: lengths are in units of a along x, and of b across it.
 
 Sources: D. J. Haines and E. Ollerton, Contact stress distributions on elliptical contact surfaces subjected to radial
 and tangential forces, Proc. Instn Mech. Engrs 177 (1963) 95-114; J. J. Kalker, A strip theory for rolling with slip and
@@ -8,42 +10,27 @@ tangential solution of the wheel-rail contact, Veh. Syst. Dyn. 54 (2016) 748-764
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import broadcasting, poisson, positives
-from varcontact.theories.inputs import Resultants, triples
+from varcontact.checks import broadcasting, choice, poisson, positives, whole
+from varcontact.theories.linear import Resultants, creepage_triples
 from varcontact.theories.simplified import PEAK, check_spin, flexibilities
-from varcontact.theories.strips import CHUNK_POINTS, LARGEST_STEP, Strips, calibrated, caps, march, moderate_steps
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
 
-
+CHUNK_POINTS = 5000
+"""Strips times triples marched at once: the arrays of a chunk (40 kB each) then stay in a core's cache."""
+MAX_DIVISIONS = 100_000
+"""Intervals along a strip, and strips, at most."""
+LARGEST_STEP = 1e100
+"""In units of the bound; beyond, directions are kept and sizes cut, as squares must not overflow."""
 SMALLEST = 1e-150
 """Size of a direction below which there is none."""
-
-
-@dataclass(frozen=True, eq=False)
-class StripCreepages:
-    """Creepages as strip theory has them: by what makes a line contact with the middle strip's bound slip.
-
-    Attributes
-    ----------
-    x, y : ndarray
-        Of vx and vy, in half-lengths of the middle strip: the slip area of Carter's contact is ``2 x`` long.
-    x_by_place : ndarray
-        What is taken off x at y = b, by the spin.
-    turn : ndarray
-        Of the spin [-]. A strip sticks nowhere if its size is 1 or more.
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    x_by_place: np.ndarray
-    turn: np.ndarray
 
 
 def strip(
@@ -106,7 +93,7 @@ def strip(
     -1.0000
     """
     nu = poisson(nu)
-    creepages, ellipse = triples(creepages), (positives("a", a), positives("b", b))
+    creepages, ellipse = creepage_triples(creepages), (positives("a", a), positives("b", b))
     G, limit = positives("G", G), positives("friction_force", friction_force)
     vx, vy, spin = np.moveaxis(creepages, -1, 0)
     broadcasting({"a": ellipse[0], "b": ellipse[1], "G": G, "nu": nu, "friction_force": limit, "vx": vx})
@@ -159,7 +146,7 @@ def fastrip(
     >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
     [-1.  0.] [-0.483 -0.611]
     """
-    creepages, ellipse = triples(creepages), (positives("a", a), positives("b", b))
+    creepages, ellipse = creepage_triples(creepages), (positives("a", a), positives("b", b))
     G, limit = positives("G", G), positives("friction_force", friction_force)
     strips = calibrated(m, n, "elliptic"), calibrated(m, n, "parabolic")
     vx, vy, spin = np.moveaxis(creepages, -1, 0)
@@ -171,17 +158,8 @@ def fastrip(
 def strip_forces(
     strips: Strips, a: Any, b: Any, G: Any, nu: Any, limit: Any, vx: Any, vy: Any, spin: Any
 ) -> Resultants:
-    """What `strip` returns, of arrays (or floats) that are as they should be.
-
-    Parameters
-    ----------
-    strips : Strips
-        `calibrated`, under the elliptic bound.
-    a, b, G, nu, limit, vx, vy, spin
-        As of `strip`; they broadcast.
-    """
-    by_x, by_y, by_turn = 1 / (1 - np.asarray(nu)), 1.0, 1.0
-    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, (by_x, by_y, by_turn))
+    """What `strip` returns, of checked arrays or floats and `calibrated` strips under the elliptic bound."""
+    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, (1 / (1 - np.asarray(nu)), 1.0, 1.0))
     return _forces(strips, a, b, limit, scaled, None)
 
 
@@ -195,67 +173,35 @@ def fastrip_forces(
     vx: Any,
     vy: Any,
     spin: Any,
-    table: CreepageCoefficients,
+    coefficients: CreepageCoefficients,
 ) -> Resultants:
-    """What `fastrip` returns, of arrays (or floats) that are as they should be.
-
-    Parameters
-    ----------
-    strips, directions : Strips
-        `calibrated`, under the elliptic bound and, for FASTSIM, under the parabolic one.
-    a, b, G, limit, vx, vy, spin
-        As of `fastrip`; they broadcast.
-    table : CreepageCoefficients
-    """
-    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, kalker_factors(a, b, table))
-    L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, table), -1, 0)
-    check_spin(spin, L3, table)
+    """What `fastrip` returns, as `strip_forces`; `directions` are FASTSIM's strips, under the parabolic bound."""
+    scaled = strip_creepages(a, b, G, limit, vx, vy, spin, kalker_factors(a, b, coefficients))
+    L1, L2, L3 = np.moveaxis(flexibilities(a, b, G, coefficients), -1, 0)
+    check_spin(spin, L3, coefficients)
     step = strips.step * a * a * b / (PEAK["parabolic"] * limit)
     turn = step / L3 * spin
-    steps = np.stack(np.broadcast_arrays(step / L1 * vx, step / L2 * vy, turn * b, turn * a, scaled.x))[:4]
-    return _forces(strips, a, b, limit, scaled, (directions, moderate_steps(steps.reshape(4, -1))))
+    steps = np.stack(np.broadcast_arrays(step / L1 * vx, step / L2 * vy, turn * b, turn * a, scaled[0]))[:4]
+    return _forces(strips, a, b, limit, scaled, (directions, _moderate_steps(steps.reshape(4, -1))))
 
 
-def kalker_factors(a: Any, b: Any, table: CreepageCoefficients) -> tuple[Any, Any, Any]:
-    """By what vx, vy and spin are multiplied in FaStrip, the first with the ``1/(1 - nu)`` of strip theory.
-
-    Parameters
-    ----------
-    a, b : float or ndarray
-        Semi-axes [length].
-    table : CreepageCoefficients
-    """
-    return 4 / np.pi**2 * table.C11, 4 / np.pi**2 * table.C22, 3 / np.pi * np.sqrt(b / a) * table.C23
+def kalker_factors(a: Any, b: Any, coefficients: CreepageCoefficients) -> tuple[Any, Any, Any]:
+    """Factors of FaStrip on vx, vy and spin, the first with the ``1/(1 - nu)`` of strip theory."""
+    c = coefficients
+    return 4 / np.pi**2 * c.C11, 4 / np.pi**2 * c.C22, 3 / np.pi * np.sqrt(b / a) * c.C23
 
 
 def strip_creepages(
     a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, factors: tuple[Any, Any, Any]
-) -> StripCreepages:
-    """Creepages in the units of strip theory.
-
-    Parameters
-    ----------
-    a, b, G, limit, vx, vy, spin
-        As of `strip`.
-    factors : tuple
-        Of vx, vy and spin.
-    """
+) -> tuple[Any, Any, Any, Any]:
+    """X and Y of `strip` in the middle, what spin takes off X at y = b, and P, with factors on vx, vy and spin."""
     by_x, by_y, by_turn = factors
     k = G * np.pi * a * b / (3 * limit)  # G/(2 f p0)
-    turn = by_turn * k * a * spin
-    return StripCreepages(by_x * k * vx, by_y * k * vy, by_x * k * b * spin, turn)
+    return by_x * k * vx, by_y * k * vy, by_x * k * b * spin, by_turn * k * a * spin
 
 
 def slip_depth(x: np.ndarray, y: np.ndarray, turn: np.ndarray, edge: np.ndarray) -> np.ndarray:
-    """d of `strip`: half the length of the slip area, or the strip's half-length if it slips as a whole.
-
-    Parameters
-    ----------
-    x, y, turn : ndarray
-        X, Y and P.
-    edge : ndarray
-        a(y)/a.
-    """
+    """d of `strip`, half the length of the slip area, from X, Y, P and a(y)/a; a(y)/a if all slips."""
     rest = (1 - turn) * (1 + turn)
     some = rest > 0
     rest = np.where(some, rest, 1.0)
@@ -272,7 +218,7 @@ def _forces(
     a: Any,
     b: Any,
     limit: Any,
-    scaled: StripCreepages,
+    scaled: tuple[Any, Any, Any, Any],
     fastsim: tuple[Strips, np.ndarray] | None,
 ) -> Resultants:
     """The sums over strips, chunk by chunk.
@@ -280,7 +226,7 @@ def _forces(
     The strips' factor on the bound makes the sums exact in full slip. It goes with the slopes by the spin, whose
     integrand is that of the bound; the slopes by vx and vy are exact, and are kept.
     """
-    fields = np.stack(np.broadcast_arrays(scaled.x, scaled.y, scaled.x_by_place, scaled.turn, a, b, limit))
+    fields = np.stack(np.broadcast_arrays(*scaled, a, b, limit))
     shape = fields.shape[1:]
     fields = np.clip(fields.reshape(7, -1), -LARGEST_STEP, LARGEST_STEP)
     fields[:3] /= strips.by_bound
@@ -298,7 +244,7 @@ def _forces(
 
 def _chunk(strips: Strips, creepages: np.ndarray, fastsim: tuple[Strips, np.ndarray] | None) -> np.ndarray:
     """Integrals over the unit disk of px, py, y px and x py, (4, k), in units of the bound's peak."""
-    if creepages.shape[1] == 1:  # see strips.py
+    if creepages.shape[1] == 1:  # a sum over axis 0 of one column alone would be taken in another order
         twice = None if fastsim is None else (fastsim[0], np.repeat(fastsim[1], 2, axis=1))
         return _chunk(strips, np.repeat(creepages, 2, axis=1), twice)[:, :1]
     across, edge, width = strips.across[:, None], strips.edge[:, None], strips.width[:, None]
@@ -309,14 +255,17 @@ def _chunk(strips: Strips, creepages: np.ndarray, fastsim: tuple[Strips, np.ndar
     # the two circles, each in closed form, as if the whole strip had the direction n
     half = np.pi / 2 * (2 * edge - d)
     whole = d >= edge
-    direction_x, direction_y = _directions(x, y + turn * d, d, whole)
+    some = ~whole & (d > 0)
+    length = np.where(some, d, 1.0)
+    direction_x = np.where(some, x / length, 0.0)  # n; 0 where the strip slips, or sticks, as a whole
+    direction_y = np.where(some, (y + turn * d) / length, 0.0)
     inner = np.pi / 2 * stick * stick
     sum_x = np.where(whole, 0.0, half * x)
     sum_y = np.where(whole, 0.0, half * (y + turn * d) + inner * turn)
     moment = np.where(whole, 0.0, -inner * y)
     if fastsim is not None or np.any(turn) or np.any(whole):
-        ends = caps(np.linspace(-1.0, 1.0, strips.along.size + 1))[::-1]
-        share = caps(1 - 2 * stick / edge)  # up to where the slip area reaches: (2 d - a)/a
+        ends = half_circle_area(np.linspace(-1.0, 1.0, strips.along.size + 1))[::-1]
+        share = half_circle_area(1 - 2 * stick / edge)  # up to where the slip area reaches: (2 d - a)/a
         slip_x, slip_y, slip_moment, lever = _slip_area(strips.along, ends, share, x, y, edge * turn, fastsim)
         area = edge * edge
         sum_x += area * (slip_x - (share - ends[-1]) * direction_x)
@@ -371,8 +320,131 @@ def _slip_area(
     return (sum_x * x, sum_y, moment, lever) if marched is None else (-sum_x, -sum_y, -moment, lever)
 
 
-def _directions(x: np.ndarray, y: np.ndarray, d: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """n of `strip`; 0 where the strip slips, or sticks, as a whole."""
-    some = ~whole & (d > 0)
-    d = np.where(some, d, 1.0)
-    return np.where(some, x / d, 0.0), np.where(some, y / d, 0.0)
+@dataclass(frozen=True, eq=False)
+class Strips:
+    """A division of the ellipse, and factors that make the sums over its points exact."""
+
+    across: np.ndarray  # the strips' places y/b (n,)
+    width: np.ndarray  # weights of an integral over y/b (n,)
+    along: np.ndarray  # points of each strip by its half-length, from the leading edge down
+    bounds: np.ndarray  # the traction bound at these points, by its peak in the strip
+    step: float  # distance of points by the strip's half-length
+    first: float  # distance of the first point from the leading edge, in steps
+    bound: str
+    by_bound: float = 1.0
+    by_creepage: float = 1.0
+    by_spin: float = 1.0
+
+    @property
+    def edge(self) -> np.ndarray:
+        """Half-lengths a(y)/a."""
+        return np.sqrt((1 - self.across) * (1 + self.across))
+
+    @property
+    def peak(self) -> np.ndarray:
+        """The bound's peak in the strips by that in the middle."""
+        return self.edge if self.bound == "elliptic" else self.edge**2
+
+
+def printed(m: int, n: int, bound: str) -> Strips:
+    """Kalker's division: equal strips, points at the ends of intervals but the last, where the bound is 0."""
+    m, n = whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS)
+    choice("bound", bound, PEAK)
+    along = 1 - 2 * np.arange(1, m) / m
+    inside = (1 - along) * (1 + along)
+    across = 1 - (2 * np.arange(n) + 1) / n
+    bounds = inside if bound == "parabolic" else np.sqrt(inside)
+    return Strips(across, np.full(n, 2 / n), along, bounds, 2 / m, 1.0, bound)
+
+
+def calibrated(m: int, n: int, bound: str) -> Strips:
+    """A division whose sums have the slopes of the linear theory, and ``f Fz`` in full slip, to rounding.
+
+    Strips are at Chebyshev's points, points in the middles of intervals, and the bound is its mean over an interval.
+    """
+    m, n = whole("m", m, least=2, most=MAX_DIVISIONS), whole("n", n, most=MAX_DIVISIONS)
+    choice("bound", bound, PEAK)
+    angle = np.pi * np.arange(1, n + 1) / (n + 1)
+    across, edge = np.cos(angle), np.sin(angle)
+    width = np.pi / (n + 1) * edge
+    along = 1 - (2 * np.arange(m) + 1) / m
+    ends = np.linspace(1.0, -1.0, m + 1)
+    whole_strip = ends - ends**3 / 3 if bound == "parabolic" else half_circle_area(ends)
+    bounds = -np.diff(whole_strip) * m / 2
+    square, cube = 4 / 3 / np.sum(width * edge**2), 3 * np.pi / 8 / np.sum(width * edge**3)
+    by_bound = cube if bound == "parabolic" else square
+    return Strips(across, width, along, bounds, 2 / m, 0.5, bound, by_bound, square, cube / (1 + 0.5 / m**2))
+
+
+def half_circle_area(x: np.ndarray) -> np.ndarray:
+    """Area under half a circle of radius 1 from its middle to x in [-1, 1]."""
+    return 0.5 * (x * np.sqrt((1 - x) * (1 + x)) + np.arcsin(x))
+
+
+def march(strips: Strips, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """px and py (n, k) of FASTSIM at one point of all strips after the other, by the strip's own peak.
+
+    `steps` (4, k) are what a step in the middle strip adds: by vx, by vy, by spin at y = b, and by spin at x = a. The
+    same two arrays every time: fresh ones would cost as much as the arithmetic.
+    """
+    edge, peak = strips.edge[:, None], strips.peak[:, None]
+    vx, vy, spin_y, spin_x = steps
+    step_x = -(edge / peak) * (vx - strips.across[:, None] * spin_y)
+    by_place = -(edge / peak) * edge * spin_x
+    middle = 1 - strips.first * strips.step / 2  # of the interval ahead of the first point
+    plain_y = -(edge / peak) * vy
+    px, py = strips.first * step_x, strips.first * (plain_y + middle * by_place)
+    step_y = plain_y + (strips.along[0] - strips.step / 2) * by_place
+    by_place *= strips.step
+    square, scratch = np.empty_like(px), np.empty_like(px)
+    for i, limit in enumerate(strips.bounds):
+        if i > 0:
+            px += step_x
+            py += step_y
+            step_y -= by_place
+        np.multiply(px, px, out=square)
+        np.multiply(py, py, out=scratch)
+        square += scratch
+        np.maximum(square, limit * limit, out=square)
+        np.sqrt(square, out=square)
+        np.divide(limit, square, out=square)  # 1 in the stick area
+        px *= square
+        py *= square
+        yield px, py
+
+
+def _moderate_steps(steps: np.ndarray) -> np.ndarray:
+    """Steps of `march` whose squares do not overflow, of the same direction."""
+    return np.asarray(steps * np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(steps).max(axis=0), 1.0)))
+
+
+def march_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
+    """Integrals over the unit disk of px, py, y px and x py (4, k), by steps of `march` in units of the peak."""
+    steps = steps * np.array([strips.by_creepage, strips.by_creepage, strips.by_spin, strips.by_spin])[:, None]
+    steps /= strips.by_bound
+    steps = _moderate_steps(steps)
+    sums = np.empty((4, steps.shape[1]))
+    size = max(CHUNK_POINTS // strips.width.size, 2)
+    for start in range(0, steps.shape[1], size):
+        chunk = slice(start, start + size)
+        sums[:, chunk] = _chunk_sums(strips, steps[:, chunk])
+    return sums * strips.by_bound
+
+
+def _chunk_sums(strips: Strips, steps: np.ndarray) -> np.ndarray:
+    """All strips of a few triples, through the contact at once."""
+    if steps.shape[1] == 1:  # a sum over axis 0 of one column alone would be taken in another order
+        return _chunk_sums(strips, np.repeat(steps, 2, axis=1))[:, :1]
+    sum_x, sum_y, moment, scratch = np.zeros((4, strips.width.size, steps.shape[1]))
+    for place, (px, py) in zip(strips.along, march(strips, steps), strict=True):
+        sum_x += px
+        sum_y += py
+        np.multiply(py, place, out=scratch)
+        moment += scratch
+    edge = strips.edge[:, None]
+    weight = strips.width[:, None] * strips.step * edge * strips.peak[:, None]
+    sum_x *= weight
+    sum_y *= weight
+    moment *= weight * edge
+    across = strips.across[:, None]
+    return np.stack([sum_x.sum(axis=0), sum_y.sum(axis=0), (across * sum_x).sum(axis=0), moment.sum(axis=0)])

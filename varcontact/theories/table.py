@@ -1,4 +1,4 @@
-"""A table book: forces of the exact theory, computed once on a grid of ellipses and creepages, and interpolated.
+"""Forces by interpolation in a table book of the exact theory.
 
 Source: the table books of Kalker's program CONTACT (USETAB), in variables of our own.
 """
@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from varcontact import checks
-from varcontact.checks import positive
 from varcontact.errors import SceneError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
-from varcontact.theories.inputs import Resultants, triples
-from varcontact.theories.table_book import TableBook, shipped
-from varcontact.theories.table_nodes import scales
+from varcontact.theories.linear import Resultants, creepage_triples
+from varcontact.theories.table_book import TableBook, reduced_scales, shipped
 
 if TYPE_CHECKING:
     from varcontact.scene.grid import Grid
 
 OUTSIDE = ("refuse", "clamp")
+NEAR = 0.01
+"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less than 1 % over it."""
 
 
 def table_forces(
@@ -62,8 +62,7 @@ def table_forces(
     Raises
     ------
     SceneError
-        If a/b is outside the book, nu is not its, or a number is not finite, or not positive where it must be. Of
-        several creepages the error has the place of the first.
+        If a/b is outside the book, nu is not its, or a number is not finite, or not positive where it must be.
 
     Notes
     -----
@@ -78,85 +77,23 @@ def table_forces(
     [-0.28 -1.  ]
     """
     book = book_of(book)
-    if outside not in OUTSIDE:
-        checks.choice("outside", outside, OUTSIDE)
     if nu is not None:
         check_nu(book, checks.number("nu", nu))
-    a, b, G = positive("a", a), positive("b", b), positive("G", G)
-    ratio = _ratio(a / b, book, outside)
-    creepage = triples(creepages)
-    limit = _limit(friction_force)
+    a, b, G = checks.positive("a", a), checks.positive("b", b), checks.positive("G", G)
+    ratio = ratio_in_book(book, a / b, outside)
+    creepage = creepage_triples(creepages)
+    limit: Any = friction_force
+    if type(limit) is not float or not 0 < limit <= checks.LARGE:
+        limit = checks.positives("friction_force", friction_force, "positive")
+        limit = limit if limit.ndim else float(limit)
     if creepage.ndim > 1:
         checks.broadcasting({"friction_force": limit, "vx": creepage[..., 0]})
-    size, unit = math.sqrt(a * b), G * a * b / limit
+    size, unit, coefficients = math.sqrt(a * b), G * a * b / limit, no_slip_coefficients(ratio, book.nu)
     apart = creepage.tolist() if creepage.ndim == 1 else np.moveaxis(creepage, -1, 0)
-    Fx, Fy, Mz = interpolated(book, ratio, size, unit, apart)
+    Fx, Fy, Mz = interpolated(book, ratio, size, unit, apart, coefficients)
     force = np.empty((*np.shape(Fx), 2))
     force[..., 0], force[..., 1] = limit * Fx, limit * Fy
     return Resultants(force, limit * size * Mz)
-
-
-def book_of(book: Any) -> TableBook:
-    """The book that is asked for, or that of the package.
-
-    Parameters
-    ----------
-    book : TableBook or None
-    """
-    if book is None:
-        return shipped()
-    if not isinstance(book, TableBook):
-        raise SceneError("book", book, "a TableBook, as TableBook.read gives it")
-    return book
-
-
-def _limit(friction_force: Any) -> Any:
-    """f Fz, checked: a float or an array."""
-    if type(friction_force) is float and 0 < friction_force <= checks.LARGE:
-        return friction_force
-    limit = checks.positives("friction_force", friction_force, "positive")
-    return limit if limit.ndim else float(limit)
-
-
-def interpolated(
-    book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients | None = None
-) -> tuple[Any, ...]:
-    """Normalised forces in the shape of all arguments, which broadcast.
-
-    Parameters
-    ----------
-    book : TableBook
-    ratio : float or ndarray
-        a/b, within the book.
-    size : float or ndarray
-        sqrt(ab) [length].
-    unit : float or ndarray
-        G ab / (f Fz).
-    creepages : sequence of three floats or ndarrays
-        vx, vy, spin.
-    coefficients : CreepageCoefficients, optional
-        Those that give the slopes, if not the ratio's own.
-
-    Returns
-    -------
-    tuple of three floats or ndarrays
-        Fx, Fy, Mz.
-    """
-    C = no_slip_coefficients(ratio, book.nu) if coefficients is None else coefficients
-    x, y, z = (scale * creepage for scale, creepage in zip(scales(C, ratio), creepages, strict=True))
-    x, y, z = unit * x, unit * y, unit * size * z
-    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
-        return book.normalised(x, y, z, ratio, C)
-    shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
-
-    def each(value: Any) -> Any:
-        """One for each place, or one for all."""
-        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
-
-    C = CreepageCoefficients(*map(each, (C.C11, C.C22, C.C23, C.C33)))
-    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
-    ratio = each(ratio)
-    return tuple(part.reshape(shape) for part in book.normalised(x, y, z, ratio, C))
 
 
 def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
@@ -207,18 +144,17 @@ def equivalent_ellipse(grid: Grid, pressure: np.ndarray) -> tuple[float, float]:
     return math.sqrt(area * ratio / math.pi), math.sqrt(area / ratio / math.pi)
 
 
-NEAR = 0.01
-"""How far the Poisson's ratio of a contact may be from that of a book: coefficients change by less than 1 % over it."""
+def book_of(book: Any) -> TableBook:
+    """The book that is asked for, or that of the package."""
+    if book is None:
+        return shipped()
+    if not isinstance(book, TableBook):
+        raise SceneError("book", book, "a TableBook, as TableBook.read gives it")
+    return book
 
 
 def check_nu(book: TableBook, nu: Any) -> None:
-    """Refuse a contact whose Poisson's ratio is not that of the book.
-
-    Parameters
-    ----------
-    book : TableBook
-    nu : float or ndarray
-    """
+    """Refuse contacts whose Poisson's ratio is not that of the book."""
     if isinstance(nu, float) and abs(nu - book.nu) <= NEAR:
         return
     far = np.abs(np.asarray(nu) - book.nu) > NEAR
@@ -226,32 +162,56 @@ def check_nu(book: TableBook, nu: Any) -> None:
         _refuse("nu", nu, far, f"within {NEAR:g} of the book's, {book.nu:g}; make a book of your own")
 
 
-def check_ratio(book: TableBook, ratio: Any) -> None:
-    """Refuse a contact whose ellipse is outside the book.
-
-    Parameters
-    ----------
-    book : TableBook
-    ratio : float or ndarray
-        a/b.
-    """
+def ratio_in_book(book: TableBook, ratio: Any, outside: str) -> Any:
+    """a/b within the book; elsewhere an error, or the nearest that it has."""
     least, greatest = book.range
-    if isinstance(ratio, float) and least <= ratio <= greatest:
-        return
-    out = (np.asarray(ratio) < least * (1 - 1e-12)) | (np.asarray(ratio) > greatest * (1 + 1e-12))
-    if out.any():
-        hint = 'outside="clamp" takes the nearest'
-        _refuse("a/b", ratio, out, f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})")
+    if isinstance(ratio, float) and least <= ratio <= greatest and outside in OUTSIDE:
+        return ratio
+    if checks.choice("outside", outside, OUTSIDE) == "refuse":
+        out = (np.asarray(ratio) < least * (1 - 1e-12)) | (np.asarray(ratio) > greatest * (1 + 1e-12))
+        if out.any():
+            hint = 'outside="clamp" takes the nearest'
+            _refuse("a/b", ratio, out, f"in [{least:.6g}, {greatest:.6g}], the range of the book ({hint})")
+    inside = np.clip(ratio, least, greatest)
+    return inside if np.ndim(ratio) else float(inside)
 
 
 def _refuse(field: str, values: Any, bad: np.ndarray, allowed: str) -> NoReturn:
-    """Raise the error of the first bad value, by its index where there are several."""
+    """The error of the first bad value, by its index where there are several."""
     where = tuple(int(i) for i in np.argwhere(bad)[0])
     raise SceneError(f"{field}{list(where)}" if where else field, float(np.asarray(values)[where]), allowed)
 
 
-def _ratio(ratio: float, book: TableBook, outside: str) -> float:
+def why_not_in_book(ratio: float, nu: float) -> str:
+    """Why the book of the package does not serve a contact, or nothing where it does."""
+    book = shipped()
     least, greatest = book.range
-    if outside == "refuse":
-        check_ratio(book, ratio)
-    return min(max(ratio, least), greatest)
+    if abs(nu - book.nu) > NEAR:
+        return f"its book is for nu = {book.nu:g}, and nu is {nu:.4g}; theories.table_forces takes books for others"
+    if not least * (1 - 1e-12) <= ratio <= greatest * (1 + 1e-12):
+        return f"its book has a/b from {least:.4g} to {greatest:.4g}, and a/b is {ratio:.4g}"
+    return ""
+
+
+def interpolated(
+    book: TableBook, ratio: Any, size: Any, unit: Any, creepages: Any, coefficients: CreepageCoefficients
+) -> tuple[Any, Any, Any]:
+    """Normalised Fx, Fy and Mz in the shape of all arguments, which broadcast.
+
+    `size` is sqrt(ab), `unit` is G ab / (f Fz), `creepages` are vx, vy and spin.
+    """
+    x, y, z = (scale * creepage for scale, creepage in zip(reduced_scales(coefficients, ratio), creepages, strict=True))
+    x, y, z = unit * x, unit * y, unit * size * z
+    if isinstance(x, float) and isinstance(y, float) and isinstance(z, float):
+        return book.normalised(x, y, z, ratio, coefficients)
+    shape = np.broadcast_shapes(*map(np.shape, (x, y, z)))
+
+    def each(value: Any) -> Any:
+        """One for each place, or one for all."""
+        return float(np.ravel(value)[0]) if np.size(value) == 1 else np.broadcast_to(value, shape).ravel()
+
+    c = coefficients
+    c = CreepageCoefficients(each(c.C11), each(c.C22), each(c.C23), each(c.C33))
+    x, y, z = (np.broadcast_to(value, shape).ravel() for value in (x, y, z))
+    Fx, Fy, Mz = book.normalised(x, y, z, each(ratio), c)
+    return Fx.reshape(shape), Fy.reshape(shape), Mz.reshape(shape)

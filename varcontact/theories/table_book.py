@@ -1,4 +1,4 @@
-"""The table book itself: normalised variables, entries, the splines through them, and its file."""
+"""A table book: normalised variables, entries, the splines through them, and its file."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from importlib.resources import as_file, files
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,6 @@ from varcontact.errors import OutputError
 from varcontact.reference.creepage_coefficients import CreepageCoefficients
 from varcontact.reference.equal_splines import FOUR, near_splines
 from varcontact.system.files import reading
-from varcontact.theories.table_nodes import HALFWAY, linear_part, places
 
 FORMAT = "varcontact table 3"
 AT_ONCE = 512
@@ -27,13 +27,39 @@ AT_FULL, MORE = 3, 2.0**15
 """B-splines of t that are not zero at full slip, and by what part finer than the others a file has them."""
 FEW = 64
 """Creepages of one ratio, up to which it does not pay to make the splines of that ratio first."""
-Near = tuple[Any, tuple[Any, ...]]
-"""The first of the splines that are not zero at a place, and their values there."""
+HALFWAY = 1.5
+"""The magnitude that is half of the way to full slip: Vermeulen and Johnson's line ends at 3, their full slip."""
+KNEE, ROOM = 1.8, 0.35
+"""A magnitude about which full slip begins, and what part of the way to full slip is kept for those about it."""
+SPIN = 0.5
+"""Spin counts by this part of the slip that it makes a distance sqrt(a^2 + b^2) away."""
 TINY = 1e-200
-ONE: Near = 0, (1.0,)
-"""The place in rows of one ratio."""
+NearSplines = tuple[Any, tuple[Any, ...]]
+"""The first of the splines that are not zero at a place, and their values there."""
 _SINGLE, _MANY = (math.sqrt, math.atan2, max), (np.sqrt, np.arctan2, np.maximum)
 """The same functions, of floats and of arrays."""
+
+
+def reduced_scales(coefficients: CreepageCoefficients, ratio: Any) -> tuple[Any, Any, Any]:
+    """Scales of vx, vy and spin times sqrt(ab) in the reduced creepage, but for G ab / (f Fz)."""
+    C = coefficients
+    return C.C11, C.C22, SPIN * C.C11 * (ratio + 1 / ratio) ** 0.5
+
+
+def linear_part(x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, Any, Any]:
+    """Normalised Fx, Fy and Mz of the linear theory for reduced creepages along vx, vy and the spin."""
+    C, by_spin = coefficients, reduced_scales(coefficients, ratio)[2]
+    return -x, -y - (C.C23 / by_spin) * z, (C.C23 / C.C22) * y - (C.C33 / by_spin) * z
+
+
+def places(t: Any) -> Any:
+    """Where ``t = r/(r + 1.5)`` of a magnitude r stands among the splines, from 0, no slip, to 1, full slip.
+
+    It has more room than t for the magnitudes about `KNEE`, where full slip begins.
+    """
+    rest = (1 - t) * (KNEE / HALFWAY)
+    cube = t * t * t
+    return t + ROOM * (cube / (cube + rest * rest * rest) - t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +70,7 @@ class TableBook:
     ``R = sqrt(a^2 + b^2)/2``: a magnitude ``|u|`` and a direction. Forces are in parts of ``f Fz``, the moment of
     ``f Fz c``. By symmetry Fx is odd in vx and even in (vy, spin), Fy and Mz are the other way round: the directions
     with vx >= 0 and half of the (vy, spin) stand for all. Magnitudes are ``1.5 t/(1 - t)`` at points of t in (0, 1),
-    see `magnitudes`; t = 0 is the linear theory, t = 1 full slip. The ratios a/b are Chebyshev's points in log(a/b).
+    equal steps of `places`; t = 0 is the linear theory, t = 1 full slip. The ratios are Chebyshev's points in log(a/b).
 
     With the linear theory's forces L(u), what is interpolated is S in ``F = (1 - t)^2 L(u) + t^2 S``: by cubic splines
     in log(a/b), in the place of t (see `places`), and in the two angles of the direction (that from vx, and that of
@@ -77,38 +103,30 @@ class TableBook:
     provenance: str
 
     def normalised(self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, ...]:
-        """Normalised forces for reduced creepages.
+        """Normalised Fx, Fy and Mz for reduced creepages along vx, vy and the spin; the force is cut at f Fz.
 
-        Parameters
-        ----------
-        x, y, z : float or ndarray, shape (n,)
-            Along vx, vy and the spin.
-        ratio : float or ndarray, shape (n,)
-            a/b, within the book.
-        coefficients : CreepageCoefficients
-            Those of the ratio.
-
-        Returns
-        -------
-        tuple of three floats or ndarrays
-            Fx, Fy, Mz; the force is cut at full friction.
+        Creepages are three floats, or arrays (n,) with a/b and its coefficients one for all or (n,).
         """
         linear = linear_part(x, y, z, ratio, coefficients)
         if isinstance(x, float):
-            return self._some(x, y, z, linear, self._rows, self._near(ratio))
-        several = isinstance(ratio, np.ndarray)
-        whole = several or len(x) <= FEW
-        rows = self._rows if whole else _rows_of(self, ratio)
-        near = self._near(ratio) if whole and not several else ONE
+            return self._normalised(x, y, z, linear, self._rows, self._near(ratio))
+        rows, several = self._rows, isinstance(ratio, np.ndarray)
+        near: NearSplines = (0, (1.0,))
+        if not several and len(x) > FEW:
+            rows = _rows_of(self, ratio)
+        elif not several:
+            near = self._near(ratio)
         found = np.empty((3, len(x)))
         for k in range(0, len(x), AT_ONCE):
             part = slice(k, k + AT_ONCE)
             there = self._near(ratio[part]) if several else near
-            found[:, part] = self._some(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
+            found[:, part] = self._normalised(x[part], y[part], z[part], [line[part] for line in linear], rows, there)
         return tuple(found)
 
-    def _some(self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: Near) -> tuple[Any, ...]:
-        """One place of `normalised` or some, by rows of all ratios or of one."""
+    def _normalised(
+        self, x: Any, y: Any, z: Any, linear: Sequence[Any], rows: np.ndarray, near: NearSplines
+    ) -> tuple[Any, ...]:
+        """The same by rows of all ratios or of one, at one place or some."""
         sqrt, atan2, greater = _SINGLE if isinstance(x, float) else _MANY
         across = y * y + z * z
         magnitude = sqrt(x * x + across)
@@ -138,7 +156,7 @@ class TableBook:
         cut = greater(sqrt(Fx * Fx + Fy * Fy), 1.0)
         return Fx / cut, Fy / cut, Mz
 
-    def _near(self, ratio: Any) -> Near:
+    def _near(self, ratio: Any) -> NearSplines:
         """The splines in log(a/b) that are not zero there."""
         least, greatest = self.range
         log, intervals = math.log if isinstance(ratio, float) else np.log, len(self.splines) - 3
@@ -166,8 +184,6 @@ class TableBook:
 
     def to_bytes(self) -> bytes:
         """The book as a netCDF file."""
-        from io import BytesIO
-
         from scipy.io import netcdf_file
 
         buffer = BytesIO()
@@ -251,10 +267,6 @@ def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
     """Coefficients as a file has them: whole multiples of powers of two, with 15 binary digits and a sign.
 
     Those at full slip have 15 more digits: without spin it is known exactly.
-
-    Parameters
-    ----------
-    splines : ndarray, shape (h, i, j, k, 3)
     """
     largest = np.maximum(np.abs(splines).max(axis=(0, 2, 3)), TINY)
     units = np.ldexp(1.0, np.ceil(np.log2(largest / 32767)).astype(int))
@@ -264,14 +276,7 @@ def packed(splines: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def unpacked(units: np.ndarray, splines: np.ndarray, full_slip: np.ndarray) -> np.ndarray:
-    """Coefficients from what `packed` gives.
-
-    Parameters
-    ----------
-    units : ndarray, shape (i, 3)
-    splines : ndarray, shape (h, i, j, k, 3)
-    full_slip : ndarray, shape (h, 3, j, k, 3)
-    """
+    """Coefficients from what `packed` gives."""
     multiples = np.array(splines)
     multiples[:, -AT_FULL:] += full_slip / MORE
     return multiples * units[:, None, None]

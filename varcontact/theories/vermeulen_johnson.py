@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact.checks import broadcasting, number, numbers, poisson, positive, positives, wrong_shape
 from varcontact.errors import Saturated, SceneError
-from varcontact.theories.inputs import either, triples
+from varcontact.theories.linear import creepage_or_force, creepage_triples
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -136,7 +136,7 @@ def _normalised(
     a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, coefficients: Any
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """xi', eta' of (123)-(124), and f Fz, broadcast."""
-    vx, vy, spin = np.moveaxis(triples(creepages), -1, 0)
+    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
     if np.any(spin != 0):
         raise SceneError("spin", float(spin[spin != 0][0]), "0 in the theory of Vermeulen and Johnson")
     limit = positives("friction_force", friction_force)
@@ -189,8 +189,8 @@ def vermeulen_johnson_creepage(
     >>> print((table.C11 / 3 * vermeulen_johnson_creepage(1.0, 1.0, 1.0, 1.0, table, Fx=-0.875)).round(12))
     [0.5 0.  0. ]
     """
-    given_x, Fx = either("vx", vx, "Fx", Fx)
-    given_y, Fy = either("vy", vy, "Fy", Fy)
+    given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
+    given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     limit = positive("friction_force", friction_force)
     unit = 3 * limit / (positive("a", a) * positive("b", b) * positive("G", G))
     units = -unit / np.array([coefficients.C11, coefficients.C22])  # creepages are units * (xi', eta')

@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
-from varcontact.study.store import Table
+from varcontact.study.csv_table import Table
 from varcontact.wheel_rail.case_file import CaseFile
 from varcontact.wheel_rail.result import WheelRailSolution
 from varcontact.wheel_rail.wear import Archard, PatchWear, wear

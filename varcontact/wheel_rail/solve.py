@@ -22,7 +22,7 @@ from varcontact.scene.surfaces import Ellipse, SampledDistance
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.solving.target import BY_DEFAULT
-from varcontact.theories.methods import THEORIES
+from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.rough import check_smooth
 from varcontact.wheel_rail.seams import weakened

@@ -1,5 +1,6 @@
 """What particles remember in a history under a law of friction, where steps are no whole elements long."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,13 @@ from varcontact.io.history_record import SERIES
 JUMP = vc.StaticKinetic(0.4, 0.2)
 LAWS = [
     JUMP,
-    vc.LinearFalling(0.4, 0.2, half_velocity=1e-5),
-    vc.RationalFalling(0.4, 0.2, half_velocity=1e-6),
     vc.ExponentialFalling(0.4, 0.2, half_velocity=1e-5),
+    vc.LinearFalling(0.4, 0.2, half_velocity=0.2),
+    vc.RationalFalling(0.4, 0.2, half_velocity=0.2),
+    vc.ExponentialFalling(0.4, 0.2, half_velocity=0.1),
 ]
-"""Falls so steep that stick and slip are two branches, as with a jump."""
-N, LOAD = 12, 1e-3
+"""With a jump, or so steep that stick and slip are two branches; and falls that are slow for all steps here."""
+N, LOAD = 10, 1e-3
 
 
 def rolling(law, motion, scale=1.0, force=1.0, cells=N):
@@ -41,28 +43,48 @@ def used(sol):
     return -sol.force[0] / sol.normal_force
 
 
-@pytest.mark.parametrize(("part", "vx"), [(0.25, 5e-3), (0.5, 5e-3), (0.6, 3e-3), (1.0, 5e-3), (1.7, 5e-3)])
+@pytest.mark.parametrize("part", [0.25, 0.5, 0.6, 1.0, 1.7])
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_the_end_is_the_steady_solution_from_any_start(law, part, vx, dx, holds):
-    """From more slip, the other steady solution, and from more stick: the end is that from stick, as with dq = dx.
-
-    To a tenth of what the two solutions are apart: 2 to 4 %, by the size of the elements.
-    """
-    steady = vc.Steady(vx=vx, dq=part * dx)
+def test_the_end_is_the_steady_solution_from_any_start(law, part, dx, holds):
+    """From more slip, of two steady solutions the other one, and from more stick: the end is that from stick."""
+    steady = vc.Steady(vx=5e-3, dq=part * dx)
     stick, slip = (vc.solve(rolling(law, steady), start=start) for start in ("stick", "slip"))
-    slower = vc.solve(rolling(law, replace(steady, vx=0.96 * vx)))
-    apart = used(stick) - used(slip)
-    assert apart > 0.015 * used(stick)
-    for start in (slip, slower):
-        motion = vc.Transient(steps=int(2.5 * N / part), dq=part * dx, vx=vx, start=start)
+    others = [slip] if used(slip) < 0.99 * used(stick) else [vc.solve(rolling(law, replace(steady, vx=5.2e-3)))]
+    for start in (*others, vc.solve(rolling(law, replace(steady, vx=4.8e-3)))):
+        assert abs(used(start) / used(stick) - 1) > 0.012
+        motion = vc.Transient(steps=int(2.5 * N / part), dq=part * dx, vx=5e-3, start=start)
         last = vc.solve(rolling(law, motion))[-1]
         holds(last, tol=1e-6)
-        assert used(last) == pytest.approx(used(stick), abs=0.1 * apart)
+        assert used(last) == pytest.approx(used(stick), rel=0.003)
+        assert used(last) == pytest.approx(used(stick), abs=0.1 * abs(used(start) - used(stick)))
+        if law in LAWS[2:]:
+            assert not last.warnings
+
+
+@pytest.mark.parametrize("cells", [24, 48])
+def test_where_the_law_is_too_steep_for_the_step_a_solution_says_so(cells, line):
+    """There the steady solution is not stable: rounding grows to a swing of stick and slip, on finer grids too."""
+    dq = 2 * np.sqrt(4e-3 * (1 - 0.28) / np.pi) / 24
+    deep, ends = vc.Cylinders(R=1.0, reference_depth=1.0), {}
+    for half in (0.02, 0.1):
+        law = vc.ExponentialFalling(0.4, 0.2, half_velocity=half)
+        rolling_steadily = vc.Steady(vx=5e-3, dq=dq)
+        steady = vc.solve(replace(line(law, cells=cells), surface=deep, motion=rolling_steadily))
+        motion = vc.Transient(steps=40, dq=dq, vx=5e-3, start=steady)
+        history = vc.solve(replace(steady.scene, motion=motion))
+        ends[half] = np.ptp(history.force[20:, 0] / steady.force[0]), history[0].warnings
+        assert history[0].force[0] == pytest.approx(steady.force[0], rel=1e-6)
+    assert ends[0.02][0] > 0.02
+    assert ends[0.1] == (pytest.approx(0, abs=1e-6), ())
+    (warning,) = ends[0.02][1]
+    assert "stick and slip in turn" in warning
+    least = float(re.search("below dq of about ([0-9.e-]+) ", warning)[1])
+    assert least == pytest.approx(2 * dq, rel=0.1)  # on both grids
 
 
 def test_steps_that_differ(dx):
     """Steps of different lengths in turn come to one end from both starts."""
-    lengths = [0.25, 0.4, 0.1, 0.45] * 2 * N
+    lengths = [0.25, 0.4, 0.15, 0.45] * 2 * N
     slip = vc.solve(rolling(JUMP, vc.Steady(vx=5e-3)), start="slip")
     stick = vc.solve(rolling(JUMP, vc.Steady(vx=5e-3)))
     motion = vc.Transient(steps=len(lengths), dq=np.array(lengths) * dx, vx=5e-3)
@@ -121,13 +143,6 @@ def test_a_history_goes_on_bit_for_bit(tmp_path, dx):
     earlier.save(tmp_path / "earlier.nc")
     assert "weakening" not in vc.load(tmp_path / "earlier.nc").to_xarray()
     assert "weakening" not in SERIES
-
-
-def test_what_particles_remember_is_checked_in_a_file(tmp_path, dx):
-    history = vc.solve(rolling(JUMP, vc.Transient(steps=2, dq=0.3 * dx, vx=8e-3)))
-    replace(history[1], weakening=history[1].weakening + 2).save(tmp_path / "step.nc")
-    with pytest.raises(vc.OutputError, match="weakening"):
-        vc.load(tmp_path / "step.nc")
 
 
 def test_passes_go_on_where_two_solutions_have_just_vanished():

@@ -10,7 +10,7 @@ from varcontact.discrete.contact_grid import known_grid, wanted_grid
 from varcontact.discrete.operators import KEPT_DISTANCES
 from varcontact.elasticity.operators import table_bytes
 from varcontact.errors import SceneError
-from varcontact.planning.plan import Plan
+from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady, Transient

@@ -17,7 +17,7 @@ from varcontact.solving.defect_correction.field import continued, held_behind
 from varcontact.solving.defect_correction.parts import Brought, Parts
 from varcontact.solving.defect_correction.sublattice import Sublattice, loads
 from varcontact.solving.defect_correction.unslipping import Still, Unslipping
-from varcontact.solving.friction_loop import coefficient
+from varcontact.solving.friction_law import coefficient
 
 PARTS = 2
 """Parts of an element along each side: with three the error is the same, and the time twice as long."""

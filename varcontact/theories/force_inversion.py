@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from varcontact.checks import number, positive
 from varcontact.errors import NotConverged, Saturated
 from varcontact.theories.fastsim import fastsim
-from varcontact.theories.inputs import either
+from varcontact.theories.linear import creepage_or_force
 from varcontact.theories.simplified import PEAK
-from varcontact.theories.strips import Strips, printed
+from varcontact.theories.strip_theory import printed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 FARTHEST = 1e12
 """Farthest creepage looked for, in units of the one where friction is used up without spin."""
+HYBRID = {"maxfev": 60}
 
 
 def creepage_for_force(
@@ -76,82 +77,60 @@ def creepage_for_force(
     >>> print(fastsim(*contact, creepage, table).force.round(3) + 0.0)
     [20000.     0.]
     """
-    given_x, Fx = either("vx", vx, "Fx", Fx)
-    given_y, Fy = either("vy", vy, "Fy", Fy)
+    given_x, Fx = creepage_or_force("vx", vx, "Fx", Fx)
+    given_y, Fy = creepage_or_force("vy", vy, "Fy", Fy)
     spin = number("spin", spin)
     strips = printed(m, n, bound)
     a, b, friction_force = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    _check_carried(np.hypot(Fx or 0.0, Fy or 0.0), friction_force * _carried_part(strips))
+    across = np.sum(strips.width * strips.edge * strips.peak)
+    carried = friction_force * float(PEAK[bound] * across * strips.step * np.sum(strips.bounds))  # sum of the bound
     unit = 3 * friction_force / (positive("G", G) * a * b * coefficients.C11)  # w' = 1 in (123)
+    options: dict[str, Any] = {"m": m, "n": n, "bound": bound, "flexibility": flexibility}
 
-    def force(x: float, y: float) -> np.ndarray:
-        creepage, options = (x, y, spin), {"bound": bound, "flexibility": flexibility}
-        return fastsim(a, b, G, friction_force, creepage, coefficients, m=m, n=n, **options).force
+    def force(creepage: np.ndarray) -> np.ndarray:
+        return fastsim(a, b, G, friction_force, creepage, coefficients, **options).force
 
-    return np.array([*creepages_meeting(force, (given_x, given_y), (Fx, Fy), unit, friction_force), spin])
+    return creepage_carrying(force, np.array([given_x, given_y, spin]), (Fx, Fy), unit, friction_force, carried)
 
 
-def creepages_meeting(
-    force: Callable[[float, float], np.ndarray],
-    given: tuple[float, float],
+def creepage_carrying(
+    force: Callable[[np.ndarray], np.ndarray],
+    creepage: np.ndarray,
     prescribed: tuple[float | None, float | None],
     unit: float,
     friction_force: float,
-) -> tuple[float, float]:
-    """vx and vy at which a theory gives the prescribed forces; those that are given where there are none.
+    carried: float,
+) -> np.ndarray:
+    """A creepage (3,) with vx and vy changed to where a theory gives the prescribed forces, of `carried` at most.
 
-    Parameters
-    ----------
-    force : callable
-        Fx and Fy of vx and vy, falling with them.
-    given : pair of float
-        Creepages for directions without a force.
-    prescribed : pair of float or None
-    unit : float
-        A creepage at which it slips.
-    friction_force : float
-        By which a miss is judged.
-
-    Raises
-    ------
-    NotConverged
-        If none are found.
+    The forces fall with vx and vy; at a creepage of about `unit` all slips.
     """
     Fx, Fy = prescribed
+    size = float(np.hypot(Fx or 0.0, Fy or 0.0))
+    if size >= carried:
+        raise Saturated(size, carried)
+    vx, vy, spin = (float(value) for value in creepage)
+
+    def at(x: float, y: float) -> np.ndarray:
+        return force(np.array([x, y, spin]))
 
     def lateral(x: float) -> float:
-        return given[1] if Fy is None else _root(lambda y: float(force(x, y)[1]) - Fy, unit)
+        return vy if Fy is None else _root(lambda y: float(at(x, y)[1]) - Fy, unit)
 
     if Fx is not None and Fy is not None:
-        quick = _newton(lambda v: (force(*v) - (Fx, Fy)) / friction_force, unit)
-        if quick is not None:
-            return float(quick[0]), float(quick[1])
-    x = given[0] if Fx is None else _root(lambda x: float(force(x, lateral(x))[0]) - Fx, unit)
+        from scipy.optimize import root
+
+        # both at once by Powell's hybrid method, which may fail near saturation
+        quick = root(lambda v: (at(*(unit * v)) - (Fx, Fy)) / friction_force, np.zeros(2), tol=1e-13, options=HYBRID)
+        if np.all(np.abs(quick.fun) < 1e-11):
+            return np.array([*(unit * quick.x), spin])
+    x = vx if Fx is None else _root(lambda x: float(at(x, lateral(x))[0]) - Fx, unit)
     y = lateral(x)
-    found = force(x, y)
+    found = at(x, y)
     miss = max((abs(found[i] - F) for i, F in enumerate(prescribed) if F is not None), default=0.0)
     if miss > 1e-9 * friction_force:
         raise NotConverged("no creepages found for the prescribed force", miss / friction_force)
-    return x, y
-
-
-def _newton(miss: Callable[[np.ndarray], np.ndarray], unit: float) -> np.ndarray | None:
-    """Both creepages at once by Powell's hybrid method; None where it fails, as it may near saturation."""
-    from scipy.optimize import root
-
-    result = root(lambda v: miss(unit * v), np.zeros(2), tol=1e-13, options={"maxfev": 60})
-    return unit * result.x if np.all(np.abs(result.fun) < 1e-11) else None
-
-
-def _carried_part(strips: Strips) -> float:
-    """Sum of the traction bound over FASTSIM's points, as a part of f Fz."""
-    across = np.sum(strips.width * strips.edge * strips.peak)
-    return float(PEAK[strips.bound] * across * strips.step * np.sum(strips.bounds))
-
-
-def _check_carried(force: float, limit: float) -> None:
-    if force >= limit:
-        raise Saturated(float(force), limit)
+    return np.array([x, y, spin])
 
 
 def _root(excess: Callable[[float], float], unit: float) -> float:

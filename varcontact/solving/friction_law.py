@@ -37,36 +37,16 @@ PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 500
 
 Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
 """
+POWER_STEPS = 15
+"""Iterations for the largest eigenvalue, to a few per cent."""
 
 
 def under_law(
     disc: Discretisation, solve: Contact, judge: Judge, state: ContactState, start: str | Solution | None, tol: float
 ) -> ContactState:
-    """The contact under the law of friction of its scene.
+    """The contact under the law of its scene: the state of the least residual, from `start` or what `state` knows.
 
-    Parameters
-    ----------
-    disc : Discretisation
-    solve : callable
-        Of the contact with given coefficients, `Discretisation.rubbing`, from a state that is near, to a residual.
-    judge : callable
-        The residual of a state with given coefficients.
-    state : ContactState
-        With the pressure without tractions, and in a history the coefficients to begin with.
-    start : "stick", "slip", Solution or None
-        Where to begin otherwise: see `solve`.
-    tol : float
-        Residual of the whole to stop at.
-
-    Returns
-    -------
-    ContactState
-        That of the least residual; `passes` tells how it went.
-
-    Raises
-    ------
-    Saturated
-        If a prescribed force is beyond what the coefficients of a pass can carry.
+    `solve` and `judge` take given coefficients. `Saturated` if a pass cannot carry a prescribed force.
     """
     law = _law(disc)
 
@@ -95,22 +75,10 @@ def under_law(
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
-    """The law's own coefficient at the slip of a state from any source; the static one where it sticks.
+    """The law's own coefficient (ny, nx) at the slip of a state from any source; the static one where it sticks.
 
     An element slips where its traction is nearer to the law's at its shift than its shift is to none; and where it
     would slip even under the static coefficient: then that is not what it should have.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Under a law of friction.
-    state : ContactState
-        Dimensionless.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        [-]
     """
     law = _law(disc)
     shift, _ = shift_and_areas(disc, replace(state, slips=None))
@@ -124,21 +92,7 @@ def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:
 
 
 def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> None:
-    """Refuse a start that is not valid, or that the scene has no use for.
-
-    Parameters
-    ----------
-    scene : Scene
-    start : str, Solution or None
-        "stick", "slip", or a solution to begin from.
-    theory : bool
-        Whether a theory gives the tractions.
-
-    Raises
-    ------
-    SceneError
-        If it is refused.
-    """
+    """Refuse a start that is not valid, or that the scene, or a theory of its tractions, has no use for."""
     if start is None:
         return
     if not scene.under_law:
@@ -152,19 +106,68 @@ def check_start(scene: Scene, start: str | Solution | None, theory: bool) -> Non
 
 
 def branch_of(start: str | Solution | None) -> str:
-    """The name of the branch that a start leads to.
-
-    Parameters
-    ----------
-    start : str, Solution or None
-        "stick", "slip", or a solution to begin from.
-
-    Returns
-    -------
-    str
-        A key of `BRANCHES`.
-    """
+    """The key of `BRANCHES` for a start."""
     return "solution" if isinstance(start, Solution) else start or "stick"
+
+
+def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
+    """The coefficients (ny, nx) that particles bring along into a step of a history; None without a law.
+
+    Slipping particles keep that of their slip; those from between two centres have the coefficients there, weighted
+    as displacements are.
+    """
+    law, motion = disc.loading.law, disc.loading.motion
+    if law is None:
+        return None
+    known, own = _coefficients(law, before)
+    whole, part = _way(disc)
+    assert motion is not None
+    near = _from(own if whole == 0 else known, motion.rolls * whole, law.static)
+    return near if part == 0 else (1 - part) * near + part * _from(known, motion.rolls * (whole + 1), law.static)
+
+
+def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
+    """The part of ``static - kinetic`` that the particles have lost after a step of a history, (ny, nx) in [0, 1].
+
+    Those that slip have lost that of their slip. An element that sticks forgets as other particles fill it, and at
+    once where nothing rolls.
+    """
+    law = disc.loading.law
+    if law is None or law.static == law.kinetic:
+        return np.zeros(disc.grid.shape)
+    left, _ = _coefficients(law, solution)
+    whole, part = _way(disc)
+    if before is not None and whole == 0 and part > 0:
+        _, own = _coefficients(law, before)
+        left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
+    return np.clip((law.static - left) / (law.static - law.kinetic), 0.0, 1.0)
+
+
+def stick_slip_warning(disc: Discretisation, state: ContactState) -> str:
+    """A sentence where a step of rolling is so short for its law that it may have several solutions.
+
+    With ``k = -f'(0) pz`` by the shift of unit slip, tractions of slipping elements change by ``dp <= k dE`` and their
+    shift by ``dE = A dp - C dp'``: a step is unique, and what the step before left decays, as long as A < 1/k.
+    """
+    law = _law(disc)
+    if not law.continuous or disc.step is None:
+        return ""
+    shift, areas = shift_and_areas(disc, state)
+    fall = -float(law.slope(0.0)) / unit_slip(disc) * state.pressure
+    direction = shift / np.maximum(np.hypot(*shift), np.finfo(float).tiny)
+    along = np.where(areas == SLIP, np.sqrt(fall) * direction, 0.0)
+    weights, ratio = np.ones(disc.grid.shape), 0.0
+    for _ in range(POWER_STEPS if along.any() else 0):
+        image = np.sum(along * disc.tangential_operator.apply(along * weights), axis=0)
+        ratio = float(np.linalg.norm(image) / np.linalg.norm(weights))
+        weights = image / np.abs(image).max()
+    if ratio <= 1:
+        return ""
+    return (
+        f"friction falls fast with slip for so short a step: below dq of about "
+        f"{ratio * disc.step * disc.scales.length:.2g} particles may stick and slip in turn, so that forces swing and "
+        "depend on the start; take longer steps, a slower fall or steady rolling"
+    )
 
 
 def _law(disc: Discretisation) -> Law:
@@ -189,87 +192,19 @@ def _start(law: Law, grid: Grid, start: str | Solution | None) -> np.ndarray:
             message=f"start is a solution on a grid of shape {start.grid.shape}; the scene's grid "
             f"has shape {grid.shape}",
         )
-    return known_from(law, start)
+    return _known(law, start)
 
 
-def known_from(law: Law, solution: Solution) -> np.ndarray:
-    """The coefficients of a solution where it slips, the static one where it sticks.
-
-    Parameters
-    ----------
-    law : Law
-    solution : Solution
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        [-]
-    """
+def _known(law: Law, solution: Solution) -> np.ndarray:
+    """The coefficients of a solution where it slips, the static one where it sticks."""
     known = np.hypot(*solution.traction) / np.where(solution.pressure > 0, solution.pressure, np.inf)
     known = np.clip(known, law.kinetic, law.static) if law.continuous else law.kinetic
     return np.where(solution.state == SLIP, known, law.static)
 
 
-def remembered(disc: Discretisation, before: Solution) -> np.ndarray | None:
-    """The coefficients that particles bring along into a step of a history: slipping ones keep that of their slip.
-
-    Particles from between two centres have the coefficients there, weighted as displacements are.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Of the step.
-    before : Solution
-        The step before, on the same grid.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx), or None
-        [-]; None without a law.
-    """
-    law = disc.loading.law
-    if law is None:
-        return None
-    known, own = _coefficients(law, before)
-    whole, part = _way(disc)
-    assert disc.loading.motion is not None
-    along = disc.loading.motion.rolls
-    near = _from(own if whole == 0 else known, along * whole, law.static)
-    return near if part == 0 else (1 - part) * near + part * _from(known, along * (whole + 1), law.static)
-
-
-def weakening(disc: Discretisation, before: Solution | None, solution: Solution) -> np.ndarray:
-    """The part of ``static - kinetic`` that the particles have lost after a step of a history.
-
-    Those that slip have lost that of their slip. An element that sticks forgets as other particles fill it, and at
-    once where nothing rolls.
-
-    Parameters
-    ----------
-    disc : Discretisation
-        Of the step.
-    before, solution : Solution
-        The step before, None: bodies without tractions; and the step.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        [-], in [0, 1].
-    """
-    law = disc.loading.law
-    if law is None or law.static == law.kinetic:
-        return np.zeros(disc.grid.shape)
-    left, _ = _coefficients(law, solution)
-    whole, part = _way(disc)
-    if before is not None and whole == 0 and part > 0:
-        _, own = _coefficients(law, before)
-        left = np.where(solution.state == STICK, (1 - part) * own + part * law.static, left)
-    return np.clip((law.static - left) / (law.static - law.kinetic), 0.0, 1.0)
-
-
 def _coefficients(law: Law, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     """Those of the particles that slip, static elsewhere; and with what elements that stick remember."""
-    known = known_from(law, solution)
+    known = _known(law, solution)
     if solution.weakening is None:
         return known, known
     own = law.static - solution.weakening * (law.static - law.kinetic)

@@ -1,7 +1,7 @@
-"""The file of references, made: ``python -m varcontact.study.make_references [--runs RUNS.csv] [FILE]``.
+"""The maker of the file of references: ``python -m varcontact.data.make_references [--runs RUNS.csv] [FILE]``.
 
-Each scene is solved on many grids, which takes minutes for some and most of an hour for all; with ``--runs`` what is
-solved is kept after every scene, and the same command goes on where it stopped.
+Each scene is solved on many grids, which takes minutes for some and most of an hour for all; with ``--runs`` solves are
+kept after every scene, and the same command resumes from there.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from typing import Any
 import numpy as np
 
 import varcontact
+from varcontact.data.benchmark_scenes import Posed, reference_scenes
 from varcontact.errors import VarcontactError
 from varcontact.results.quantities_of_interest import NORMAL, units
 from varcontact.scene.grid import Grid
 from varcontact.solving.solve import solve
+from varcontact.study.csv_table import Table
 from varcontact.study.extrapolate import extrapolate_series
-from varcontact.study.reference_scenes import Posed, reference_scenes
 from varcontact.study.references import COMMAND, FILE, VERSION, signature
 from varcontact.study.refinement import TOLERANCE, series_of, solves
-from varcontact.study.store import Table
 from varcontact.system.files import write_whole
 
 COLUMNS = ("scene", "cells", "position", "values", "seconds", "identity")
@@ -40,18 +40,7 @@ USUAL_CELLS = 48
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Make the file.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line.
-
-    Returns
-    -------
-    int
-        0, or 2 for bad input.
-    """
+    """Make the file; the exit status is 0, or 2 for bad input."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
     own = Path(__file__).with_name(FILE)
     parser.add_argument("file", nargs="?", type=Path, default=own, help="where to write [the package's own file]")
@@ -67,20 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make(runs: Path | None = None, scenes: Mapping[str, Posed] | None = None) -> dict[str, Any]:
-    """Solve what is not solved yet, and extrapolate.
-
-    Parameters
-    ----------
-    runs : Path, optional
-        CSV file of the solves.
-    scenes : mapping of str to Posed, optional
-        All of the bank, if not given.
-
-    Returns
-    -------
-    dict
-        The content of the file of references.
-    """
+    """The content of the file: solve what the table of solves lacks, and extrapolate."""
     found = {}
     with Table.opened(runs, COLUMNS, WORDS, "a table of the solves of references") as table:
         for name, posed in (reference_scenes() if scenes is None else scenes).items():

@@ -1,0 +1,75 @@
+"""The options of the commands, each declared once, and the values they take."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from varcontact.errors import SceneError
+
+METHODS = (
+    "Methods: convex programs (clarabel, osqp, scs, qpsolvers:NAME, cvxpy:NAME), active sets (norm, tang), newton, "
+    "theories (fastsim, ...); all names are in docs/methods.md."
+)
+
+
+def _option(words: str, *names: str, default: Any = None) -> Any:
+    """An option with its help; a default that is computed elsewhere is told in the help."""
+    told = f"  [default: {default}]" if default is not None else ""
+    return typer.Option(*names, help=words + told, show_default=False)
+
+
+SceneFile = Annotated[Path, typer.Argument(help="Scene, a TOML file (docs/scenes.md).", show_default=False)]
+MethodName = Annotated[str | None, _option("auto, convex, active-set or kalker.", default="auto")]
+Normal = Annotated[str | None, _option("Normal problem.", default="auto")]
+Tangential = Annotated[str | None, _option("Tangential problem, or a theory.", default="auto")]
+Coupling = Annotated[str | None, _option("Coupling, for unlike bodies.", default="auto")]
+Formulation = Annotated[str | None, _option("Formulation of the programs.", default="auto")]
+Tol = Annotated[float | None, _option("Required natural-map residual.", default="1e-8")]
+Certify = Annotated[str | None, _option("Certificate: full (with bounds on forces), gap, none, auto.")]
+Accuracy = Annotated[float | None, _option("Largest error by the friction limit; sets the grid.")]
+TimeBudget = Annotated[float | None, _option("Instead of --accuracy: a time limit in seconds.")]
+Refine = Annotated[str | None, _option("continuum: defect correction, for like bodies.")]
+Methods = Annotated[str | None, _option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")]
+Solved = Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")]
+VALUES = "FROM:TO:N (N equally spaced values), values separated by commas, or one value"
+Vx = Annotated[str | None, _option(f"Longitudinal creepage (ux of a shift): {VALUES}.")]
+Vy = Annotated[str | None, _option("Lateral creepage (uy of a shift).")]
+Spin = Annotated[str | None, _option("Spin (rotation of a shift).")]
+Table = Annotated[Path | None, _option("Table (.csv) that is written as results come, and resumed.")]
+Picture = Annotated[Path | None, _option("Picture (.png, .pdf, .svg).")]
+Force = Annotated[
+    bool, _option("Overwrite files not created by varcontact. Tables and histories are only appended to.", "--force")
+]
+Workers = Annotated[int, typer.Option(help="Number of processes.")]
+Dask = Annotated[str | None, _option("Dask scheduler whose workers solve the scenes, as tcp://host:8786.")]
+AsJson = Annotated[bool, _option("Print JSON instead of the report.", "--json")]
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """The options that are given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def names_of(text: str) -> list[str]:
+    """Names that are separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def values_of(option: str, text: str) -> np.ndarray | float:
+    """The values of an option: FROM:TO:N, values separated by commas, or one value."""
+    try:
+        if ":" in text:
+            first, last, number = (float(part) for part in text.split(":"))
+            if number == int(number) >= 2:
+                return np.linspace(first, last, int(number))
+        elif "," in text:
+            return np.array([float(part) for part in text.split(",")])
+        else:
+            return float(text)
+    except (ValueError, OverflowError):
+        pass
+    raise SceneError(option, text, "FROM:TO:N with two values or more, values separated by commas, or one value")

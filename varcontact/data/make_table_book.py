@@ -1,0 +1,423 @@
+"""The maker of table books: exact solutions of all entries, by sweeps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import SceneError, VarcontactError
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
+from varcontact.reference.equal_splines import splines_at_knots
+from varcontact.scene.bodies import Bodies
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import Ellipse
+from varcontact.solving.solve import solve
+from varcontact.study.sweep import Standing, sweep
+from varcontact.system.files import check_ending, check_replaceable, check_writable, write_whole
+from varcontact.system.threads import one_blas_thread
+from varcontact.theories.table_book import (
+    HALFWAY,
+    TableBook,
+    linear_part,
+    packed,
+    places,
+    reduced_scales,
+    unpacked,
+)
+
+GRIDS = Grid(nx=12, ny=8), Grid(nx=24, ny=16), Grid(nx=48, ny=32)
+"""Those an entry is extrapolated from: the first two, or the last two where it is in doubt."""
+DOUBT = 0.001
+"""In doubt is what the extrapolation from the first two changes by more than this, in parts of f Fz."""
+ORDER = 2
+"""Order of the discretisation."""
+HOW = (
+    "exact solutions by the discretisation of second order, extrapolated from 12 x 8 and 24 x 16 elements, or from "
+    "24 x 16 and 48 x 32 where the former changes them by more than 0.1 % of f Fz"
+)
+TOL = 1e-6
+"""Residual of the entries on their grids: far below the grids' own error."""
+LEAST_ERROR = 0.004
+"""Estimated error of an entry in parts of f Fz: what the extrapolation changes, and at least this."""
+PRESSURE = 1e-3
+"""Normal force by G ab: of no influence, as all is in proportion to it."""
+POLAR, ANGLES = 16, 32
+"""Intervals of the splines: of the angle from vx up to pi/2, of the angle of (vy, spin) up to pi."""
+PARITY = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]])
+"""Signs of Fx, Fy, Mz where vx, and where vy and spin, change theirs."""
+REACH, NUGGET = 1.0, 1e-6
+"""Of the correlation between directions, as a distance of unit vectors; and what is added to its diagonal."""
+FULL = 1e9
+"""A magnitude at which nothing is left of the way to full slip."""
+TINY = 1e-300
+
+
+@one_blas_thread()
+def make_table_book(
+    nu: float,
+    *,
+    least: float = 0.2,
+    greatest: float = 5.0,
+    ratios: int = 9,
+    steps: int = 21,
+    degree: int = 17,
+    executor: Executor | None = None,
+    workers: int = 1,
+    out: str | Path | None = None,
+    overwrite: bool = False,
+    progress: Callable[[Standing], None] | None = None,
+) -> TableBook:
+    """Compute a table book.
+
+    Parameters
+    ----------
+    nu : float
+        Combined Poisson's ratio.
+    least, greatest : float
+        Range of a/b.
+    ratios, steps : int
+        Ellipses, and magnitudes of creepage in each direction.
+    degree : int
+        Of polynomials that the directions could determine, odd; 17 takes 145 directions.
+    executor, workers
+        Where the entries are solved, as for `sweep`.
+    out : str or Path, optional
+        File of the book (.nc). While it is made, stores of sweeps stand beside it, from which the same call resumes.
+    overwrite : bool
+        Whether to replace a file that is no table book.
+    progress : callable, optional
+        Called with the `Standing` of each sweep, of which there is one for each grid.
+
+    Returns
+    -------
+    TableBook
+
+    Raises
+    ------
+    SceneError
+        If a number is not allowed.
+    OutputError
+        If the file cannot be written.
+    Interrupted, WorkersLost
+        As `sweep`.
+
+    Examples
+    --------
+    >>> book = make_table_book(0.3, least=0.9, greatest=1.1, ratios=2, steps=2, degree=3)
+    >>> book.entries, book.values.shape
+    (76, (2, 2, 19, 3))
+    """
+    nu = checks.number("nu", nu, "a number")
+    kinds = Bodies(G=1.0, nu=nu)  # which checks it
+    least, greatest = checks.positive("least", least), checks.positive("greatest", greatest)
+    if least >= greatest:
+        raise SceneError("greatest", greatest, f"more than least = {least:g}")
+    ratios, steps = checks.whole("ratios", ratios, least=2, most=100), checks.whole("steps", steps, least=2, most=100)
+    degree = checks.whole("degree", degree, least=3, most=25)
+    if degree % 2 == 0:
+        raise SceneError("degree", degree, "odd")
+    nodes, directions, t = ratio_nodes(least, greatest, ratios), direction_nodes(degree), magnitudes(steps)
+    path = None if out is None else checks.file_name("out", out)
+    if path is not None:
+        check_out("out", path, overwrite)
+    rays = _Rays(kinds, nodes, directions, t)
+    files = (None, None, None) if path is None else stores(path)
+
+    def beyond_law(k: int, chosen: np.ndarray) -> np.ndarray:
+        """What some entries have more than the local law, both on the elements of a grid; nan in the others."""
+        scenes = [replace(scene, grid=GRIDS[k]).second_order() for scene in rays.scenes(chosen)]
+        found = np.full((*chosen.shape, 3), np.nan)
+        found[chosen] = _solved(scenes, steps, executor, workers, files[k], progress)
+        return found - rays.law(GRIDS[k])
+
+    coarse, fine = (beyond_law(k, np.ones((ratios, len(directions), steps), dtype=bool)) for k in (0, 1))
+    left = _extrapolated(coarse, fine)
+    change = np.abs(left - fine).max(axis=-1)
+    doubtful = change > DOUBT
+    if doubtful.any():
+        finest = beyond_law(2, doubtful)
+        better = _extrapolated(fine, finest)
+        left = np.where(doubtful[..., None], better, left)
+        change = np.where(doubtful, np.abs(better - finest).max(axis=-1), change)
+    values, accuracy = left + rays.law(None), np.maximum(LEAST_ERROR, change)
+    left, values, accuracy = (np.moveaxis(array, 1, 2) for array in (left, values, accuracy))
+    size = f"--least {least:g} --greatest {greatest:g} --ratios {ratios} --steps {steps} --degree {degree}"
+    provenance = f"{HOW}, to a residual of {TOL:g}: varcontact table make --nu {nu:g} {size}"
+    splines = unpacked(**packed(splines_through(nu, nodes, directions, left)))
+    values, accuracy = values.astype(np.float32), accuracy.astype(np.float32)
+    book = TableBook(nu, nodes, directions, values, accuracy, splines, provenance)
+    if path is not None:
+        write_whole("out", path, book.to_bytes())
+        for store in stores(path):
+            store.unlink(missing_ok=True)
+    return book
+
+
+def check_out(field: str, path: Path, overwrite: bool) -> None:
+    """Refuse a file to which a book cannot be written, or that is something else."""
+    check_ending(field, path, ".nc")
+    check_writable(field, path)
+    check_replaceable(field, path, "table book", _is_book, overwrite)
+
+
+def stores(out: Path) -> tuple[Path, ...]:
+    """The stores of the sweeps, one for each grid, that stand beside a book while it is made."""
+    return tuple(out.with_name(f"{out.stem}.{grid.ny}-cells.nc") for grid in GRIDS)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    """The entries that are asked for: by ratio, direction and magnitude, which is a point t."""
+
+    bodies: Bodies
+    ratios: np.ndarray
+    directions: np.ndarray
+    t: np.ndarray
+
+    @cached_property
+    def creepages(self) -> np.ndarray:
+        """Reduced creepages (d, m, 3)."""
+        return np.asarray(self.directions[:, None, :] * (HALFWAY * self.t / (1 - self.t))[:, None])
+
+    @cached_property
+    def coefficients(self) -> list[CreepageCoefficients]:
+        return [no_slip_coefficients(float(ratio), self.bodies.combined_nu) for ratio in self.ratios]
+
+    def scenes(self, chosen: np.ndarray) -> Iterator[Scene]:
+        """Those of some entries (r, d, m)."""
+        scales = [
+            np.array(reduced_scales(C, float(ratio))) for C, ratio in zip(self.coefficients, self.ratios, strict=True)
+        ]
+        for r, d, m in np.argwhere(chosen):
+            yield _scene(self.bodies, float(self.ratios[r]), self.creepages[d, m] / scales[r])
+
+    def law(self, grid: Grid | None) -> np.ndarray:
+        """The local law (r, d, m, 3), on the elements of a grid, or of the continuum."""
+        pairs = zip(self.ratios, self.coefficients, strict=True)
+        return np.array([_local_law(self.bodies, float(ratio), C, self.creepages, grid) for ratio, C in pairs])
+
+
+def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
+    """An entry: an ellipse with ab = 1 under a creepage that is in parts of f Fz / (G ab)."""
+    vx, vy, spin = (float(value) for value in PRESSURE * creepage)
+    ellipse = Ellipse(a=math.sqrt(ratio), b=1 / math.sqrt(ratio))
+    return Scene(
+        bodies=bodies, surface=ellipse, normal_force=PRESSURE, friction=1.0, motion=Steady(vx=vx, vy=vy, spin=spin)
+    )
+
+
+def _local_law(
+    bodies: Bodies, ratio: float, coefficients: CreepageCoefficients, creepages: np.ndarray, grid: Grid | None
+) -> np.ndarray:
+    """The local law for reduced creepages (..., 3) of one ratio: on the elements of a grid, or of the continuum."""
+    if grid is None:
+        points, load = quadrature(ratio, 64)
+    else:
+        scene = replace(_scene(bodies, ratio, np.zeros(3)), grid=grid).second_order()
+        sol = solve(scene, certify=None)
+        points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)
+        load = sol.traction_bound.ravel() * (sol.grid.area / PRESSURE)
+    return local_law(creepages.reshape(-1, 3), ratio, coefficients, points, load).reshape(creepages.shape)
+
+
+def _extrapolated(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """From two grids, of which one has twice the elements in each direction."""
+    return fine + (fine - coarse) / (2**ORDER - 1)
+
+
+def _solved(
+    scenes: list[Scene],
+    chunk: int,
+    executor: Executor | None,
+    workers: int,
+    store: Path | None,
+    progress: Callable[[Standing], None] | None,
+) -> np.ndarray:
+    """Normalised forces of entries on one grid: a chunk has as many as a ray has magnitudes."""
+    swept = sweep(
+        scenes, store=store, progress=progress, tol=TOL, certify=None, chunk=chunk, executor=executor, workers=workers
+    )
+    failed = np.flatnonzero(swept["outcome"].values != "solved")
+    if failed.size:
+        k = int(failed[0])
+        reason = str(swept["reason"].values[k])
+        raise VarcontactError(f"{failed.size} of {len(scenes)} entries are not solved; the first is {k}: {reason}")
+    return np.stack([swept[name].values for name in ("Fx", "Fy", "Mz")], axis=-1) / PRESSURE
+
+
+def _is_book(path: Path) -> bool:
+    """Whether a file is a table book."""
+    try:
+        TableBook.read(path)
+    except VarcontactError:
+        return False
+    return True
+
+
+def magnitudes(count: int) -> np.ndarray:
+    """Points t of the magnitudes ``1.5 t/(1 - t)`` of the entries, without 0 and 1: equal steps of `places`."""
+    low, high = np.zeros(count), np.ones(count)
+    wanted = np.arange(1, count + 1) / (count + 1)
+    for _ in range(60):
+        middle = (low + high) / 2
+        below = places(middle) < wanted
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return (low + high) / 2
+
+
+def ratio_nodes(least: float, greatest: float, count: int) -> np.ndarray:
+    """Chebyshev's points in log(a/b), both ends included."""
+    middle, half = math.log(least * greatest) / 2, math.log(greatest / least) / 2
+    return np.asarray(np.exp(middle - half * np.cos(math.pi * np.arange(count) / (count - 1))))
+
+
+def direction_nodes(degree: int) -> np.ndarray:
+    """Directions (d, 3) that determine polynomials of the direction: circles of (vy, spin), half of each."""
+    circles = (degree + 3) // 2
+    found = [np.array([[1.0, 0.0, 0.0]])]
+    for k in range(1, circles + 1):
+        count = min(4 + 2 * k, degree + 3)
+        angle, radius = math.pi * np.arange(count) / count, math.sin(math.pi * k / (2 * circles))
+        height = math.cos(math.pi * k / (2 * circles)) if k < circles else 0.0
+        found.append(np.stack([np.full(count, height), radius * np.cos(angle), radius * np.sin(angle)], axis=1))
+    return np.concatenate(found)
+
+
+def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Weights (n, r) of values at nodes (r,) in the values at n places of the polynomial through them."""
+    same = np.eye(len(nodes), dtype=bool)
+    parts = np.where(same, 1.0, at[:, None, None] - nodes) / np.where(same, 1.0, nodes[:, None] - nodes)
+    return np.asarray(parts.prod(axis=-1))
+
+
+def local_law(
+    reduced: np.ndarray, ratio: float, coefficients: CreepageCoefficients, points: np.ndarray, load: np.ndarray
+) -> np.ndarray:
+    """Normalised forces (n, 3) if traction follows rigid slip at each point, as in Vermeulen and Johnson's formula.
+
+    With s = C11 |w| in the units of the reduced creepage, it has the parts ``1 - (1 - s/3)^3`` of the traction bound,
+    and all of it from s = 3. Points (2, p) are x and y by sqrt(ab), `load` the parts of f Fz that they carry.
+    """
+    x, y = points
+    sums = np.stack([np.ones_like(x), x, y, x**2 + y**2], axis=1) * load[:, None]
+    scale, found = np.array(reduced_scales(coefficients, ratio)), np.empty_like(reduced)
+    at_once = max(1, 20_000 // len(load))
+    for k in range(0, len(reduced), at_once):
+        vx, vy, spin = (reduced[k : k + at_once] / scale).T
+        wx, wy = vx[:, None] - spin[:, None] * y, vy[:, None] + spin[:, None] * x
+        third = np.sqrt(wx * wx + wy * wy) * (scale[0] / 3)
+        inside = np.minimum(third, 1.0)
+        by_slip = ((inside - 3) * inside + 3) * inside / np.maximum(third, TINY)
+        by_slip[third < TINY] = 3.0
+        zeroth, by_x, by_y, second = (by_slip @ sums).T * (-scale[0] / 3)
+        found[k : k + at_once, 0] = vx * zeroth - spin * by_y
+        found[k : k + at_once, 1] = vy * zeroth + spin * by_x
+        found[k : k + at_once, 2] = vy * by_x - vx * by_y + spin * second
+    return found
+
+
+def quadrature(ratio: float, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
+    """Points (2, p) of an ellipse with ab = 1, and parts of Hertz's load: Gauss's rule outwards, trapezoidal around."""
+    height, weight = np.polynomial.legendre.leggauss(count)
+    height, weight = (height + 1) / 2, weight / 2
+    angle = math.pi / count * (np.arange(2 * count) + 0.5)
+    radius = np.sqrt(1 - height**2)[:, None]
+    x, y = math.sqrt(ratio) * radius * np.cos(angle), radius * np.sin(angle) / math.sqrt(ratio)
+    load = np.broadcast_to((1.5 * height**2 * weight)[:, None] / count, x.shape)
+    return np.stack([x.ravel(), y.ravel()]), load.ravel()
+
+
+def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """The coefficients (h, i, j, k, 3) of a book's splines, from its entries (r, m, d, 3) less the local law.
+
+    Entries are few, and near full slip forces turn quickly with the direction. The local law turns alike: what is left
+    is interpolated between the entries, and the law is added again at the knots of the splines, which are many.
+    """
+    polar, angle = (np.linspace(0.0, part, n + 1) for part, n in ((math.pi / 2, POLAR), (math.pi, ANGLES)))
+    polar, angle = polar[:, None], angle[:-1]
+    parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
+    knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
+    between = _between_directions(directions, knots.reshape(-1, 3))
+    least, greatest = np.log(ratios[[0, -1]])
+    places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
+    each = np.einsum("ikd,hr,rtdi->htki", between, lagrange(np.log(ratios), places), left, optimize=True)
+    S = np.stack(
+        [_at_knots(nu, ratio, knots.reshape(-1, 3), rest) for ratio, rest in zip(np.exp(places), each, strict=True)]
+    )
+    return splines_at_knots(_around(splines_at_knots(S.reshape(*S.shape[:2], *knots.shape), 1)))
+
+
+def _at_knots(nu: float, ratio: float, knots: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """S of one ratio at the knots (t, knot, 3), from what is left there of the entries."""
+    coefficients, rough, fine = no_slip_coefficients(float(ratio), nu), quadrature(ratio), quadrature(ratio, 80)
+    t = magnitudes(len(left))
+    finite = [
+        local_law(HALFWAY * each / (1 - each) * knots, ratio, coefficients, *rough) + rest
+        for each, rest in zip(t, left, strict=True)
+    ]
+    full = local_law(FULL * knots, ratio, coefficients, *fine)
+    found = _rising(np.stack([*finite, full]), knots / np.array(reduced_scales(coefficients, ratio)))
+    t = np.append(t, 1.0)[:, None, None]
+    x, y, z = knots.T
+    linear = np.stack(linear_part(x, y, z, ratio, coefficients), axis=-1)
+    S = (found - (HALFWAY * t * (1 - t)) * linear) / t**2
+    first = min(4, len(S))
+    at_zero = lagrange(np.arange(1.0, first + 1), np.zeros(1))[0] @ S[:first].reshape(first, -1)
+    return np.concatenate([at_zero.reshape(1, *S.shape[1:]), S])
+
+
+def _rising(forces: np.ndarray, creepages: np.ndarray) -> np.ndarray:
+    """Forces (t, k, 3) along rays changed by as little as it takes that more creepage never meets less resistance.
+
+    With monotone influence of tractions on slip, ``-F.v`` by |v| rises along a ray of creepages v up to full slip.
+    """
+    unit = creepages / np.linalg.norm(creepages, axis=1)[:, None]
+    resistance = -(forces * unit).sum(axis=-1)
+    capped = np.minimum(resistance, resistance[-1])
+    above, below = np.maximum.accumulate(capped), np.minimum.accumulate(capped[::-1])[::-1]
+    return np.asarray(forces - ((above + below) / 2 - resistance)[..., None] * unit)
+
+
+def _between_directions(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Interpolation on the sphere (3, at, nodes), by Matern's correlation of order 5/2, with the symmetries of each."""
+    return np.stack(
+        [
+            _correlation(at, nodes, i) @ np.linalg.inv(_correlation(nodes, nodes, i) + NUGGET * np.eye(len(nodes)))
+            for i in range(3)
+        ]
+    )
+
+
+def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarray:
+    """Of directions, which has the symmetries of a component."""
+    found = np.zeros((len(one), len(other)))
+    for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        sign = (PARITY[0, component] if along < 0 else 1.0) * (PARITY[1, component] if across < 0 else 1.0)
+        image = other * (along, across, across)
+        s = math.sqrt(5) / REACH * np.linalg.norm(one[:, None] - image, axis=-1)
+        found += sign * (1 + s + s**2 / 3) * np.exp(-s)
+    return found
+
+
+def _around(values: np.ndarray) -> np.ndarray:
+    """Coefficients of cubic B-splines in both angles, through values (..., polar, angle, 3) that go on by symmetry."""
+    _, polar, angle = (n - m for n, m in zip(values.shape[-4:-1], (0, 1, 0), strict=True))
+    around = np.concatenate([values, PARITY[1] * values], axis=-2)
+    half = np.concatenate([around, PARITY[0] * around[..., -2::-1, :, :]], axis=-3)  # to pi
+    whole = np.concatenate([half, np.roll(half[..., -2:0:-1, :, :], angle, axis=-2)], axis=-3)
+    for axis in (-3, -2):
+        n = whole.shape[axis]
+        filtered = 3 / (2 + np.cos(2 * math.pi * np.arange(n // 2 + 1) / n))
+        filtered = filtered.reshape(-1, *[1] * (-axis - 1))
+        whole = np.fft.irfft(np.fft.rfft(whole, axis=axis) * filtered, n, axis=axis)
+    whole = whole.take(np.arange(-1, polar + 2), axis=-3, mode="wrap")
+    return whole.take(np.arange(-1, angle + 2), axis=-2, mode="wrap")

@@ -1,1 +1,0 @@
-"""What a scene requires, and why: methods, elements, memory."""

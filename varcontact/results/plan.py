@@ -1,0 +1,332 @@
+"""What a scene requires, as plain data; in words only where it is printed."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from varcontact.discrete.subgrid import cells_of
+from varcontact.html import html_table
+from varcontact.scene.grid import Cells
+from varcontact.scene.scene import Scene
+from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.system import memory
+from varcontact.theories.on_grid import THEORIES, Theory
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """One block of influence numbers that a plan assembles, as estimated from the number of elements.
+
+    Attributes
+    ----------
+    name : str
+        As in "A_zz" or "A_tt - C_tt": t is along x and y, z normal.
+    kind : {"table", "dense"}
+        By offset, for products by FFT, with its transform; or element by element.
+    rows, columns : int
+        Of a table: numbers of offsets along y and x.
+    bytes : int
+    reason : str
+    at_most : bool
+        Whether it may turn out smaller.
+    """
+
+    name: str
+    kind: str
+    rows: int
+    columns: int
+    bytes: int
+    reason: str
+    at_most: bool = False
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How large the problems of a plan are, as estimated from the number of elements.
+
+    Attributes
+    ----------
+    grid : (int, int)
+        Rows and columns of the potential contact, (ny, nx).
+    sides : (float, float), optional
+        Of an element [length]; None where the contact has to be looked for first.
+    elements : dict
+        By problem, "normal" and "tangential": the elements that enter it.
+    unknowns : dict
+        By problem: pressures, or traction components.
+    mirrored : bool
+        Whether the tangential problem is solved on one side of its line of symmetry only.
+    matrices : tuple of Matrix
+    memory : dict
+        Bytes at the peak of each problem, "normal" and "tangential".
+    exact : bool
+        Whether elements are known; otherwise they, and what follows from them, are upper bounds.
+    """
+
+    grid: tuple[int, int]
+    sides: tuple[float, float] | None
+    elements: dict[str, int]
+    unknowns: dict[str, int]
+    mirrored: bool
+    matrices: tuple[Matrix, ...]
+    memory: dict[str, float]
+    exact: bool
+
+    @property
+    def peak(self) -> float:
+        """Bytes at the peak of the problem that needs most."""
+        return max(self.memory.values())
+
+    @classmethod
+    def of_record(cls, record: dict[str, Any]) -> Sizes:
+        """From what `dataclasses.asdict` and JSON made of it."""
+        sides = record["sides"]
+        lists = {"grid": tuple(record["grid"]), "sides": None if sides is None else tuple(sides)}
+        return cls(**{**record, **lists, "matrices": tuple(Matrix(**one) for one in record["matrices"])})
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Estimated cost of a method.
+
+    Attributes
+    ----------
+    method : str
+        "auto", "convex", "active-set" or "kalker".
+    normal, tangential : str
+        Its solvers.
+    seconds : float or None
+        On one core; None where it is not known.
+    bytes : float
+        At the peak.
+    """
+
+    method: str
+    normal: str
+    tangential: str
+    seconds: float | None
+    bytes: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a scene requires: its kind and the methods chosen; of `varcontact.plan` also how large the problems are.
+
+    Attributes
+    ----------
+    normal : str
+        "hertz", or the solver of the normal problem.
+    tangential : str
+        The solver of the tangential problem; "none" where there is none, "no-slip" where it is linear.
+    coupling : str
+        "none" for quasi-identical and almost like bodies and without friction, else "johnson", "panagiotopoulos",
+        "joint" or "newton".
+    formulation : str
+        The programs that are solved: "complementary", "potential", "gap" or "marching"; "none" without one.
+    reasons : dict
+        Why, in one line each: of the methods; of `varcontact.plan` also of the following.
+    dimension : str
+        "three-dimensional" or "line contact".
+    bodies : str
+        "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
+    surface : str
+        "Hertzian" or "sampled".
+    motion : str
+        "none", "shift", "steady" (one problem), "marching" (steps until nothing changes) or "transient".
+    friction : str
+        "given" (numbers, known beforehand), "none", or the law that the coefficient follows, by its kind in a scene
+        file: then an outer loop finds it; "several" where a history has more than one of these.
+    special : tuple of str
+        What is simpler than the general case: "frictionless", "no slip"; "no grid" where one is chosen by `solve`.
+    sizes : Sizes, optional
+        Grid, elements, matrices and memory; of `varcontact.plan` only.
+    fallback : str
+        The solver of programs that takes over where active sets, chosen by "auto", miss the tolerance; else "none".
+    method : str
+        "auto", "convex", "active-set" or "kalker".
+    left_out : float
+        Where the coupling of almost like bodies is left out: what that changes of the tangential forces at given
+        creepages at most, in parts of f Fz; else 0.
+    costs : tuple of Cost
+        Seconds and memory of this plan, then those of other methods; of `varcontact.plan` only.
+    doubts : tuple of str
+        What looks like a slip of the pen in the scene, see `Scene.doubts`; of `varcontact.plan` only.
+    """
+
+    normal: str
+    tangential: str
+    coupling: str
+    formulation: str = "none"
+    reasons: dict[str, str] = field(default_factory=dict)
+    dimension: str = ""
+    bodies: str = ""
+    surface: str = ""
+    motion: str = ""
+    friction: str = ""
+    special: tuple[str, ...] = ()
+    sizes: Sizes | None = None
+    fallback: str = "none"
+    method: str = "auto"
+    left_out: float = 0.0
+    costs: tuple[Cost, ...] = field(default=(), compare=False)
+    doubts: tuple[str, ...] = field(default=(), compare=False)
+
+    @property
+    def closed_form(self) -> bool:
+        """Whether the pressure is Hertz's."""
+        return self.normal == "hertz"
+
+    def cells(self, scene: Scene) -> Cells:
+        """Parts of an element along y and x on which the pressure is solved for; (1, 1): on the elements, or nowhere.
+
+        Parameters
+        ----------
+        scene : Scene
+        """
+        return (1, 1) if self.closed_form else cells_of(scene.edge, scene.line)
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether there is a tangential problem."""
+        return self.tangential != "none"
+
+    @property
+    def theory(self) -> Theory | None:
+        """The approximate theory that gives the tractions, if one does."""
+        return THEORIES.get(self.tangential)
+
+    @property
+    def has_moment(self) -> bool:
+        """Whether the method gives a moment: Polach's formula is one of forces alone."""
+        return self.tangential != "polach"
+
+    @property
+    def programs(self) -> bool:
+        """Whether the tangential problem is stated as a convex program."""
+        return states_programs(self.tangential)
+
+    @property
+    def solves(self) -> bool:
+        """Whether the tangential problem itself is solved, by whatever method."""
+        return self.has_friction and self.theory is None
+
+    @property
+    def matrix_free(self) -> bool:
+        """Whether the tangential problem is solved by products alone."""
+        return self.tangential in MATRIX_FREE
+
+    @property
+    def convex(self) -> bool:
+        """Whether only solvers of programs are called."""
+        return self.method == "convex"
+
+    @property
+    def marches(self) -> bool:
+        """Whether steady rolling is the end of a march in time."""
+        return self.formulation == "marching"
+
+    @property
+    def loops(self) -> bool:
+        """Whether pressure and tractions are found in passes, until both stay."""
+        return self.coupling in ("panagiotopoulos", "joint", "newton")
+
+    @property
+    def one_pass(self) -> bool:
+        """Whether the pressure is that without tractions, though the bodies differ: Johnson's process."""
+        return self.coupling == "johnson"
+
+    def summary(self) -> dict[str, Any]:
+        """All of it as dictionaries, lists, numbers and words, as ``varcontact plan --json`` prints it."""
+        record = asdict(self)
+        for name in ("special", "costs", "doubts"):
+            record[name] = list(record[name])
+        if self.sizes is not None:
+            record["sizes"] |= {"grid": list(self.sizes.grid), "matrices": list(record["sizes"]["matrices"])}
+            record["sizes"]["peak"] = self.sizes.peak
+        return record
+
+    @classmethod
+    def of_record(cls, record: dict[str, Any]) -> Plan:
+        """From what `summary` and JSON made of it.
+
+        Parameters
+        ----------
+        record : dict
+
+        Raises
+        ------
+        ValueError
+            If it is no plan's.
+        """
+        if not (isinstance(record.get("reasons"), dict) and isinstance(record.get("normal"), str)):
+            raise ValueError("a plan without methods and reasons")
+        if not isinstance(record.get("left_out", 0.0), (int, float)):
+            raise ValueError("a plan whose left_out is no number")
+        sizes = dict(record["sizes"]) if record.get("sizes") else None
+        if sizes is not None:
+            sizes.pop("peak", None)  # follows from the stages
+        lists = {"special": tuple(record.get("special", ())), "costs": (), "doubts": ()}  # these stand beside
+        return cls(**{**record, **lists, "sizes": None if sizes is None else Sizes.of_record(sizes)})
+
+    def __str__(self) -> str:
+        """The plan in words."""
+        return "\n".join(["Plan", "", *(f"  {name:<20}{text}".rstrip() for name, text in self._rows())])
+
+    def _repr_html_(self) -> str:
+        return html_table("Plan", self._rows())
+
+    def __repr__(self) -> str:
+        names = ("method", "normal", "tangential", "coupling", "formulation")
+        words = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
+        return f"Plan({words})"
+
+    def _rows(self) -> list[tuple[str, str]]:
+        """The plan in words, by name; empty rows part it."""
+        kinds = ("dimension", "bodies", "surface", "motion", "friction")
+        methods = ("method", "normal", "tangential", "coupling", "formulation")
+        rows = [("WARNING", doubt) for doubt in self.doubts]
+        rows += [(name, self._with_reason(name, getattr(self, name))) for name in kinds]
+        rows += [("special", self._with_reason(name, name)) for name in self.special]
+        rows += [("", ""), *((name, self._with_reason(name, getattr(self, name))) for name in methods)]
+        if self.sizes is not None:
+            rows += [("", ""), *_rows_of_sizes(self.sizes)]
+        for i, cost in enumerate(self.costs):
+            solvers = cost.normal if cost.tangential == "none" else f"{cost.normal}, {cost.tangential}"
+            seconds = "seconds not known" if cost.seconds is None else f"about {cost.seconds:.1g} s"
+            rows.append(("" if i else "time, one core", f"{cost.method} ({solvers}): {seconds}, {_bytes(cost.bytes)}"))
+        return rows
+
+    def _with_reason(self, name: str, value: str) -> str:
+        return f"{value}: {self.reasons[name]}" if name in self.reasons else value
+
+
+def _rows_of_sizes(sizes: Sizes) -> list[tuple[str, str]]:
+    most, sides = "" if sizes.exact else "at most ", ""
+    if sizes.sides is not None:
+        sides = f", each {sizes.sides[0]:.4g}" + f" by {sizes.sides[1]:.4g}" * (sizes.grid[0] > 1)
+    rows = [("grid", f"{sizes.grid[1]} x {sizes.grid[0]} elements{sides}")]
+    for problem, count in sizes.elements.items():
+        unknowns = sizes.unknowns[problem]
+        solved = f"{most}{unknowns} unknowns" if unknowns else "closed form"
+        rows.append((f"{problem} problem", f"{most}{count} elements, {solved}"))
+    if sizes.mirrored:
+        rows.append(("", "half the unknowns: the tangential problem is its own mirror image"))
+    for matrix in sizes.matrices:
+        shape = f"{matrix.rows} x {matrix.columns}{' offsets' if matrix.kind == 'table' else ''}"
+        at_most = "at most " if matrix.at_most else ""
+        rows.append((matrix.name, f"{matrix.kind}, {at_most}{shape}, {_bytes(matrix.bytes)}: {matrix.reason}"))
+    stages = ", ".join(f"{name} {_bytes(size)}" for name, size in sizes.memory.items())
+    rows.append(("peak memory", f"about {_bytes(sizes.peak)} ({stages})"))
+    there = memory.available()
+    if sizes.peak > there:
+        rows.append(("", f"{'does' if sizes.exact else 'may'} not fit: {_bytes(there)} are available"))
+    if not sizes.exact:
+        rows.append(("", "upper bounds: the contact is not known until it is solved for"))
+    return rows
+
+
+def _bytes(size: float) -> str:
+    """Bytes in a unit that suits."""
+    power = next((power for power in range(3) if size < 1000 * 1024**power), 3)
+    return f"{size / 1024**power:.3g} {('B', 'KiB', 'MiB', 'GiB')[power]}"

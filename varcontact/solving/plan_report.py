@@ -1,0 +1,219 @@
+"""What a scene requires, before anything is solved: the plan with its reasons, sizes and costs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from varcontact.discrete.contact_grid import enlarged, known_grid, no_element_in_contact, wanted_grid
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.penetration import outside
+from varcontact.discrete.state import hertz_pressure, unloaded
+from varcontact.errors import SceneError
+from varcontact.results.plan import Cost, Matrix, Plan, Sizes
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Steady, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.registry import MATRIX_FREE, states_programs
+from varcontact.solving.pipeline import check_memory, peak
+from varcontact.solving.selection import PRESETS, own_image, select, tangential_unknowns
+
+SECONDS = {"products": (1.2e-5, 1.0), "active sets": (1.2e-9, 3.0), "program": (2e-8, 3.0)}
+"""Seconds of one solve on one core, ``factor n^exponent`` with n elements: of their order, by kind of method."""
+
+
+def plan(
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    *,
+    formulation: str = "auto",
+    method: str = "auto",
+) -> Plan:
+    """What a scene requires, and why, before anything is solved: `solve` follows exactly this plan.
+
+    Sizes, memory and seconds are estimated from the number of elements. Where the contact is Hertz's, that is known;
+    where it is found by solving (sampled distances, unlike bodies, a normal program that is asked for), they are upper
+    bounds, and say so.
+
+    Parameters
+    ----------
+    scene : Scene
+    normal, tangential, coupling, formulation, method : str
+        As in `solve`.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    SceneError
+        For a scene that cannot be treated, or a method that does not exist or cannot treat it.
+    SolverUnavailable
+        If the package of a method is not installed.
+    TooLarge
+        If not even the grid fits into memory. Whether solving does, `sizes.peak` tells; printed, the plan says so.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> plan = vc.plan(scene)
+    >>> plan.normal, plan.bodies, plan.sizes.elements, plan.sizes.mirrored
+    ('hertz', 'quasi-identical', {'normal': 112, 'tangential': 112}, True)
+    >>> [matrix.name for matrix in plan.sizes.matrices if matrix.kind == "table"]
+    ['A_zz', 'A_tt - C_tt']
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError("scene", scene, "a Scene")
+    chosen = select(scene, normal, tangential, coupling, formulation, method)
+    special = chosen.special
+    if scene.grid == "auto" and chosen.theory is None and not scene.no_slip:
+        special = (*special, "no grid")
+    sizes = _sizes(scene, chosen)
+    costs = [_cost(scene, chosen, sizes)]
+    for other in PRESETS:
+        if other not in (chosen.method, "kalker"):
+            try:
+                costs.append(_cost(scene, select(scene, method=other), sizes))
+            except SceneError:  # the method is not for this scene
+                continue
+    reasons = chosen.reasons | _reasons(scene, chosen, special)
+    return replace(chosen, special=special, reasons=reasons, sizes=sizes, costs=tuple(costs), doubts=scene.doubts)
+
+
+def check_planned(planned: Plan) -> None:
+    """Refuse a plan whose sizes are known, and need more memory than there is, as `solve` does."""
+    sizes = planned.sizes
+    if sizes is not None and sizes.exact:
+        for problem, unknowns in sizes.unknowns.items():
+            check_memory(problem, getattr(planned, problem), planned.formulation, unknowns)
+
+
+def _reasons(scene: Scene, plan: Plan, special: tuple[str, ...]) -> dict[str, str]:
+    """What follows from the kind of the scene."""
+    K = scene.bodies.K
+    bodies = {
+        "quasi-identical": "K = 0: tractions do not change the pressure",
+        "almost like": f"K = {K:.3g} is so small that pressure and tractions are taken to be independent",
+        "unlike": f"K = {K:.3g}, pressure and tractions depend on each other",
+    }[plan.bodies]
+    if plan.bodies == "unlike" and scene.frictionless:
+        bodies = f"K = {K:.3g}, but there are no tractions to change the pressure"
+    surface = "the contact is found by solving the normal problem"
+    if plan.surface == "Hertzian":
+        averaged = ", averaged over every element that it touches" if scene.touched else ""
+        surface = f"contact and frictionless pressure in closed form{averaged}"
+    friction = "the coefficient depends on the slip: an outer loop solves for known coefficients in each pass"
+    if plan.friction in ("none", "given"):
+        friction = (
+            "no tangential traction" if plan.friction == "none" else "the traction bound follows from the pressure"
+        )
+    elif plan.theory is not None:
+        friction = "the coefficient depends on the slip and is found particle by particle"
+    simpler = {
+        "frictionless": "friction is 0: no tangential problem",
+        "no slip": "friction is infinite: no bound and no cones, one linear system",
+        "no grid": f"solve chooses one for an error of 1 %; the sizes below are those of {100 if scene.line else 24} "
+        "elements across",
+    }
+    return {
+        "dimension": "nothing depends on y: one row of strips, forces per unit length"
+        if scene.line
+        else "the contact is bounded along x and y",
+        "bodies": bodies,
+        "surface": surface,
+        "motion": {
+            "none": "normal contact only",
+            "transient": "steps, each from the state that the previous one left; symmetric",
+            "shift": "one step from the unloaded state, symmetric",
+            "marching": "steady rolling, in steps until nothing changes",
+            "steady": "nothing depends on time: one problem, no steps",
+        }[plan.motion],
+        "friction": friction,
+        **{name: simpler[name] for name in special},
+    }
+
+
+def _sizes(scene: Scene, plan: Plan) -> Sizes:
+    history = isinstance(scene.motion, Transient)
+    grid = wanted_grid(scene) if history else known_grid(scene)
+    margin = 0 if grid.explicit else 2 * grid.margin
+    shape = grid.rows + (0 if grid.line else margin), grid.nx + margin
+    contact = np.ones(shape, dtype=bool)
+    exact = plan.closed_form and grid.explicit and not history
+    if grid.explicit and not history:
+        contact = _contact(scene, plan, grid)
+    count = int(contact.sum())
+    elements, unknowns = {"normal": count}, {"normal": 0 if plan.closed_form else count * math.prod(plan.cells(scene))}
+    if plan.has_friction:
+        if isinstance(scene.friction, np.ndarray):
+            count = int(np.sum(contact & (scene.friction.reshape(shape) > 0)))
+        elements["tangential"] = count
+        unknowns["tangential"] = round(tangential_unknowns(scene, plan, count)) if plan.solves else 0
+    matrices = _matrices(scene, plan, shape, unknowns, exact)
+    needed = {name: peak(getattr(plan, name), plan.formulation, n) for name, n in unknowns.items()}
+    mirrored = plan.solves and not plan.matrix_free and own_image(scene)
+    return Sizes(shape, grid.sides if grid.explicit else None, elements, unknowns, mirrored, matrices, needed, exact)
+
+
+def _contact(scene: Scene, plan: Plan, grid: Grid) -> np.ndarray:
+    """Elements that may be in contact; a grid that does not hold Hertz's contact is refused as by `solve`."""
+    disc = discretise(scene, grid, coupled=False)
+    if not plan.closed_form:
+        return np.ones(grid.shape, dtype=bool)
+    assert disc.hertz is not None
+    if not disc.hertz.on_elements(grid).any():
+        raise no_element_in_contact(scene.surface, scene.approach, grid)
+    state = hertz_pressure(disc, unloaded(grid))
+    overlap = outside(disc, state, closed_form=True)
+    if overlap is not None:
+        enlarged(scene, grid, state.pressure, overlap)
+    return np.asarray(state.pressure > 0)
+
+
+def _matrices(
+    scene: Scene, plan: Plan, shape: tuple[int, int], unknowns: dict[str, int], exact: bool
+) -> tuple[Matrix, ...]:
+    """Influence numbers by offset, and dense matrices between the unknowns."""
+    rows, columns = 2 * shape[0] - 1, 2 * shape[1] - 1
+    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.K != 0 and not plan.left_out
+    tangential, across = ("A_tt - C_tt", "A_tz - C_tz") if steady else ("A_tt", "A_tz")
+    tables = [("A_zz", 1, "distances due to pressures")]
+    if plan.has_friction:
+        tables.append((tangential, 2 if scene.line else 3, "shifts due to tractions"))
+    if unlike and scene.motion is not None:
+        tables.append((across, 2, "K != 0: shifts due to pressures"))
+    if unlike and plan.has_friction:
+        tables.append(("A_zt", 2, "K != 0: distances due to tractions"))
+    found = [
+        Matrix(name, "table", rows, columns, 16 * components * rows * columns, why) for name, components, why in tables
+    ]
+    for problem, name in (("normal", "A_zz"), ("tangential", tangential)):
+        n = unknowns.get(problem, 0)
+        if n and getattr(plan, problem) not in MATRIX_FREE:
+            found.append(Matrix(name, "dense", n, n, 8 * n**2, f"the {problem} problem", not exact))
+    return tuple(found)
+
+
+def _cost(scene: Scene, plan: Plan, sizes: Sizes) -> Cost:
+    """Of one solve: of a history, of unlike bodies and under a law of friction there are many."""
+    seconds, needed = 0.0, 0.0
+    for problem, elements in sizes.elements.items():
+        solver = getattr(plan, problem)
+        if solver == "hertz" or (problem == "tangential" and not plan.solves):
+            continue
+        kind = "products" if solver in MATRIX_FREE else "program" if states_programs(solver) else "active sets"
+        unknowns = float(elements)
+        if problem == "tangential":
+            unknowns = tangential_unknowns(scene, plan, elements)
+        factor, exponent = SECONDS[kind]
+        seconds += factor * elements**exponent
+        needed = max(needed, peak(solver, plan.formulation, unknowns))
+    return Cost(plan.method, plan.normal, plan.tangential, seconds, needed)

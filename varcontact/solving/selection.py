@@ -1,0 +1,446 @@
+"""The choice behind "auto": which methods a scene is solved by, and why; what they need in memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.checks import choice
+from varcontact.discrete.contact_grid import given_grid, wanted_grid
+from varcontact.discrete.subgrid import cells_of
+from varcontact.errors import SceneError
+from varcontact.results.plan import Plan
+from varcontact.scene.consistency import why_centres
+from varcontact.scene.friction import Law, kind_of
+from varcontact.scene.grid import Grid
+from varcontact.scene.likeness import left_out
+from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
+from varcontact.solvers.registry import (
+    MATRIX_FREE,
+    NORMAL,
+    TANGENTIAL,
+    available,
+    normal_methods,
+    states_programs,
+    tangential_methods,
+)
+from varcontact.solving.pipeline import check_memory
+from varcontact.theories.on_grid import THEORIES, why_not
+
+COUPLING_METHODS = ("johnson", "panagiotopoulos", "joint", "newton")
+FORMULATIONS = ("complementary", "potential", "gap", "marching")
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A value of `method`: solvers where none is named, active sets that belong to it (none: solvers of programs do),
+    and the solver of programs where active sets miss the tolerance.
+    """
+
+    normal: str
+    tangential: str
+    normals: tuple[str, ...] = ()
+    tangentials: tuple[str, ...] = ()
+    fallback: str = "none"
+
+
+PRESETS: dict[str, Preset] = {
+    "auto": Preset("norm", "tang-safeguarded", fallback="clarabel"),
+    "convex": Preset("clarabel", "clarabel"),
+    "active-set": Preset(
+        "norm",
+        "tang-safeguarded",
+        tuple(name for name in NORMAL if name not in MATRIX_FREE),
+        tuple(name for name in TANGENTIAL if name not in MATRIX_FREE),
+    ),
+    "kalker": Preset("norm", "tang-exact", ("norm",), ("tang-exact",)),
+}
+"""By method. With "auto" any solver may be named."""
+WHY = {
+    "auto": "the fastest measured method, or the solvers that are named",
+    "convex": "requested: QP and SOCP by conic solvers, never polished by active sets",
+    "active-set": "requested: NORM and the safeguarded TANG, without programs",
+    "kalker": "requested: NORM and TANG as printed, without programs",
+}
+
+MANY, MANY_PRESSURES = 180, 400
+"""Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions and for the
+pressure (docs/measurements.md)."""
+MANY_IN_STEPS, MANY_UNLIKE = 250, 100
+"""The same for the tractions of a history, whose steps begin from the step before; and of unlike bodies, whose
+pressure and tractions it finds together."""
+SHORT, TOO_MANY = 0.05, 2000
+"""A step of steady rolling by the length of an element, below which Newton's method takes longer than active sets, and
+the elements beyond which these take hours."""
+
+NEWTON = Preset("newton", "newton", fallback="clarabel")
+NEWTON_TRACTIONS = Preset("norm", "newton", fallback="clarabel")
+"""What "auto" stands for with so many elements; and where the pressure has too few of them."""
+
+
+def select(
+    scene: Scene,
+    normal: str = "auto",
+    tangential: str = "auto",
+    coupling: str = "auto",
+    formulation: str = "auto",
+    method: str = "auto",
+) -> Plan:
+    """The methods for a scene; a `SceneError` says which of those named cannot treat it, and what can.
+
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(0.46, 0.3), normal_force=1e5,
+    ...                  friction=0.3, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=12, ny=12))
+    >>> plan = select(scene)
+    >>> plan.normal, plan.tangential, plan.coupling
+    ('hertz', 'tang-safeguarded', 'none')
+    """
+    wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
+    wanted["method"] = method
+    effect = left_out(scene) if coupling == "auto" else 0.0
+    K = scene.bodies.K
+    for error in _unknown_names(scene, wanted):
+        raise error
+    if effect:
+        scene = replace(scene, bodies=scene.bodies.alike)
+    preset = _preset(scene, wanted)
+    plan, reasons = _chosen(scene, wanted, preset)
+    for error in _refusals(scene, wanted, plan):
+        raise error
+    if effect:
+        reasons["coupling"] = (
+            f"left out (K = {K:.3g}): it changes the tangential force at given creepages by less than {effect:.1e} of "
+            'f Fz; coupling="panagiotopoulos" includes it'
+        )
+    fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
+    special = () if scene.motion is None else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
+    return replace(
+        plan,
+        reasons=reasons,
+        dimension="line contact" if scene.line else "three-dimensional",
+        bodies="almost like" if effect else "quasi-identical" if K == 0 else "unlike",
+        surface="sampled" if isinstance(scene.surface, SampledDistance) else "Hertzian",
+        motion=_kind_of_motion(scene, plan),
+        friction=_kind_of_friction(scene, plan),
+        special=special,
+        fallback=fallback,
+        left_out=effect,
+    )
+
+
+def _unknown_names(scene: Scene, wanted: dict[str, str]) -> Iterator[SceneError]:
+    """A motion, or names of methods, that there are not; installed ones are found by `available`."""
+    if isinstance(scene.motion, TimeStep):
+        message = "motion: a TimeStep continues from the step before it; give the history as a Transient"
+        yield SceneError("motion", scene.motion, "a Transient", message=message)
+    for field in ("normal", "tangential", "coupling", "formulation"):
+        if not isinstance(wanted[field], str):
+            yield SceneError(field, wanted[field], "the name of a method")
+    choice("method", wanted["method"], PRESETS)
+    normal, tangential = wanted["normal"], wanted["tangential"]
+    if normal != "auto":
+        if normal in [*tangential_methods(), *THEORIES] and normal not in normal_methods():
+            message = f'normal = "{normal}": it solves the tangential problem; use "norm" or "clarabel"'
+            yield SceneError("normal", normal, "a method of the normal problem", message=message)
+        available("normal", normal, ("auto", *normal_methods()))
+    if tangential != "auto":
+        methods = tangential_methods()
+        if one_direction(scene):  # Coulomb's disks then are intervals, and all programs quadratic
+            methods += [name for name in normal_methods() if states_programs(name) and name not in methods]
+        if tangential in normal_methods() and tangential not in methods:
+            why = "it is for normal problems"
+            if states_programs(tangential):
+                why = "it solves QPs, and Coulomb's disks are second-order cones"
+            others = ", ".join(methods)
+            message = f'tangential = "{tangential}": {why}; use one of {others}, or a theory'
+            yield SceneError("tangential", tangential, f"one of {others} or a theory", message=message)
+        available("tangential", tangential, ("auto", *methods, *THEORIES))
+    choice("coupling", wanted["coupling"], ("auto", *COUPLING_METHODS))
+    choice("formulation", wanted["formulation"], ("auto", *FORMULATIONS))
+
+
+def _preset(scene: Scene, wanted: dict[str, str]) -> Preset:
+    """What the `method` stands for; "auto" by what else is named and by the number of elements in contact."""
+    coupling, formulation, method = wanted["coupling"], wanted["formulation"], wanted["method"]
+    if method != "auto":
+        return PRESETS[method]
+    steps = formulation == "marching" and isinstance(scene.motion, Steady)
+    if formulation != "auto" and not steps:
+        return PRESETS["convex"]  # only programs have one
+    if not steps and coupling == "newton":
+        return NEWTON
+    together = coupling == "auto" and {wanted["normal"], wanted["tangential"]} <= {"auto", "newton"}
+    many = None if steps else _preset_of_many(scene, together)
+    return many or PRESETS["convex" if coupling == "joint" else "auto"]
+
+
+def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
+    """Newton's method where its products beat dense matrices, by one problem or by many in a row; else None.
+
+    `together`: whether pressure and tractions of unlike bodies may be found together.
+    """
+    count, dx = _elements_in_contact(scene)
+    motion = scene.motion
+    if own_image(scene) or one_direction(scene):
+        count /= 2  # active sets have half the unknowns
+    if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
+        return NEWTON if count > TOO_MANY else None
+    if scene.bodies.K != 0 and not scene.frictionless:
+        return NEWTON if count > (MANY_UNLIKE if together else MANY) else None
+    if many_pressures(scene):
+        return NEWTON
+    most = MANY_IN_STEPS if isinstance(motion, Transient) else MANY
+    return NEWTON_TRACTIONS if count > most and not scene.frictionless else None
+
+
+def _chosen(scene: Scene, wanted: dict[str, str], preset: Preset) -> tuple[Plan, dict[str, str]]:
+    """The methods, and why each."""
+    method = wanted["method"]
+    reasons = {"method": WHY[method]}
+    normal, reasons["normal"] = _normal(scene, wanted["normal"], preset, method)
+    tangential, reasons["tangential"] = _tangential(scene, wanted["tangential"], preset)
+    plan = Plan(normal, tangential, "none", method=method)
+    coupling, reasons["coupling"] = _coupling(scene, wanted, plan)
+    allowed, default, _ = _formulations(scene, plan, wanted["formulation"])
+    formulation, reasons["formulation"] = allowed[0], default
+    if wanted["formulation"] != "auto":
+        formulation, reasons["formulation"] = wanted["formulation"], "requested"
+    return replace(plan, coupling=coupling, formulation=formulation), reasons
+
+
+def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str, str]:
+    if wanted != "auto":
+        return wanted, "requested; closed form" if wanted == "hertz" else "requested"
+    hertzian = not _sampled(scene)
+    if hertzian and not _coupled(scene):
+        return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
+    reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
+    parts = ""
+    if scene.touched:
+        parts = ", on parts of the elements"
+        unknowns = _elements_in_contact(scene)[0] * math.prod(cells_of(scene.edge, scene.line))
+        if method == "auto" and unknowns > MANY_PRESSURES:
+            preset = NEWTON
+    return preset.normal, f"{reason}: {_how(preset.normal)}{parts}"
+
+
+def _how(solver: str) -> str:
+    if states_programs(solver):
+        return "a QP"
+    if solver in MATRIX_FREE:
+        return "Newton's method without a matrix, the fastest for so many elements"
+    return "active sets, as printed" if solver == "tang-exact" else "active sets, exact and the fastest"
+
+
+def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
+    if scene.motion is None:
+        return "none", "no motion"
+    if scene.frictionless:
+        return "none", "without friction there is no traction"
+    if wanted in THEORIES:
+        return wanted, "requested: an approximate theory; the certificate measures its error"
+    solver = preset.tangential if wanted == "auto" else wanted
+    if scene.no_slip and solver not in MATRIX_FREE:
+        return "no-slip", "friction is infinite: nothing slips, one linear system"
+    if wanted != "auto":
+        return wanted, "requested"
+    if states_programs(solver):
+        of_motion = {Steady: "the gap SOCP of steady rolling", Transient: "the SOCP of a step"}
+        return solver, of_motion.get(type(scene.motion), "the SOCP of a shift")
+    fails = "; where that fails, the program is solved" if preset.fallback != "none" else ""
+    whole = "; a symmetric contact as a whole" if solver in MATRIX_FREE else ""
+    return solver, f"{_how(solver)}{whole}{fails}"
+
+
+def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, str]:
+    if scene.frictionless:
+        return "none", "no tangential traction"
+    if scene.bodies.K == 0:
+        return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
+    coupling, unlike = wanted["coupling"], f"unlike bodies (K = {scene.bodies.K:.3g})"
+    if coupling == "johnson":
+        return coupling, "requested: one pass, with the pressure of frictionless contact"
+    if coupling == "joint":
+        return coupling, "requested: pressure and tractions together, with only the traction bound fixed in a pass"
+    if coupling == "newton" or (coupling == "auto" and not _not_coupled_newton(scene, wanted, plan)):
+        return "newton", f"{unlike}: pressure and tractions together, and in turn where that fails"
+    return "panagiotopoulos", f"{unlike}: normal and tangential problem in turn"
+
+
+def _not_coupled_newton(scene: Scene, wanted: dict[str, str], plan: Plan) -> str:
+    """Why Newton's method is not for pressure and tractions together; nothing where it is."""
+    if scene.no_slip:
+        return "infinite friction has no traction bound that follows the pressure"
+    if wanted["formulation"] == "marching" and isinstance(scene.motion, Steady):
+        return "a march solves its steps in turn"
+    solvers = {"normal": plan.normal, "tangential": plan.tangential}
+    others = [f'{problem} = "{solver}"' for problem, solver in solvers.items() if solver != "newton"]
+    return f'it needs "newton" for both problems, not {" and ".join(others)}' if others else ""
+
+
+def _formulations(scene: Scene, plan: Plan, formulation: str) -> tuple[tuple[str, ...], str, str]:
+    """Formulations that a plan may have, the default first; why this; and what is wrong with others."""
+    steady, tangential = isinstance(scene.motion, Steady), plan.tangential
+    wanted = f'formulation = "{formulation}"'
+    if states_programs(tangential) and steady:
+        return (
+            ("gap", "marching"),
+            "the only convex program of steady rolling",
+            "steady rolling has no energy formulation",
+        )
+    if states_programs(tangential):
+        return ("complementary", "potential", "gap"), "the fewest unknowns", '"marching" is for steady rolling only'
+    if tangential in ("none", "no-slip") and states_programs(plan.normal):
+        return (
+            ("complementary", "potential"),
+            "the fewest unknowns",
+            f"{wanted}: only the normal problem is a program here",
+        )
+    if tangential in TANGENTIAL and steady:
+        why = f"{tangential} does not solve a program"
+        return ("none", "marching"), why, f"{wanted}: {why}"
+    return ("none",), "no program", f"{wanted}: no program is solved here"
+
+
+def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[SceneError]:
+    """What of the methods named cannot treat the scene."""
+    normal, tangential, formulation = wanted["normal"], wanted["tangential"], wanted["formulation"]
+    if normal == "hertz" and _sampled(scene):
+        message = (
+            "Hertz's pressure is for paraboloids, ellipses and cylinders; with sampled distances use "
+            '"norm" or "clarabel"'
+        )
+        yield SceneError("normal", normal, "norm or clarabel", message=message)
+    if normal == "hertz" and _coupled(scene):
+        message = (
+            f"Hertz's pressure ignores tangential tractions; with K = {scene.bodies.K:.3g} and friction use "
+            '"norm" or "clarabel"'
+        )
+        yield SceneError("normal", normal, "norm or clarabel", message=message)
+    yield from _not_of_the_method(plan.method, "normal", normal, PRESETS[plan.method].normals)
+    why = why_centres(scene) if scene.touched and not plan.closed_form else ""
+    if why:  # what part of an element bears pressure is found before the tractions, from distances all over it
+        remedy = "give surface.x and surface.y, or use" if not _coupled(scene) else "use"
+        message = f'grid.edge = "{scene.edge}" {why}; {remedy} "centres"'
+        yield SceneError("grid.edge", scene.edge, '"centres"', message=message)
+    why = why_not(tangential, scene) if tangential in THEORIES and plan.has_friction else ""
+    if why:
+        message = f'tangential = "{tangential}": {why}; use another method'
+        yield SceneError("tangential", tangential, "another method", message=message)
+    yield from _not_of_the_method(plan.method, "tangential", tangential, PRESETS[plan.method].tangentials)
+    why = _not_coupled_newton(scene, wanted, plan) if wanted["coupling"] == plan.coupling == "newton" else ""
+    if why:
+        message = f'coupling = "newton": {why}; use "panagiotopoulos"'
+        yield SceneError("coupling", "newton", '"panagiotopoulos"', message=message)
+    difference = scene.motion.slip_difference if isinstance(scene.motion, Steady) else "first-order"
+    if formulation == "marching" and difference != "first-order":
+        message = (
+            f'formulation = "marching" is for motion.slip_difference = "first-order", and it is "{difference}": '
+            'a march goes from one step to the next; use "auto"'
+        )
+        yield SceneError("formulation", formulation, '"auto" or "gap"', message=message)
+    allowed, _, others = _formulations(scene, plan, formulation)
+    if formulation not in ("auto", *allowed):
+        choices = [f'"{name}"'.replace("none", "auto") for name in allowed]
+        last = f"{', '.join(choices[:-1])} or {choices[-1]}" if choices[1:] else choices[0]
+        yield SceneError("formulation", formulation, last, message=f"{others}; use {last}")
+
+
+def _not_of_the_method(method: str, field: str, name: str, allowed: tuple[str, ...]) -> Iterator[SceneError]:
+    """A solver that does not belong to a method; Hertz's closed form belongs to all."""
+    if method == "auto" or name in ("auto", "hertz", *allowed) or (not allowed and states_programs(name)):
+        return
+    words = " or ".join(allowed) or "a solver of programs, such as clarabel or scs"
+    message = (
+        f'{field} = "{name}" does not belong to method = "{method}", which takes {words}; '
+        'with method = "auto" any solver may be named'
+    )
+    yield SceneError(field, name, words, message=message)
+
+
+def _sampled(scene: Scene) -> bool:
+    return any(isinstance(surface, SampledDistance) for surface in scene.surfaces)
+
+
+def _coupled(scene: Scene) -> bool:
+    return scene.bodies.K != 0 and not scene.frictionless
+
+
+def _kind_of_motion(scene: Scene, plan: Plan) -> str:
+    if scene.motion is None:
+        return "none"
+    if isinstance(scene.motion, Transient):
+        return "transient"
+    return "shift" if isinstance(scene.motion, Shift) else "marching" if plan.marches else "steady"
+
+
+def _kind_of_friction(scene: Scene, plan: Plan) -> str:
+    """How the coefficient of friction is known."""
+    if not plan.has_friction:
+        return "none"
+    kinds = {kind_of(friction) if isinstance(friction, Law) else "given" for friction in scene.frictions}
+    return kinds.pop() if len(kinds) == 1 else "several"
+
+
+def one_direction(scene: Scene) -> bool:
+    """Whether tractions can arise along x only or along y only: in line contact, where nothing moves along y or x."""
+    motion = scene.motion
+    if not scene.line or not isinstance(motion, (Steady, Shift)):
+        return False
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
+    along_y = motion.rigid[1] != 0 or motion.Fy is not None
+    return not (along_x and along_y)
+
+
+def own_image(scene: Scene) -> bool:
+    """Whether a Hertzian contact with an even number of rows is known to be its own mirror image about the x-axis.
+
+    With x its tractions along x are even in y and those along y odd where nothing moves along y, or about z; and the
+    other way round where nothing moves along x.
+    """
+    motion, grid = scene.motion, scene.grid
+    placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
+    if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
+        return False
+    if scene.bodies.K != 0 or isinstance(scene.friction, np.ndarray):
+        return False
+    along_x, along_y, about_z = motion.rigid
+    straight = along_y == about_z == 0 and motion.Fy is None
+    return straight or (along_x == 0 and motion.Fx is None)
+
+
+def many_pressures(scene: Scene) -> bool:
+    """Whether so many elements are in contact that products by FFT find the pressure first."""
+    return _elements_in_contact(scene)[0] > MANY_PRESSURES
+
+
+def _elements_in_contact(scene: Scene) -> tuple[float, float]:
+    """The number of elements in contact, about, and their length along x; zero where that is not known."""
+    grid = given_grid(scene)
+    hertz = None if isinstance(scene.motion, Transient) else scene.hertz  # each step of a history has its own
+    if not grid.explicit:
+        count = grid.nx * (1.0 if grid.line else np.pi / 4 * grid.rows)
+        return count, 0.0 if hertz is None else 2 * hertz.a / grid.nx
+    dx, dy = grid.sides
+    if hertz is None:
+        return grid.size, dx
+    return (2 * hertz.a if grid.line else np.pi * hertz.a * hertz.b / dy) / dx, dx
+
+
+def tangential_unknowns(scene: Scene, plan: Plan, elements: float) -> float:
+    """Traction components on so many elements, on one side of a line of symmetry where the plan uses it."""
+    halved = plan.solves and not plan.matrix_free and own_image(scene)
+    return (1 if one_direction(scene) else 2) * elements / (2 if halved else 1)
+
+
+def check_fits(scene: Scene, plan: Plan) -> None:
+    """Refuse a contact that is known not to fit into memory before any work; of others each problem as it is posed."""
+    wanted_grid(scene)
+    if plan.closed_form and plan.solves and not isinstance(scene.motion, Transient):
+        unknowns = tangential_unknowns(scene, plan, _elements_in_contact(scene)[0])
+        check_memory("tangential", plan.tangential, plan.formulation, unknowns)

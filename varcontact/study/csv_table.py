@@ -1,0 +1,137 @@
+"""Tables of studies: CSV files that are resumed, rows for JSON, and columns of text."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from varcontact import checks
+from varcontact.errors import OutputError, SceneError
+from varcontact.io.scene_toml import scene_to
+from varcontact.results.report import known
+from varcontact.scene.scene import Scene
+from varcontact.system.files import check_ending, check_writable, only_writer, replacing
+from varcontact.system.interrupts import imported
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LATER_COLUMNS = ("calls", "error_Fx", "error_Fs", "error_FN")
+"""Columns that tables of earlier versions may lack."""
+
+
+def identity(scene: Scene, tol: float) -> str:
+    """A digest of a scene and its tolerance."""
+    described = json.dumps([scene_to(scene), tol], sort_keys=True)
+    return hashlib.sha256(described.encode()).hexdigest()[:12]
+
+
+@dataclass
+class Table:
+    """The rows of a study, with the file they are kept in, if any. It is written anew whenever rows are added."""
+
+    path: Path | None
+    columns: Sequence[str]
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    _content: bytes | None = None
+
+    @classmethod
+    @contextmanager
+    def opened(
+        cls, store: str | Path | None, columns: Sequence[str], words: Sequence[str], what: str
+    ) -> Iterator[Self]:
+        """The table in a file, locked against other writers; without a file, an empty one.
+
+        `words` are the columns that are no numbers, `what` names the table in error messages.
+        """
+        imported("pandas")  # now: after Ctrl-C it would be waited for
+        if store is None:
+            yield cls(None, columns)
+            return
+        path = checks.file_name("store", store)
+        check_ending("store", path, ".csv")
+        check_writable("store", path)
+        with only_writer("store", path):
+            rows = _read_rows(path, columns, words, what)
+            yield cls(path, columns, rows, path.read_bytes() if path.exists() else None)
+
+    def write(self, rows: list[dict[str, Any]]) -> None:
+        """Replace all rows; the file is left as it was if it cannot be written or something else has changed it."""
+        self.rows = rows
+        if self.path is None:
+            return
+        import pandas as pd
+
+        if (self.path.read_bytes() if self.path.exists() else None) != self._content:
+            reason = "has been changed by something else since this study wrote it; what was added since is not in it"
+            raise OutputError("store", self.path, reason)
+        content = pd.DataFrame(self.rows, columns=list(self.columns)).to_csv(index=False).encode()
+        with replacing("store", self.path) as file:
+            file.write(content)
+        self._content = content
+
+    def add(self, *rows: dict[str, Any]) -> None:
+        self.write([*self.rows, *rows])
+
+
+def _read_rows(store: Path, columns: Sequence[str], words: Sequence[str], what: str) -> list[dict[str, Any]]:
+    """Rows of a file, which must have these columns; none if there is no file yet."""
+    import pandas as pd
+
+    if not store.exists() or store.stat().st_size == 0:
+        return []
+    # pandas 3.1 reads all digits by itself, and warns of the option
+    exact = {} if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1) else {"float_precision": "round_trip"}
+    try:
+        # a scene may be called "NA": only empty figures are missing
+        table = pd.read_csv(store, dtype=dict.fromkeys(words, str), keep_default_na=False, na_values=[""], **exact)
+        for name in (name for name in LATER_COLUMNS if name in columns and name not in table):
+            table[name] = "" if name in words else math.nan
+        if set(table.columns) != set(columns):
+            raise ValueError("other columns")
+        for name in set(columns) - set(words):
+            if table[name].dtype.kind not in "iufb" and table[name].notna().any():
+                raise ValueError(f"column {name} has words where figures belong")
+    except (ValueError, OSError) as error:
+        message = f"store = {str(store)!r} is not {what} ({error}); name a new file"
+        raise SceneError("store", str(store), f"{what}, or a new file", message=message) from None
+    table = table[list(columns)]
+    table[list(words)] = table[list(words)].fillna("")
+    rows: list[dict[str, Any]] = table.to_dict("records")
+    return rows
+
+
+def plain_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a table for JSON: None for NaN and infinity."""
+    return [
+        {name: known(value) if isinstance(value, float) else value for name, value in row.items()}
+        for row in table.to_dict("records")
+    ]
+
+
+def as_json(table: pd.DataFrame) -> str:
+    """A table as a JSON array of rows, with all digits."""
+    return json.dumps(plain_rows(table), indent=2, allow_nan=False)
+
+
+def columns_of_text(lines: list[list[str]], left: int) -> list[str]:
+    """Lines of cells in columns, the first `left` of them flush left."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return [
+        "  ".join(
+            cell.ljust(width) if i < left else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    ]
+
+
+def cell(value: Any, form: str) -> str:
+    """A value as text; empty for NaN."""
+    return "" if value != value else format(value, form)

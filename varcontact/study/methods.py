@@ -1,0 +1,160 @@
+"""Methods of studies: what their names say, and what each makes of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from varcontact import checks
+from varcontact.errors import NotConverged, SceneError, SolverUnavailable, VarcontactError
+from varcontact.results.plan import Plan
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import Shift, Steady
+from varcontact.scene.scene import Scene
+from varcontact.solvers.registry import (
+    available,
+    load_packages,
+    normal_methods,
+    states_programs,
+    tangential_methods,
+)
+from varcontact.solving.selection import FORMULATIONS, PRESETS, select
+from varcontact.solving.series import solve_many
+from varcontact.theories.on_grid import THEORIES
+
+DEFAULT_METHODS = (
+    "convex",
+    "active-set",
+    "kalker",
+    "clarabel",
+    "clarabel+polish",
+    "scs",
+    "cvxpy:CLARABEL",
+    "tang",
+    "fastsim",
+    "fastsim-weighted",
+    "linear",
+    "vermeulen-johnson",
+)
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method of a comparison by its name; the parts as for `plan`, with "" for no tangential method.
+
+    Examples
+    --------
+    >>> Method.named("osqp|clarabel/gap+polish").tangential, Method.named("convex").method
+    ('clarabel', 'convex')
+    """
+
+    name: str
+    normal: str
+    tangential: str
+    formulation: str
+    polish: bool
+    method: str = "auto"
+
+    @classmethod
+    def named(cls, given: str) -> Method:
+        """From a name, ``[normal|]tangential[/formulation][+polish]``."""
+        name = str(given).strip()
+        rest, plus, polish = name.partition("+")
+        if plus and polish != "polish":
+            message = f'methods: unknown suffix "+{polish}"; only "+polish" is known'
+            raise SceneError("methods", given, "without this suffix", message=message)
+        rest, _, formulation = rest.partition("/")
+        if formulation:
+            checks.choice("methods", formulation, FORMULATIONS)
+        if rest in PRESETS and rest != "auto":
+            if plus:
+                message = f'"{given}": only a program solver called by name is polished; write "{rest}"'
+                raise SceneError("methods", given, "without +polish", message=message)
+            return cls(name, "auto", "auto", formulation or "auto", False, rest)
+        normal, bar, tangential = rest.partition("|")
+        every = ["auto", *tangential_methods(), *THEORIES]
+        if bar:
+            _check_known(normal, ["auto", *normal_methods()])
+            _check_known(tangential, every)
+        else:
+            only_normal = [known for known in normal_methods() if known not in every]
+            _check_known(rest, list(dict.fromkeys([*every, *PRESETS, *only_normal])))
+            takes_cones = rest in every or (rest.startswith("cvxpy:") and rest not in only_normal)
+            normal, tangential = rest, rest if takes_cones else ""
+            if rest.startswith("tang"):
+                normal = "norm"
+            elif rest in THEORIES:
+                normal = "auto"
+        return cls(name, normal, tangential, formulation or "auto", bool(plus))
+
+    def plan(self, scene: Scene) -> Plan:
+        """The plan for a scene; SceneError or SolverUnavailable if the method does not apply to it."""
+        moves = scene.motion is not None
+        if moves and not self.tangential:
+            message = f'"{self.name}" is for normal problems; add a tangential method, as "{self.name}|clarabel"'
+            raise SceneError("methods", self.name, "a pair of methods", message=message)
+        normal = self.normal if select(scene).normal != "hertz" or "|" in self.name or not moves else "auto"
+        plan = select(scene, normal, self.tangential or "auto", "auto", self.formulation, self.method)
+        if self.polish and not (plan.programs or states_programs(plan.normal)):
+            message = f'"{self.name}": only program solvers are polished; leave out "+polish"'
+            raise SceneError("methods", self.name, "without +polish", message=message)
+        return plan
+
+
+def _check_known(name: str, names: list[str]) -> None:
+    """Refuse unknown names; methods that are not installed are listed later."""
+    with suppress(SolverUnavailable):
+        available("methods", name, names)
+
+
+def attempted(
+    scene: Scene, method: Method, tol: float, motions: Sequence[Steady | Shift | None]
+) -> tuple[str, str, list[Solution]]:
+    """Outcome of the first motion and its reason, and the solutions for all motions, as far as the method gets.
+
+    If the first does not converge, the solutions are its best iterate alone, if there is one.
+    """
+    solutions: list[Solution] = []
+    try:
+        plan = method.plan(scene)
+        load_packages(plan.normal, plan.tangential)
+        for solution in solve_many(scene, motions, plan, tol, method.polish):
+            solutions.append(solution)  # noqa: PERF402  what is there stays when a later one fails
+    except VarcontactError as error:
+        if not solutions:
+            if isinstance(error, NotConverged):
+                return "not converged", str(error), [] if error.solution is None else [error.solution]
+            return "unavailable" if isinstance(error, SolverUnavailable) else "refused", str(error), []
+    return outcome(plan), "", solutions
+
+
+def outcome(plan: Plan) -> str:
+    """The outcome of a plan that gives a solution: that of theories, closed forms and single passes is approximate."""
+    formula = plan.theory is not None or (not plan.has_friction and plan.closed_form)
+    return "approximate" if formula or plan.one_pass else "solved"
+
+
+def neighbour(motion: Steady | Shift) -> Steady | Shift:
+    """The motion with creepages and forces one per cent smaller."""
+    names = ("vx", "vy", "spin") if isinstance(motion, Steady) else ("ux", "uy", "rotation")
+    values = {name: getattr(motion, name) for name in (*names, "Fx", "Fy")}
+    smaller: dict[str, Any] = {name: None if value is None else 0.99 * value for name, value in values.items()}
+    return replace(motion, **smaller)
+
+
+def figures(sol: Solution) -> dict[str, Any]:
+    """Figures of a solution by the columns that all tables of studies have; of a shift vx, vy and spin are its own."""
+    (Fx, Fy), (vx, vy, spin) = sol.force, sol.creepage
+    return {
+        "Fx": float(Fx),
+        "Fy": float(Fy),
+        "Mz": sol.moment,
+        "vx": vx,
+        "vy": vy,
+        "spin": spin,
+        "approach": sol.approach,
+        "residual": sol.certificate.residual,
+        "iterations": sum(sol.iterations.values()),
+    }

@@ -1,0 +1,172 @@
+"""Tasks over an executor: in this process, in processes of its own, or on a cluster. Results come as they finish."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from itertools import islice
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from typing import Any, TypeVar
+
+from varcontact import checks
+from varcontact.errors import SceneError, VarcontactError, WorkersLost
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+CHUNK = 8
+"""Scenes that a worker solves one after the other."""
+MOST_SUBMITTED = 512
+"""Tasks that an executor has at a time, so that it need not hold the scenes of all of them."""
+MOST_WORKERS = 1024
+START = "forkserver" if sys.platform == "linux" else "spawn"
+"""How processes are started. Elsewhere there is no fork server, or the system's libraries break in forks (macOS)."""
+PRELOAD = ["psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.study.sweep"]
+"""Modules that the fork server imports, once for all processes."""
+
+
+def results(
+    work: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    executor: Executor | None,
+    meanwhile: bool = False,
+    progress: Callable[[str], None] | None = None,
+    names: Sequence[str] = (),
+) -> Iterator[tuple[int, Result]]:
+    """The number and the result of each task, as they finish; without an executor they are done here, in order.
+
+    With `meanwhile`, tasks are done here while the processes start. Progress is called with a task's name when it
+    begins here, or finishes elsewhere. When left early, what has not begun is cancelled.
+    """
+    if executor is None:
+        for number, task in enumerate(tasks):
+            if progress is not None:
+                progress(names[number])
+            yield number, work(task)
+        return
+    done: SimpleQueue[Future[Result]] = SimpleQueue()
+    numbers: dict[Future[Result], int] = {}
+    waiting = iter(enumerate(tasks))
+
+    def submit(count: int) -> None:
+        for number, task in islice(waiting, count):
+            future = executor.submit(work, task)
+            numbers[future] = number
+            future.add_done_callback(done.put)
+
+    try:
+        while meanwhile and getattr(executor, "starting", False) and (first := next(waiting, None)) is not None:
+            yield first[0], work(first[1])
+        with _lost_workers():
+            submit(MOST_SUBMITTED)
+        while numbers:
+            future = done.get()
+            with _lost_workers():
+                result = future.result()
+            number = numbers.pop(future)
+            if progress is not None:
+                progress(names[number])
+            yield number, result
+            with _lost_workers():
+                submit(1)
+    finally:
+        for future in numbers:
+            future.cancel()
+
+
+@contextmanager
+def _lost_workers() -> Iterator[None]:
+    """Turn errors of the executor, not those of the work, into `WorkersLost`."""
+    try:
+        yield
+    except VarcontactError:
+        raise
+    except Exception as error:  # executors of other packages raise what they like
+        words = f"{type(error).__name__}: {error}".strip(": ").splitlines()[0]
+        raise WorkersLost(f"the executor gives no result ({words})") from error
+
+
+@contextmanager
+def opened(executor: Any, workers: Any) -> Iterator[Executor | None]:
+    """The given executor, which stays open; or processes of our own; or None for one worker: this process."""
+    workers = checks.whole("workers", workers, most=MOST_WORKERS)
+    if executor is not None:
+        if not isinstance(executor, Executor):
+            hint = "; of a dask client: client.get_executor()" if hasattr(executor, "get_executor") else ""
+            raise SceneError("executor", executor, f"None or a concurrent.futures.Executor{hint}")
+        if workers != 1:
+            raise SceneError("workers", workers, "left out: the executor has its own")
+        yield executor
+    elif workers == 1:
+        yield None
+    else:
+        with processes(workers) as pool:
+            yield pool
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Executor]:
+    """A pool of processes, which end at once when the block, or this process, ends early.
+
+    They are not forked from this process: a fork would copy locks that other threads hold. On Linux they are forked
+    from a process that only imports what they need; elsewhere each is started anew.
+    """
+    context = multiprocessing.get_context(START)
+    if START == "forkserver":
+        context.set_forkserver_preload(PRELOAD)
+    watched, lifeline = context.Pipe(duplex=False)
+    pool = _Processes(workers, context, _start_worker, (watched,))
+    pool.start()
+    try:
+        yield pool
+        pool.shutdown()
+    finally:
+        lifeline.close()
+        watched.close()
+        pool.shutdown(cancel_futures=True)  # processes that end at once; semaphores that wait for it would outlive them
+
+
+class _Processes(ProcessPoolExecutor):
+    """A pool whose processes start in a thread, while this one does something else."""
+
+    _starter: threading.Thread
+
+    def start(self) -> None:
+        self._starter = threading.Thread(target=self._start, daemon=True)
+        self._starter.start()
+
+    def _start(self) -> None:
+        if START == "forkserver":  # Ctrl-C must not end its imports; the processes that it forks ignore Ctrl-C
+            signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+        with suppress(Exception):  # raised again where tasks are submitted
+            self.submit(int)
+
+    @property
+    def starting(self) -> bool:
+        return self._starter.is_alive()
+
+
+def _start_worker(watched: Connection) -> None:
+    """In a new worker: leave Ctrl-C to the parent, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
+
+
+def _end_with(watched: Connection) -> None:
+    """End this process when the other end of the pipe is closed."""
+    try:
+        watched.poll(None)
+    finally:
+        os._exit(1)
+
+
+def alone() -> bool:
+    """Whether memory can be traced: that is done for a whole process, not for one thread."""
+    return threading.current_thread() is threading.main_thread()
