@@ -15,7 +15,7 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.road import refined, roughly
+from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.finish import finish, finish_coarse
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.potential_contact import solve_contact
@@ -60,19 +60,20 @@ def solve_on_grid(
     if isinstance(scene.motion, Transient):
         return solve_transient(
             scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
-            options.refine, deadline,
+            deadline,
         )  # fmt: skip
     workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
     steps = ContactSolver(
         plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
     )
-    disc, state = solve_contact(scene, roughly(steps) if options.refine and plan.closed_form else steps, near=near)
+    disc, state = solve_contact(scene, defect_correction.loosely(steps) if options.refine else steps, near=near)
     try:
-        found, refinement = refined(scene, disc, state, steps) if options.refine else (None, None)
-        last = (disc, state) if found is None else (found.disc, found.state)
         if not final:
-            return finish_coarse(scene, *last, steps)
-        solution = finish(scene, *last, steps, refinement)
+            return finish_coarse(scene, disc, state, steps)
+        if options.refine:
+            disc, state, refinement = defect_correction.run(scene, disc, state, steps)
+            return finish(scene, disc, state, steps, refinement)
+        solution = finish(scene, disc, state, steps)
         warning = noise_warning(scene, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
         return replace(solution, warnings=(warning,)) if warning else solution
     finally:

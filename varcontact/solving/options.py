@@ -14,7 +14,7 @@ from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.defect_correction.check import check_refine
+from varcontact.solving.defect_correction.applicability import check_refine
 from varcontact.solving.friction_law import check_start
 from varcontact.solving.selection import select
 from varcontact.solving.series import check_saturation

@@ -20,7 +20,7 @@ from varcontact.discrete.residuals import gap, normal_gap, normal_residual, proj
 from varcontact.discrete.state import ContactState, hertz_pressure
 from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
 from varcontact.discrete.subgrid import means, normal_as_solved, with_subgrid
-from varcontact.io.history_file import Stored
+from varcontact.io.history import Stored
 from varcontact.io.solution import read
 from varcontact.results.history import History
 from varcontact.results.quantities_of_interest import creepage_names
@@ -29,7 +29,6 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.passes import of_elements, with_forces
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.march import March, marching_on, without_load
 from varcontact.solving.transient import largest_contacts
@@ -126,10 +125,15 @@ def _remeasured(sol: Solution) -> Solution:
 
 def _as_corrected(disc: Discretisation, sol: Solution, found: Refinement) -> Discretisation:
     """The problem on the elements as it was corrected; in a step of a history with what the particles bring along."""
+    motion, coefficient = disc.loading.motion, disc.loading.coefficient
+    assert motion is not None
+    prescribed = zip((motion.Fx, motion.Fy), sol.traction.sum(axis=(1, 2)) * sol.grid.area, strict=True)
+    Fx, Fy = (None if given is None else float(force) for given, force in prescribed)
     carried = PreviousStep(-found.correction * unit_slip(disc), np.zeros(2))
-    motion = with_forces(disc.loading.motion, sol.traction.sum(axis=(1, 2)) * sol.grid.area)
-    disc = disc.with_loading(motion=motion, previous_step=carried)
-    return disc.with_loading(coefficient=of_elements(disc) * found.share) if np.any(found.share != 1) else disc
+    disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=carried)
+    if np.all(found.share == 1):
+        return disc
+    return disc.with_loading(coefficient=np.broadcast_to(np.asarray(coefficient), disc.grid.shape) * found.share)
 
 
 @one_blas_thread()

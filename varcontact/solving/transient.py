@@ -17,7 +17,7 @@ import numpy as np
 from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, NoContact, SceneError, VarcontactError
-from varcontact.io.history_file import Stored
+from varcontact.io.history import Stored
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -26,15 +26,12 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.check import KINDS
-from varcontact.solving.defect_correction.cliffs import check_cliffs
-from varcontact.solving.defect_correction.march import CorrectedMarch, corrected_march
-from varcontact.solving.march import March, marching_on
+from varcontact.solving.march import marching_on
 from varcontact.solving.potential_contact import solve_contact
 from varcontact.system.memory import need
 
-STEP_FIELDS, STEP_PARTS, STEP_REST = 65.0, 152.0, 1e4
-"""Bytes of a step in memory: by element, for the parts of an element where it is corrected, and for the rest."""
+STEP_FIELDS, STEP_REST = 65.0, 1e4
+"""Bytes of a step in memory: by element, and for the rest."""
 
 
 def solve_transient(
@@ -46,7 +43,6 @@ def solve_transient(
     store: str | Path | None = None,
     certify: str = "auto",
     chosen: bool = False,
-    refine: bool = False,
     deadline: float = math.inf,
 ) -> History:
     """Solve a transient scene step by step, see `solve`.
@@ -69,8 +65,6 @@ def solve_transient(
     chosen : bool
         Whether the grid is chosen for an accuracy or a time: the progress is told the stages within a step, too, and
         the steps are those of `Steps.continuum`.
-    refine : bool
-        Whether each step is corrected towards the continuum.
     deadline : float
         See `Steps`.
 
@@ -84,7 +78,7 @@ def solve_transient(
     if not isinstance(_motion(scene).start, Solution | None):
         raise SceneError("motion.start", _motion(scene).start, "a Solution")
     steps = ContactSolver(plan, tol, polish, SolveStats(), certify=certify, continuum=chosen, deadline=deadline)
-    settings: dict[str, Any] = {"tol": tol, "polish": polish} | ({"refine": KINDS[0]} if refine else {})
+    settings: dict[str, Any] = {"tol": tol, "polish": polish}
     if store is None:
         return _solved(scene, steps, settings, progress, None, chosen)
     with Stored.recording(file_name("store", store), scene, plan, settings) as stored:
@@ -103,16 +97,13 @@ def _solved(
     from varcontact.solving.remeasured import with_measured_steps
 
     motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
-    refine = "refine" in settings
     if stored is None:
         spec = wanted_grid(scene)
-        kept = bytes_of_steps(motion, spec.nx * spec.rows, refine)
+        kept = bytes_of_steps(motion, spec.nx * spec.rows)
         need("the history in memory", kept, "with store = a file, the steps are kept there")
     contacts = largest_contacts(scene)
-    grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps, refine)
-    march: March | CorrectedMarch = (
-        corrected_march(scene, contacts, grid, steps) if refine else marching_on(scene, contacts[0], grid, steps)
-    )
+    grid = stored.grid if stored is not None and len(stored) else _grid(scene, contacts, steps)
+    march = marching_on(scene, contacts[0], grid, steps)
     in_memory: list[Solution] = []
     history = History(scene, grid, in_memory if stored is None else stored, settings)
     before = march.start() if len(history) == 0 else history[-1]
@@ -140,7 +131,7 @@ def _within(progress: Callable[[str], None] | None, k: int, count: int) -> Calla
     return None if progress is None else lambda stage: progress(f"{k} of {count} steps: {stage}")
 
 
-def bytes_of_steps(motion: Transient, elements: int, refine: bool = False) -> float:
+def bytes_of_steps(motion: Transient, elements: int) -> float:
     """What the answer of a history takes in memory, about.
 
     Parameters
@@ -148,10 +139,8 @@ def bytes_of_steps(motion: Transient, elements: int, refine: bool = False) -> fl
     motion : Transient
     elements : int
         Of the potential contact.
-    refine : bool
-        Whether they are corrected towards the continuum.
     """
-    return motion.steps * ((STEP_FIELDS + STEP_PARTS * refine) * elements + STEP_REST)
+    return motion.steps * (STEP_FIELDS * elements + STEP_REST)
 
 
 def _motion(scene: Scene) -> Transient:
@@ -204,11 +193,8 @@ def _edge_of_steps(grid: Grid, steps: ContactSolver) -> Edge:
     return "touched"
 
 
-def _grid(scene: Scene, contacts: list[Scene], steps: ContactSolver, refine: bool) -> Grid:
-    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact.
-
-    Where the largest contacts are solved for, those that cannot be corrected are refused before any step.
-    """
+def _grid(scene: Scene, contacts: list[Scene], steps: ContactSolver) -> Grid:
+    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact."""
     motion = _motion(scene)
     if isinstance(scene.grid, Grid) and scene.grid.explicit:
         return scene.grid
@@ -216,10 +202,8 @@ def _grid(scene: Scene, contacts: list[Scene], steps: ContactSolver, refine: boo
         return replace(motion.start.grid, edge=_edge_of_steps(motion.start.grid, steps))
     plan = replace(steps.plan, tangential="none", coupling="none")
     found = [solve_contact(each, replace(steps, plan=plan, stats=SolveStats())) for each in contacts]
-    for disc, state in found:
+    for disc, _ in found:
         disc.operators.forget()
-        if refine:
-            check_cliffs(disc, state)
     grid = common_grid(scene, [disc.grid for disc, _ in found])
     if motion.start is not None and not motion.interpolate and np.allclose(motion.start.grid.sides, grid.sides, 1e-9):
         return replace(motion.start.grid, edge=grid.edge)  # the same lattice, with more or less room around

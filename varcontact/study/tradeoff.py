@@ -370,7 +370,7 @@ class Tradeoff:
 
     def plot(self) -> Figure:
         """Picture of errors over processor seconds, a panel for each class, with its front."""
-        from varcontact.plotting.tradeoff import plot_tradeoff
+        from varcontact.plotting.studies import plot_tradeoff
 
         return plot_tradeoff(self)
 

@@ -1,14 +1,15 @@
-"""Pictures of profiles, and of wheels on rails."""
+"""Plots of profiles, wheels on rails, series of positions, and wear."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.plotting.maps import box_of
-from varcontact.plotting.quantities import measure
-from varcontact.plotting.style import PAGE, colour, colour_bar, legend_below, new_figure, settle, styled
+from varcontact.plotting.fields import box_of
+from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, settle, styled
+from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
 
 if TYPE_CHECKING:
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from varcontact.wheel_rail.profile import Profile
-    from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-    from varcontact.wheel_rail.wear import PatchWear, Wear
+    from varcontact.wheel_rail.result import PatchWear, Wear, WheelRailSolution
 
 STEP = 0.05
 """Between points of a drawn curve [mm]."""
@@ -38,7 +38,7 @@ OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
     ("peak_pressure", 1.0, "Peak pressure [MPa]"),
     ("T_gamma", 1.0, "T-gamma [N]"),
 )
-"""Columns of the table of positions that are drawn, the factor and the words for each."""
+"""Columns of the table of positions that are drawn, with the factor and the label of each."""
 TITLES = {
     "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
     "traction": "Traction on the rail",
@@ -46,17 +46,7 @@ TITLES = {
 
 
 def plot_profile(profile: Profile) -> Figure:
-    """Points, curve and kinks of a profile, and below them the curvature of the part that can be touched.
-
-    Parameters
-    ----------
-    profile : Profile
-
-    Returns
-    -------
-    Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it.
-    """
+    """Points, curve and kinks of a profile, and below them the curvature of the part that can be touched."""
     with styled():
         figure, (above, below) = new_figure(2, 1, (PAGE, 0.75 * PAGE), sharex=True, height_ratios=[3, 2])
         above.plot(profile.y, profile.z, ".", color="0.6", markersize=3, label="points")
@@ -81,19 +71,7 @@ def plot_profile(profile: Profile) -> Figure:
 
 
 def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
-    """Rail and wheel, seen in the direction of travel, with the patches at their place; pressure and tractions of each.
-
-    Parameters
-    ----------
-    solution : WheelRailSolution
-
-    Returns
-    -------
-    Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it.
-    """
-    from varcontact.plotting.picture import empty_figure
-
+    """Rail and wheel, seen in the direction of travel, and the patches at their place; pressure and tractions."""
     count = len(solution.patches)
     with styled():
         figure = empty_figure((PAGE, 2.4 + 2.6 * count))
@@ -111,15 +89,26 @@ def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
 
 
 def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
-    """The rail, the wheel's points that come nearest to it, and the patches with their normal forces."""
+    """The rail, the points of the wheel nearest to it, and the patches with the directions of their normal forces."""
     case = solution.case
     rail = case.rail.points(case.rail.sampled(STEP))
     ax.plot(*rail.T, color="0.25", label="rail")
     wheel = case.locus.points[:, 1:] + [0.0, solution.z]
     ax.plot(*wheel.T, color=colour(0), label="wheel")
-    loads = [each.normal_force for each in solution.patches]
+    largest = max(each.normal_force for each in solution.patches)
     for number, each in enumerate(solution.patches, 1):
-        _draw_patch(ax, each, number, NORMAL * each.normal_force / max(loads))
+        rows = np.flatnonzero(each.solution.pressure.max(axis=1) > 0)
+        grid, frame = each.solution.grid, each.patch.frame
+        ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+        line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
+        label = "contact patch" if number == 1 else None
+        ax.plot(*line.T, color=colour(3), linewidth=4, solid_capstyle="butt", label=label)
+        foot, outwards = frame.origin[1:], -frame.normal[1:]
+        length = NORMAL * each.normal_force / largest
+        arrow = {"arrowstyle": "-|>", "color": colour(3)}
+        start, label_at = foot + length * outwards, foot + (length + 1.5) * outwards
+        ax.annotate("", xy=tuple(foot), xytext=tuple(start), arrowprops=arrow)
+        ax.annotate(str(number), tuple(label_at), color=colour(3), ha="center", va="center")
     low, high = rail[:, 0].min(), rail[:, 0].max()
     ax.set(
         xlim=(low - 5, high + 5),
@@ -132,35 +121,10 @@ def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
     legend_below(ax)
 
 
-def _draw_patch(ax: Axes, each: PatchSolution, number: int, length: float) -> None:
-    """A patch on the rail's surface, and the direction in which the wheel presses."""
-    rows = np.flatnonzero(each.solution.pressure.max(axis=1) > 0)
-    grid, frame = each.solution.grid, each.patch.frame
-    ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
-    line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
-    ax.plot(
-        *line.T, color=colour(3), linewidth=4, solid_capstyle="butt", label="contact patch" if number == 1 else None
-    )
-    y, z = frame.origin[1:]
-    over, up = -frame.normal[1:]
-    arrow = {"arrowstyle": "-|>", "color": colour(3)}
-    ax.annotate("", xy=(y, z), xytext=(y + length * over, z + length * up), arrowprops=arrow)
-    beyond = length + 1.5
-    ax.annotate(str(number), (y + beyond * over, z + beyond * up), color=colour(3), ha="center", va="center")
-
-
 def plot_positions(table: pd.DataFrame) -> Figure:
-    """Contact points, creepages and forces over a sequence of positions.
+    """Contact points, creepages and forces over a sequence of positions; wheels that are not solved are left out.
 
-    Parameters
-    ----------
-    table : DataFrame
-        From `varcontact.wheel_rail.series.solve_cases`; wheels that are not solved are left out.
-
-    Returns
-    -------
-    Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it.
+    `table` is that of `varcontact.wheel_rail.case_file.solve_cases`.
     """
     solved = table[table["outcome"] == "solved"]
     over, words = ("y", "Lateral displacement [mm]") if solved["y"].nunique() > 1 else ("position", "Position")
@@ -181,51 +145,33 @@ def plot_positions(table: pd.DataFrame) -> Figure:
 
 
 def plot_wear(worn: Wear) -> Figure:
-    """Friction power by area of each patch, and the depth of wear across it where there is a law.
-
-    Parameters
-    ----------
-    worn : Wear
-
-    Returns
-    -------
-    Figure
-        Outside pyplot: a notebook shows it, ``savefig`` writes it.
-    """
+    """Friction power by area of each patch, and the depth of wear across it where there is a law."""
     columns = 2 if worn.patches[0].archard is not None else 1
     with styled():
         figure, axes = new_figure(len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches)))
         for i, each in enumerate(worn.patches):
-            _draw_power(axes[columns * i], each, i + 1)
-            if columns == 2:
-                _draw_depth(axes[2 * i + 1], each)
+            _draw_wear(axes[columns * i : columns * (i + 1)], each, f"Patch {i + 1}")
         settle(figure)
     return figure
 
 
-def _draw_power(ax: Axes, worn: PatchWear, number: int) -> None:
-    grid, pressed = worn.solved.solution.grid, worn.solved.solution.pressure > 0
-    shown = np.where(pressed, worn.power_by_area, np.nan)
+def _draw_wear(axes: Sequence[Axes], worn: PatchWear, name: str) -> None:
+    """Friction power, and over the same lateral coordinate the depth of wear in nanometres where there is a law."""
+    ax, grid, contact = axes[0], worn.solved.solution.grid, worn.solved.solution.pressure > 0
+    shown = np.where(contact, worn.power_by_area, np.nan)
     image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal")
     image.set_clim(vmin=min(0.0, float(np.nanmin(shown))))
     colour_bar(ax, image, "W/mm²")
-    left, right, bottom, top = box_of(pressed, grid)
+    left, right, bottom, top = box_of(contact, grid)
     ax.set(
         xlim=(left, right),
         ylim=(bottom, top),
         xlabel="x, forward [mm]",
         ylabel="s, to the right [mm]",
-        title=f"Patch {number}: T-gamma {worn.t_gamma:.4g} N, {worn.power:.4g} W",
+        title=f"{name}: T-gamma {worn.t_gamma:.4g} N, {worn.power:.4g} W",
     )
-
-
-def _draw_depth(ax: Axes, worn: PatchWear) -> None:
-    """In nanometres, over the same lateral coordinate."""
-    archard = worn.archard
-    assert archard is not None
-    solution = worn.solved.solution
-    ax.plot(1e6 * worn.depth, solution.grid.y)
-    ax.set_ylim(*box_of(solution.pressure > 0, solution.grid)[2:])
-    law = f"k = {archard.k:.3g}, H = {archard.hardness:.4g} N/mm²"
-    ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
-    ax.set_xlim(left=min(0.0, 1e6 * float(worn.depth.min())))
+    if worn.archard is not None:
+        ax, law = axes[1], f"k = {worn.archard.k:.3g}, H = {worn.archard.hardness:.4g} N/mm²"
+        ax.plot(1e6 * worn.depth, grid.y)
+        ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
+        ax.set(xlim=(min(0.0, 1e6 * float(worn.depth.min())), None), ylim=(bottom, top))

@@ -15,8 +15,8 @@ The ellipse of the same area, and the same length by width, goes into the fast t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,19 +24,16 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.patches import joined, tangent_of, too_rough
-from varcontact.wheel_rail.search import Overlap
+from varcontact.wheel_rail.patches import Overlap, joined, overlap, tangent_of, too_rough
 from varcontact.wheel_rail.solve import bearing_height
 from varcontact.wheel_rail.track import check_sides
-
-if TYPE_CHECKING:
-    from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
+from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 
 EPSILON = 0.55
-"""Virtual penetration by the approach, Kik and Piotrowski's."""
+"""Ratio of the virtual penetration to the approach, Kik and Piotrowski's."""
 STRIPS = 60
 """Across the overlap, over which the deflection is summed up."""
-WAYS = ("virtual-penetration", "hertz")
+NORMAL = ("virtual-penetration", "hertz")
 
 
 @dataclass(frozen=True)
@@ -127,22 +124,9 @@ class FastWheel:
 def estimate_wheel_on_rail(
     case: WheelOnRail, normal: str, tangential: str, tol: float, options: dict[str, Any]
 ) -> FastWheel:
-    """The fast way: see `WheelOnRail.estimate`.
-
-    Parameters
-    ----------
-    case : WheelOnRail
-    normal, tangential : str
-    tol : float
-    options : dict
-        Of the theory.
-
-    Returns
-    -------
-    FastWheel
-    """
+    """See `WheelOnRail.estimate`; `options` are those of the theory."""
     check_sides(case.track, stacklevel=4)
-    normal, tol = checks.choice("normal", normal, WAYS), checks.positive("tol", tol)
+    normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
     if not isinstance(case.friction, float):
         raise SceneError("friction", case.friction, "a number: fast theories have one coefficient")
 
@@ -155,8 +139,7 @@ def estimate_wheel_on_rail(
             return float(sum(each.force_on_track[2] for each in patches(z)))
         groups = joined(case.locus.overlaps(z), case.join)
         angles = [tangent_of(group, case.rail).angle for group in groups]
-        normals = [_ellipse(case, group, z, normal).normal_force for group in groups]
-        return float(np.cos(angles) @ normals)
+        return float(np.cos(angles) @ [_ellipse(case, group, z, normal).normal_force for group in groups])
 
     z = bearing_height(case, tol, vertical)[0] if case.z is None else case.z
     return FastWheel(case, z, patches(z))
@@ -169,66 +152,71 @@ def _patch(
     frame, angle = tangent.frame, tangent.angle
     approach = max(float(each.depth.max()) for each in group) * float(np.cos(angle))
     rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
-    if case.friction == 0:
-        return FastPatch(frame, angle, rolled, approach, ellipse, np.array([0.0, 0.0, ellipse.normal_force]), 0.0)
-    found = creep_forces(
-        tangential,
-        a=ellipse.a,
-        b=ellipse.b,
-        normal_force=ellipse.normal_force,
-        friction=case.friction,
-        vx=rolled.vx,
-        vy=rolled.vy,
-        spin=rolled.spin,
-        bodies=case.bodies,
-        **options,
-    )
-    force = np.array([found.Fx, found.Fy, ellipse.normal_force])
-    return FastPatch(frame, angle, rolled, approach, ellipse, force, found.Mz)
+    Fx = Fy = moment = 0.0
+    if case.friction != 0:
+        found = creep_forces(
+            tangential,
+            a=ellipse.a,
+            b=ellipse.b,
+            normal_force=ellipse.normal_force,
+            friction=case.friction,
+            vx=rolled.vx,
+            vy=rolled.vy,
+            spin=rolled.spin,
+            bodies=case.bodies,
+            **options,
+        )
+        Fx, Fy, moment = found.Fx, found.Fy, found.Mz
+    return FastPatch(frame, angle, rolled, approach, ellipse, np.array([Fx, Fy, ellipse.normal_force]), moment)
 
 
 def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:
-    return _by_curvatures(case, group, z) if normal == "hertz" else _by_virtual_penetration(case, group)
+    """The ellipse of a patch by either method, from the circle that is deepest in the rail."""
+    deepest = max(group, key=lambda each: each.depth.max())
+    k = int(deepest.depth.argmax())
+    approach, point = float(deepest.depth[k]), deepest.points[k]
+    circle = deepest.run.start + k
+    angle, radius = float(deepest.locus.angles[circle]), float(deepest.locus.radii[circle])
+    if normal == "hertz":
+        return _by_curvatures(case, point, approach * np.cos(angle), radius / np.cos(angle), z)
+    # with the circles beside, which are above the rail, and those between separate overlaps, which count together
+    whole = overlap(deepest.locus, slice(group[0].run.start - 1, group[-1].run.stop + 1), z)
+    across = (whole.surface - deepest.surface[k]) @ np.array([np.cos(angle), np.sin(angle)])
+    if (np.diff(across) <= 0).any():
+        raise too_rough(float(point[1]))
+    virtual = whole.depth - (1 - EPSILON) * approach
+    return _by_virtual_penetration(case, across, virtual, approach, angle, radius)
 
 
-def _by_curvatures(case: WheelOnRail, group: list[Overlap], z: float) -> Ellipse:
+def _by_curvatures(case: WheelOnRail, point: np.ndarray, approach: float, rolling: float, z: float) -> Ellipse:
     """Hertz's ellipse where the profiles touch first, of the approach there."""
     from varcontact.reference import hertz
 
-    deepest = max(group, key=lambda each: each.depth.max())
-    k = int(deepest.depth.argmax())
-    point, locus = deepest.points[k], deepest.locus
-    angle, radius = float(locus.angles[deepest.run][k]), float(locus.radii[deepest.run][k])
     on_rail = case.track.on_rail(point[1:], case.side)
     on_wheel = case.on_wheel(point, case.velocity.body(case.wheelset, case.position, z))
     bent = float(case.track.rail.curvature_at(on_rail[0]) + case.wheelset.wheel.curvature_at(on_wheel[0]))
     if not bent > 0:
-        raise SceneError(
-            "normal",
-            "hertz",
-            message=f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other by {bent:.3g} "
-            '1/mm, no ellipse; take "virtual-penetration"',
+        reason = (
+            f"normal = 'hertz': at y = {point[1]:.4g} mm the profiles curve away from each other by {bent:.3g} 1/mm, "
+            'no ellipse; take "virtual-penetration"'
         )
-    found = hertz(radius / np.cos(angle), 1 / bent, case.bodies, approach=float(deepest.depth[k]) * np.cos(angle))
+        raise SceneError("normal", "hertz", message=reason)
+    found = hertz(rolling, 1 / bent, case.bodies, approach=approach)
     return Ellipse(found.a, found.b, found.force, found.peak_pressure)
 
 
-def _by_virtual_penetration(case: WheelOnRail, group: list[Overlap]) -> Ellipse:
-    """See the module; separate overlaps of one patch count together."""
+def _by_virtual_penetration(
+    case: WheelOnRail, across: np.ndarray, overlap: np.ndarray, approach: float, angle: float, radius: float
+) -> Ellipse:
+    """See the module; `overlap` is the virtual one over the places `across` the rail from the deepest point."""
     from scipy.special import ellipe, ellipkm1
 
-    approach = max(float(each.depth.max()) for each in group)
-    deepest = max(group, key=lambda each: each.depth.max())
-    k = int(deepest.depth.argmax())
-    angle, radius = float(deepest.locus.angles[deepest.run][k]), float(deepest.locus.radii[deepest.run][k])
-    along = np.array([np.cos(angle), np.sin(angle)])
-    # with the circles beside, which are above the rail, and those between the overlaps
-    whole = replace(deepest, run=slice(group[0].run.start - 1, group[-1].run.stop + 1))
-    across = (whole.surface - deepest.surface[k]) @ along
-    overlap = whole.depth - (1 - EPSILON) * approach
-    if (np.diff(across) <= 0).any():
-        raise too_rough(float(deepest.points[k, 1]))
-    first, last = _ends(across, overlap)
+    # the ends lie between the points: the force is to depend smoothly on the height
+    inside = np.flatnonzero(overlap > 0)
+    first, last = (
+        float(across[i] + overlap[i] / (overlap[i] - overlap[j]) * (across[j] - across[i]))
+        for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1))
+    )
     step = (last - first) / STRIPS
     s = first + step * (np.arange(STRIPS) + 0.5)
     half = np.sqrt(2 * radius * np.maximum(np.interp(s, across, overlap), 0.0))
@@ -244,16 +232,6 @@ def _by_virtual_penetration(case: WheelOnRail, group: list[Overlap]) -> Ellipse:
     area, width = step * float(np.sum(2 * half)), step * s.size
     a, b = np.sqrt(area * 2 * longest / (np.pi * width)), np.sqrt(area * width / (np.pi * 2 * longest))
     return Ellipse(float(a), float(b), float(by_length * volume), float(by_length * longest))
-
-
-def _ends(across: np.ndarray, overlap: np.ndarray) -> tuple[float, float]:
-    """Where the overlap begins and ends, between the points: the force is to depend smoothly on the height."""
-    inside = np.flatnonzero(overlap > 0)
-    found = []
-    for i, beside in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
-        part = overlap[i] / (overlap[i] - overlap[beside])
-        found.append(float(across[i] + part * (across[beside] - across[i])))
-    return found[0], found[1]
 
 
 def _log_integral(t: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What pictures of tractions show: the elements, or their parts where a solution was corrected."""
+"""Fields of a solution on its elements, or on their parts where it was corrected, as pictures show them."""
 
 from __future__ import annotations
 
@@ -20,20 +20,10 @@ of their elements; the fewest of all numbers from 0.75 to 1.
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
-    """Fields on a grid, as of `Solution`.
+class FinestFields:
+    """Fields of a solution on its elements, or on their parts where it was corrected, with the shapes of `Solution`.
 
-    Attributes
-    ----------
-    grid : Grid
-        Explicit: the elements, or their parts.
-    traction, slip : ndarray, shape (2, ny, nx)
-    power_density : ndarray, shape (ny, nx)
-    state : ndarray, shape (ny, nx)
-    bounds : tuple of Grid and ndarray
-        The traction bound, and the elements or parts that it is known on.
-    words : str
-        For titles: what each element is divided into; empty where it is not.
+    The traction bound may be known on another grid only. `parts` says into what each element is divided.
     """
 
     grid: Grid
@@ -41,46 +31,32 @@ class Drawn:
     slip: np.ndarray
     power_density: np.ndarray
     state: np.ndarray
-    bounds: tuple[Grid, np.ndarray]
-    words: str = ""
+    bound_grid: Grid
+    bound: np.ndarray
+    parts: str = ""
 
 
-def drawn(sol: Solution) -> Drawn:
-    """The fields of a solution that its pictures show.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+def finest_fields(sol: Solution) -> FinestFields:
+    """The fields of a solution on the finest grid that it has them on."""
     found, bounds = sol.refinement, (sol.grid, sol.traction_bound)
     if found is None or not sol.pressure.any():
-        return Drawn(sol.grid, sol.traction, sol.slip, sol.power_density, sol.state, bounds)
+        return FinestFields(sol.grid, sol.traction, sol.slip, sol.power_density, sol.state, *bounds)
     rows, columns = found.cells
     parts = f"{columns}" if sol.scene.line else f"{columns} x {rows}"
-    words = f"\n(corrected, on {parts} parts)"
-    bound = _bound_on_parts(sol, found)
-    if bound is None:
-        state = np.where(found.traction.any(axis=0), _on_parts(found, sol.state, sol.state), EXTERIOR)
-        return Drawn(found.grid, found.traction, found.slip, found.power_density, state, bounds, words)
-    slips = np.hypot(*found.traction) >= REACHED * bound
-    hertz = sol.scene.hertz
-    assert hertz is not None
-    inside = hertz.pressure(found.grid.x[None, :], found.grid.y[:, None]) > 0  # the centre tells, as of elements
-    state = np.where(inside, np.where(slips, SLIP, STICK), EXTERIOR)
-    return Drawn(found.grid, found.traction, found.slip, found.power_density, state, (found.grid, bound), words)
-
-
-def _bound_on_parts(sol: Solution, found: Refinement) -> np.ndarray | None:
-    """The traction bound on the parts, (ny, nx), where Hertz tells the pressure there; otherwise None."""
+    fields = found.grid, found.traction, found.slip, found.power_density
     hertz, friction = sol.scene.hertz, sol.scene.friction if sol.friction is None else sol.friction
     if hertz is None or not sol.plan.closed_form or friction is None:
-        return None
+        state = np.where(found.traction.any(axis=0), _on_parts(found, sol.state, sol.state), EXTERIOR)
+        return FinestFields(*fields, state, *bounds, parts)
     pressure = hertz.mean_pressure(*found.grid.lines)
     coefficient = np.broadcast_to(np.asarray(friction, dtype=float), sol.grid.shape)
     known = sol.pressure > 0 if sol.friction is not None else np.ones(sol.grid.shape)
     bound = np.zeros(found.grid.shape)
     np.multiply(_on_parts(found, coefficient, known), pressure, out=bound, where=pressure > 0)
-    return bound
+    slips = np.hypot(*found.traction) >= REACHED * bound
+    inside = hertz.pressure(found.grid.x[None, :], found.grid.y[:, None]) > 0  # the centre tells, as of elements
+    state = np.where(inside, np.where(slips, SLIP, STICK), EXTERIOR)
+    return FinestFields(*fields, state, found.grid, bound, parts)
 
 
 def _on_parts(found: Refinement, values: np.ndarray, known: np.ndarray) -> np.ndarray:

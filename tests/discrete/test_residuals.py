@@ -13,11 +13,9 @@ from varcontact.discrete.certificate import certificate_of
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.force_bounds import force_bound
 from varcontact.discrete.residuals import (
-    complementary_energy,
     gap,
     normal_gap,
     normal_residual,
-    potential_energy,
     project,
     tangential_residual,
 )
@@ -89,20 +87,6 @@ def test_bound_holds_for_inadmissible_tractions(solved):
     certificate = vc.certify(sol.scene, field)
     assert np.all(np.abs((field - sol.traction).sum(axis=(1, 2))) * sol.grid.area <= certificate.force_bound[:2])
     assert certificate.residual > 0.01
-
-
-def test_gap_of_a_shift_is_potential_plus_complementary_energy(rolling):
-    """U = C at the solution (section 4.4), and U + C counts the gap elsewhere (C has the paper's sign)."""
-    scene = rolling(motion=MOTIONS["shift"])
-    sol = vc.solve(scene)
-    disc = discretise(scene, sol.grid)
-    problem = disc.tangential_problem(sol.pressure / disc.scales.pressure)
-    exact = sol.traction.reshape(2, -1)[:, problem.operator.elements] / disc.scales.pressure
-    for traction in (exact, 0.5 * exact, project(exact + 0.01, problem.bound)):
-        difference = potential_energy(problem, traction) - complementary_energy(problem, traction)
-        assert difference == pytest.approx(gap(problem, traction, STILL)[0], abs=1e-15, rel=1e-10)
-    assert complementary_energy(problem, 0.5 * exact) < complementary_energy(problem, exact), "a maximum"
-    assert potential_energy(problem, 0.5 * exact) > potential_energy(problem, exact), "a minimum"
 
 
 def test_force_bound_dense_and_by_fft_agree(rolling, monkeypatch):

@@ -1,4 +1,4 @@
-"""Tractions on the parts of coarse elements: a field reconstructed from the coarse tractions, and means back."""
+"""Tractions on the parts of coarse elements, reconstructed from the coarse tractions."""
 
 from __future__ import annotations
 
@@ -32,25 +32,12 @@ class Shape:
 
 
 def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells) -> np.ndarray:
-    """A traction on the parts of elements, from that on the elements.
+    """A traction on the parts of elements, (2, ny rows, nx columns), from that on the elements, (2, ny, nx).
 
     Where elements stick, the ratio of traction to weight is interpolated between the centres of the elements in
     contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges. Where an
     element around slips, size and direction are interpolated apart, and between slipping ones the size is the bound.
     Between slip and stick that is for tractions that turn; where they reverse, vectors are interpolated again.
-
-    Parameters
-    ----------
-    traction : ndarray, shape (2, ny, nx)
-        In the unit of the bounds.
-    coarse, fine : Shape
-        On the elements, and on their parts.
-    cells : tuple of int
-        (rows, columns): parts of an element along y and x.
-
-    Returns
-    -------
-    ndarray, shape (2, ny rows, nx columns)
 
     Examples
     --------
@@ -83,20 +70,9 @@ def _of_size(vectors: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 
 def held_behind(correction: np.ndarray, traction: np.ndarray, bound: np.ndarray) -> np.ndarray:
-    """Corrections of which the rearmost element of a row has that of the element ahead, unless it slips.
+    """Corrections (2, ny, nx) of which the rearmost element of a row has that of the element ahead, unless it slips.
 
-    There the field on parts cannot follow tractions that grow without limit, and what happens there hardly matters for
-    what is ahead: particles leave.
-
-    Parameters
-    ----------
-    correction, traction : ndarray, shape (2, ny, nx)
-    bound : ndarray, shape (ny, nx)
-        Zero outside the contact.
-
-    Returns
-    -------
-    ndarray, shape (2, ny, nx)
+    There the field on parts cannot follow tractions that grow without limit; and what is ahead hardly feels it.
     """
     contact = np.pad(bound > 0, ((0, 0), (1, 1)))
     rearmost = contact[:, 1:-1] & ~contact[:, :-2] & (np.hypot(*traction) < SLIPS * bound)
@@ -105,36 +81,14 @@ def held_behind(correction: np.ndarray, traction: np.ndarray, bound: np.ndarray)
 
 
 def interpolated(values: np.ndarray, contact: np.ndarray, cells: Cells) -> np.ndarray:
-    """Values on the parts, bilinear between the centres of the elements in contact; beyond these the nearest weigh.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., ny, nx)
-    contact : bool ndarray, shape (ny, nx)
-    cells : tuple of int
-
-    Returns
-    -------
-    ndarray, shape (..., ny rows, nx columns)
-        Zero where no neighbour is in contact.
-    """
+    """Values on the parts, bilinear between the centres of the elements in contact; zero far from these."""
     weight = _bilinear(contact.astype(float), cells)
     known = weight > 1e-9
     return np.where(known, _bilinear(values * contact, cells) / np.where(known, weight, 1.0), 0.0)
 
 
 def continued(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Values in the contact, and around it the means of their neighbours in it.
-
-    Parameters
-    ----------
-    values : ndarray, shape (ny, nx)
-    contact : bool ndarray, shape (ny, nx)
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        As given where no neighbour is in contact.
+    """Values in the contact, and around it the means of their neighbours in it; elsewhere as given.
 
     Examples
     --------
@@ -160,8 +114,6 @@ def _bilinear(values: np.ndarray, cells: Cells) -> np.ndarray:
 
 def _linear(values: np.ndarray, parts: int) -> np.ndarray:
     """Interpolated along the last axis."""
-    if parts == 1:
-        return values
     place = (np.arange(values.shape[-1] * parts) + 0.5) / parts - 0.5
     before = np.floor(place).astype(int)
     part = place - before

@@ -64,18 +64,10 @@ class Measure:
 
 
 def measure(quantity: str, units: Units | None, values: Any, line: bool = False) -> Measure:
-    """How a quantity is shown.
+    """How values in the units of a scene are shown: the largest has the prefix that fits.
 
-    Parameters
-    ----------
-    quantity : str
-        "length", "force", "pressure", "moment", "spin", "line force" (force by length) or "1".
-    units : Units, optional
-        Of the scene.
-    values : array_like
-        In these units; the largest has the prefix that fits.
-    line : bool
-        Of a line contact, where forces and moments are per unit length.
+    `quantity` is "length", "force", "pressure", "moment", "spin", "line force" (force by length) or "1"; in a `line`
+    contact forces and moments are per unit length.
     """
     if units is None or quantity not in _POWERS:
         return _by_thousands("", values)
@@ -88,21 +80,18 @@ def measure(quantity: str, units: Units | None, values: Any, line: bool = False)
     symbol = _SYMBOLS.get((force, length))
     if symbol is None:  # spin
         return _by_thousands("1/m", base * np.asarray(values), base)
-    prefix = _prefix(symbol, base * _largest(values))
+    largest = base * _largest(values)
+    fitting = [  # MPa up to 10 GPa, as is usual, and no kilometres
+        prefix
+        for prefix, size in _PREFIXES.items()
+        if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1) and not (symbol == "m" and size > 1)
+    ]
+    prefix = "" if largest == 0 else [*fitting, "n"][0]
     return Measure(_rounded(base / _PREFIXES[prefix]), prefix + symbol)
 
 
 def measure_of(scene: Scene, quantity: str, values: Any) -> Measure:
-    """How a quantity of a scene is shown.
-
-    Parameters
-    ----------
-    scene : Scene
-    quantity : str
-        As of `measure`.
-    values : array_like
-        In the scene's units.
-    """
+    """How a quantity of a scene is shown, see `measure`."""
     return measure(quantity, scene.units, values, scene.line)
 
 
@@ -118,17 +107,6 @@ def _by_thousands(unit: str, values: Any, factor: float = 1.0) -> Measure:
 def _largest(values: Any) -> float:
     sizes = np.abs(np.asarray(values, dtype=float))
     return float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
-
-
-def _prefix(symbol: str, largest: float) -> str:
-    """The one that leaves the fewest digits; MPa up to 10 GPa, as is usual, and no kilometres."""
-    if largest == 0:
-        return ""
-    for prefix, size in _PREFIXES.items():
-        begins = 10 * size if symbol + prefix == "PaG" else size
-        if largest >= 0.9995 * begins and not (symbol == "m" and size > 1):
-            return prefix
-    return "n"
 
 
 def _rounded(factor: float) -> float:
