@@ -129,13 +129,13 @@ class March:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
         elif cells != (1, 1):
-            disc, state = steps.pressed_on_parts(disc, state)
+            disc, state = steps.pressure_on_subgrid(disc, state)
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)
         check_held(scene, disc, state, steps)
         solution = finish(scene, disc, state, steps)
-        warning = "" if disc.loading.law is None or not steps.plan.rubs else stick_slip_warning(disc, state)
+        warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
         return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:

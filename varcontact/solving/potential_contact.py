@@ -163,14 +163,14 @@ def _pressed(
     if steps.plan.cells(scene) == (1, 1):
         return disc, steps.pressure(disc, state)
     if known_grid(scene).explicit:
-        return steps.pressed_on_parts(disc, state)
+        return steps.pressure_on_subgrid(disc, state)
     few = not (steps.plan.convex or many_pressures(scene))
     plan = replace(steps.plan, normal="norm") if few else steps.plan
     with steps.stats.stage("grid"):
         look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)
         state = look.pressure(disc, state)
         moves = outside(disc, state) is not None or (may_move and fitted(scene, disc.grid, state.pressure) is not None)
-    return (disc, state) if moves else steps.pressed_on_parts(disc, state)
+    return (disc, state) if moves else steps.pressure_on_subgrid(disc, state)
 
 
 @dataclass(frozen=True, eq=False)
