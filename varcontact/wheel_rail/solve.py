@@ -19,9 +19,8 @@ from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
-from varcontact.solving.options import CertifyName
+from varcontact.solving.options import BY_DEFAULT, CertifyName
 from varcontact.solving.solve import solve
-from varcontact.solving.target import BY_DEFAULT
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
 from varcontact.wheel_rail.rough import check_smooth
