@@ -246,8 +246,8 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
         for name in ("Fx", "Fy"):
             if getattr(motion, name) is not None:
                 message = (
-                    f"surface.reference_depth: in line contact the shift for motion.{name} is known but for a constant, "
-                    f"which no {field} is for; give the depth from which displacements count"
+                    f"surface.reference_depth: in line contact the shift for motion.{name} is known but for a "
+                    f"constant, which no {field} is for; give the depth from which displacements count"
                 )
                 yield SceneError("surface.reference_depth", None, "a depth", message=message)
     if plan.marches and isinstance(motion, Steady):
