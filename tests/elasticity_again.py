@@ -7,6 +7,7 @@ cancellation of that form; and Hertz's ellipse by Carlson's integrals.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -14,6 +15,8 @@ from scipy.special import elliprd, elliprf
 
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
+
+Number = np.floating[Any]
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ def influence(
     return dense.transpose(0, 2, 1, 3).reshape(3 * nx * ny, 3 * sources.size)
 
 
-def _rectangles(x: np.ndarray, y: np.ndarray, dx: np.ndarray, dy: np.ndarray, constants: Constants) -> np.ndarray:
+def _rectangles(x: np.ndarray, y: np.ndarray, dx: Number, dy: Number, constants: Constants) -> np.ndarray:
     """Influence numbers (3, 3, ...) of a rectangle at points from its centre."""
     nu, K = np.longdouble(constants.nu), np.longdouble(constants.K)
     xx, xy, xz, yy, yz, zz = (np.zeros(np.broadcast(x, y).shape, np.longdouble) for _ in range(6))
@@ -95,7 +98,7 @@ def _rectangles(x: np.ndarray, y: np.ndarray, dx: np.ndarray, dy: np.ndarray, co
     return np.array([[xx, xy, xz], [xy, yy, yz], [-xz, -yz, zz]]) / (np.longdouble(np.pi) * constants.G)
 
 
-def _strips(x: np.ndarray, dx: np.ndarray, constants: Constants, depth: np.ndarray) -> np.ndarray:
+def _strips(x: np.ndarray, dx: Number, constants: Constants, depth: Number) -> np.ndarray:
     """Influence numbers (3, 3, ...) of a strip at points from its centre line; displacements count from a depth."""
     right, left = x + dx / 2, x - dx / 2
 

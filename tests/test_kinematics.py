@@ -175,8 +175,6 @@ def test_the_ball_between_planes():
     assert found == pytest.approx(2 * (N * gamma - by_spin), rel=1e-3)
     solved = vc.solve(scene.second_order(), certify=None).Fy
     assert found == pytest.approx(2 * (N * gamma + solved), rel=0.015)
-    with pytest.raises(SceneError, match=r"nu = 0.6 is not allowed: must be"):
-        kin.ball_between_planes(2.0, 0.1, 0.6)
 
 
 def test_at_the_spin_pole_nothing_slips():
@@ -192,62 +190,36 @@ def test_distance_along_the_normal():
     assert kin.distance(np.zeros((4, 3)), np.ones((4, 3)), normal) == pytest.approx(-1.4 * np.ones(4))
 
 
+WHEEL_SET = {"speed": 20.0, "angular_velocity": 40.0, "radii": (0.5, 0.5), "half_gauge": 0.7}
+ORIGIN = np.zeros(3)
+
+
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("make", "field", "said"),
     [
-        (lambda: kin.RigidBody(position=[0.0, 0.0]), "body.position has shape (2,); it must be three numbers"),
+        (lambda: kin.RigidBody(position=[0.0, 0.0]), "body.position", r"shape \(2,\).* three numbers"),
+        (lambda: kin.RigidBody(position=[0.0, 0.0, math.nan]), "body.position[2]", "nan .*finite"),
+        (lambda: kin.RigidBody(position=ORIGIN, rotation=2 * np.eye(3)), "body.rotation", "orthonormal"),
+        (lambda: kin.Frame(ORIGIN, np.diag([1.0, 1.0, -1.0])), "frame.axes", "right-handed"),
         (
-            lambda: kin.RigidBody(position=[0.0, 0.0, math.nan]),
-            "body.position[2] = nan is not allowed: must be finite (no NaN, no inf)",
+            lambda: kin.creepages(*2 * [kin.RigidBody(position=ORIGIN)], kin.Frame(ORIGIN, np.eye(3))),
+            "frame",
+            "do not roll along x .*velocity is 0, .*turn the frame, or give .* frame_velocity",
         ),
+        (lambda: kin.spin_pole(1.0, 1.0, 0.0), "spin", "0.0 .*not zero"),
+        (lambda: kin.klingel_wavelength(0.0, 1.0, 1.0), "conicity", "0.0 .*positive"),
+        (lambda: kin.WheelSetMotion(**WHEEL_SET | {"speed": 0.0}), "motion.speed", "0.0 .*positive"),
         (
-            lambda: kin.RigidBody(position=np.zeros(3), rotation=2 * np.eye(3)),
-            "body.rotation must be a rotation: orthonormal columns, right-handed",
+            lambda: kin.WheelSetMotion(**WHEEL_SET | {"radii": (0.5,) * 3}),
+            "motion.radii",
+            r"\(3,\).*two numbers, of the",
         ),
-        (
-            lambda: kin.Frame(np.zeros(3), np.diag([1.0, 1.0, -1.0])),
-            "frame.axes must be a rotation: orthonormal columns, right-handed",
-        ),
-        (
-            lambda: kin.creepages(
-                kin.RigidBody(position=np.zeros(3)),
-                kin.RigidBody(position=np.zeros(3)),
-                kin.Frame(np.zeros(3), np.eye(3)),
-            ),
-            "the bodies do not roll along x of the contact frame: the rolling velocity is 0, and must be positive; "
-            "turn the frame, or give the velocity of the contact as frame_velocity",
-        ),
-        (
-            lambda: kin.spin_pole(1.0, 1.0, 0.0),
-            "spin = 0.0 is not allowed: must be not zero: without spin the rigid slip is the same everywhere",
-        ),
-        (
-            lambda: kin.klingel_wavelength(0.0, 1.0, 1.0),
-            "conicity = 0.0 is not allowed: must be a positive, finite number",
-        ),
-        (
-            lambda: kin.WheelSetMotion(speed=0.0, angular_velocity=1.0, radii=(1.0, 1.0), half_gauge=1.0),
-            "motion.speed = 0.0 is not allowed: must be a positive, finite number",
-        ),
+        (lambda: kin.WheelSetMotion(**WHEEL_SET | {"radii": 0.5}), "motion.radii", r"\(\).* two numbers"),
+        (lambda: kin.WheelSetMotion(**WHEEL_SET | {"angles": (0.1,)}), "motion.angles", r"\(1,\).* two numbers"),
+        (lambda: kin.ball_between_planes(2.0, 0.1, 0.6), "nu", "0.6 "),
     ],
 )
-def test_bad_input_is_refused(make, message):
-    with pytest.raises(SceneError) as caught:
+def test_bad_input_is_refused(make, field, said):
+    with pytest.raises(SceneError, match=said) as caught:
         make()
-    assert str(caught.value) == message
-
-
-@pytest.mark.parametrize(
-    ("entry", "said"),
-    [
-        (
-            {"radii": (0.5, 0.5, 0.5)},
-            r"motion.radii has shape \(3,\); it must be two numbers, of the left and the right",
-        ),
-        ({"radii": 0.5}, r"motion.radii has shape \(\); it must be two numbers"),
-        ({"angles": (0.1,)}, r"motion.angles has shape \(1,\); it must be two numbers"),
-    ],
-)
-def test_a_wheel_set_has_two_wheels(entry, said):
-    with pytest.raises(SceneError, match=said):
-        kin.WheelSetMotion(**{"speed": 20.0, "angular_velocity": 40.0, "radii": (0.5, 0.5), "half_gauge": 0.7, **entry})
+    assert caught.value.field == field

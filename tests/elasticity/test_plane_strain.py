@@ -83,15 +83,6 @@ def test_steady_rolling_is_monotone_and_knows_no_depth():
         assert np.linalg.eigvalsh(first + first.T).min() > 0
 
 
-@pytest.mark.parametrize("nx", [37, 187])
-def test_products_are_those_of_the_matrix(nx):
-    grid = vc.Grid(nx=nx, dx=0.1, x0=3.0)
-    operator = influence_operator(grid, "xyz", "xyz", nu=NU, K=K, depth=DEPTH, lag=0.1)
-    tractions = np.random.default_rng(5).normal(size=(3, 1, nx))
-    expected = operator.dense(np.arange(nx)) @ tractions.ravel()
-    np.testing.assert_allclose(operator.apply(tractions).ravel(), expected, atol=1e-14 * np.abs(expected).max())
-
-
 def test_a_row_of_rectangles_is_the_strips_operator():
     """Steady rolling of rectangles 10^6 widths long: A - C has no constant, and what lacks is of order dx/dy with K."""
     row = vc.Grid(nx=9, ny=1, dx=1.0, dy=1e6, x0=0.0, y0=-5e5)

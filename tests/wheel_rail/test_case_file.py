@@ -11,9 +11,8 @@ from tests.wheel_rail.conditions import DATA, WHEEL
 from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
 from varcontact.wheel_rail import Position, Profile, Track, Velocity, WheelOnRail, WheelSet
-from varcontact.wheel_rail.case_file import read_case
-from varcontact.wheel_rail.pictures import plot_positions
-from varcontact.wheel_rail.series import COLUMNS, solve_cases
+from varcontact.wheel_rail.case_file import COLUMNS, read_case, solve_cases
+from varcontact.wheel_rail.plots import plot_positions
 
 CASE = """
 vertical_force = 20e3

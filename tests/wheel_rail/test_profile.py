@@ -250,9 +250,8 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
         ),
         (
             lambda: Profile(y=LOOP[:, 0], z=LOOP[:, 1], kind="rail"),
-            "the profile crosses itself near y = 2, z = 0.5 mm, between its points 3 and 6: the points must follow "
-            "each other along the profile; of measured ones that are nearer to each other than their noise take every "
-            "second or third",
+            "the profile crosses itself near y = 2, z = 0.5 mm, between its points 3 and 6: the points must be ordered "
+            "along the profile; if measured points are closer together than their noise, keep every second or third",
         ),
         (
             lambda: Profile(y=RAIL.y, z=-RAIL.z, kind="rail"),
@@ -284,7 +283,7 @@ LOOP = np.array([[-5, 3], [-4, 2], [-3, 1], [0, 0], [4, 1], [4, -2], [1, -2], [1
         (
             lambda: Profile(y=[*RAIL.y, *RAIL.y], z=[*RAIL.z, *RAIL.z], kind="rail"),
             f"the profile comes back to y = {RAIL.y[0]:.4g}, z = {RAIL.z[0]:.4g} mm, its points 0 and {RAIL.y.size}: "
-            "the points must follow each other along the profile, once",
+            "the points must be ordered along the profile, each once",
         ),
         (
             lambda: Profile(y=np.arange(20.0), z=np.arange(20.0), kind="tram"),

@@ -145,9 +145,9 @@ def test_z_up_is_turned_when_told(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "kind", "message"),
     [
-        ("rail.stl", "solid", "rail", f"rail.stl is of a format that is not known; known are {KNOWN}"),
-        ("rail.txt", "1 2\n", None, 'kind is missing: "rail" or "wheel"; rail.txt does not tell'),
-        ("rail.prr", "1 2\n", "wheel", "kind = 'wheel', but rail.prr is a rail's by its suffix"),
+        ("rail.stl", "solid", "rail", f"rail.stl: unknown format; known formats are {KNOWN}"),
+        ("rail.txt", "1 2\n", None, 'kind is missing: "rail" or "wheel"; rail.txt does not show it'),
+        ("rail.prr", "1 2\n", "wheel", "kind = 'wheel', but by its suffix rail.prr is a rail's"),
         ("rail.prr", "1 2\n", None, f"rail.prr has no points; known formats are {KNOWN}"),
         ("rail.csv", "y,z\n1,2\n3\n", "rail", "rail.csv, line 3: two numbers, y and z, are needed, not '3'"),
         ("rail.csv", "1,2\n3,four\n", "rail", "rail.csv, line 2: two numbers, y and z, are needed, not '3,four'"),

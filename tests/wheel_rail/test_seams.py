@@ -12,8 +12,8 @@ import varcontact as vc
 from tests.wheel_rail.conditions import TRACK, WHEELSET
 from varcontact.elasticity.operators import influence_operator
 from varcontact.errors import SceneError
-from varcontact.wheel_rail import Position, WheelOnRail, seams
-from varcontact.wheel_rail.seams import weakened
+from varcontact.wheel_rail import Position, WheelOnRail, solve
+from varcontact.wheel_rail.solve import weakened
 
 GRID = vc.Grid(nx=16, ny=40, dx=0.5, dy=0.5, x0=-4.0, y0=-10.0)
 BUMPS = np.minimum(
@@ -49,10 +49,10 @@ def test_the_force_falls_with_the_weight():
     assert np.all(np.diff(forces) < 0)
 
 
-@pytest.mark.parametrize("few", [seams.DENSE, 0])
+@pytest.mark.parametrize("few", [solve.DENSE, 0])
 def test_the_weight_multiplies_the_influence_between_the_parts(few, monkeypatch):
     """The conditions of contact with the weighted matrix itself, whichever method the rounds take."""
-    monkeypatch.setattr(seams, "DENSE", few)
+    monkeypatch.setattr(solve, "DENSE", few)
     found = solved(0.3).ravel()
     part = np.repeat(GRID.y > 0, GRID.nx)
     felt = np.where(part[:, None] == part, 1.0, 0.3)

@@ -20,8 +20,7 @@ from tests.wheel_rail.conditions import (
 from varcontact.errors import NoContact, SceneError
 from varcontact.kinematics import klingel_wavelength, rotation
 from varcontact.wheel_rail import Position, Profile, Track, WheelOnRail, WheelSet
-from varcontact.wheel_rail.patches import place, tangent_of
-from varcontact.wheel_rail.search import contact_locus
+from varcontact.wheel_rail.patches import contact_locus, place, tangent_of
 
 SLOPE, RADIUS = 0.05, 300.0
 

@@ -261,9 +261,7 @@ def test_smoothing_mends_what_noise_does_to_the_pressure():
     rough = Profile(y=RAIL.y, z=RAIL.z + noise, kind="rail")
     common = {"vertical_force": 10e3, "dx": 0.5, "dy": 0.2}
     exact = wheel(2.0, **common).solve().patches[0].peak_pressure
-    with pytest.warns(
-        RoughProfile, match=r"waves \d+ times across the patch at y = 7\d\d.* mm: a profile is rough"
-    ) as caught:
+    with pytest.warns(RoughProfile, match=r"the patch at y = 7\d\d.* mm: a profile is rough") as caught:
         noisy = wheel(2.0, track=Track(rail=rough), **common, join=1e3, separate=1e3).solve()
     assert len(caught) == 1  # of the height that was found, not of all that were tried
     assert noisy.patches[0].peak_pressure > 2 * exact
@@ -378,9 +376,9 @@ def test_methods_reach_the_patches():
 
 
 def test_a_load_that_cannot_be_met_exactly_says_so():
-    with pytest.raises(NotConverged, match="the height of the axle that bears 80000 N was not found"):
+    with pytest.raises(NotConverged, match="no height of the axle was found that bears 80000 N"):
         wheel(2.0, dx=2.0, dy=2.0).solve(tol=1e-90)
-    with pytest.raises(NotConverged, match=r"1e-05 N was not found to within tol = 1e-06: heights are rounded more"):
+    with pytest.raises(NotConverged, match=r"1e-05 N to within tol = 1e-06: heights are rounded more"):
         wheel(2.0, vertical_force=1e-5).solve()
 
 

@@ -32,7 +32,7 @@ Tol = Annotated[float | None, _option("Required natural-map residual.", default=
 Certify = Annotated[str | None, _option("Certificate: full (with bounds on forces), gap, none, auto.")]
 Accuracy = Annotated[float | None, _option("Largest error by the friction limit; sets the grid.")]
 TimeBudget = Annotated[float | None, _option("Instead of --accuracy: a time limit in seconds.")]
-Refine = Annotated[str | None, _option("continuum: defect correction, for like bodies.")]
+Refine = Annotated[str | None, _option("continuum: defect correction of steady rolling under Hertz's pressure.")]
 Methods = Annotated[str | None, _option("Methods, separated by commas: [normal|]tangential[/formulation][+polish].")]
 Solved = Annotated[float, typer.Option(help="Natural-map residual at which an answer counts as solved.")]
 VALUES = "FROM:TO:N (N equally spaced values), values separated by commas, or one value"

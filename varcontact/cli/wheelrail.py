@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varcontact.cli.options import Accuracy, AsJson, Force, Refine, Table, TimeBudget, given
+from varcontact.cli.options import Accuracy, AsJson, Force, Table, TimeBudget, given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, fail, study
 from varcontact.errors import SceneError
 
@@ -51,7 +51,6 @@ def wheelrail(
     tangential: Annotated[
         str | None, typer.Option(help="Tangential method, or a theory on an ellipse for each patch.  [default: auto]")
     ] = None,
-    refine: Refine = None,
     accuracy: Accuracy = None,
     time_budget: TimeBudget = None,
     force: Force = False,
@@ -59,9 +58,8 @@ def wheelrail(
 ) -> None:
     """Find contact patches, creepages and forces of a wheel on a rail, in mm, N and rad."""
     from varcontact.study.csv_table import as_json as table_as_json
-    from varcontact.wheel_rail.case_file import CaseFile, read_case
+    from varcontact.wheel_rail.case_file import CaseFile, read_case, solve_cases
     from varcontact.wheel_rail.contact_input import read_contact_input
-    from varcontact.wheel_rail.series import solve_cases
 
     check_outputs(out, plot, [case], force)
     check_outputs(None, plot_wear, [each for each in (case, out, plot) if each is not None], force)
@@ -70,7 +68,7 @@ def wheelrail(
         read = CaseFile(tuple(wheels), tuple(range(1, len(wheels) + 1)), {}, None)
     else:
         read = read_case(case)
-    read.options.update(given(tangential=tangential, refine=refine, accuracy=accuracy, time_budget=time_budget))
+    read.options.update(given(tangential=tangential, accuracy=accuracy, time_budget=time_budget))
     if plot_wear is not None and len(read.cases) > 1:
         raise SceneError("--plot-wear", str(plot_wear), f"left out: there are {len(read.cases)} wheels, not one")
     found: deque[WheelRailSolution] = deque(maxlen=1)
@@ -91,9 +89,9 @@ def _draw(
     read: CaseFile, table: pd.DataFrame, found: Sequence[WheelRailSolution], plot: Path | None, plot_wear: Path | None
 ) -> None:
     """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
-    from varcontact.plotting.picture_file import write_picture
-    from varcontact.wheel_rail.pictures import plot_positions
-    from varcontact.wheel_rail.wear import wear
+    from varcontact.plotting.style import write_picture
+    from varcontact.wheel_rail.plots import plot_positions
+    from varcontact.wheel_rail.result import wear
 
     if len(read.cases) > 1:
         if plot is not None:

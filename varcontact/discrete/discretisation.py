@@ -79,14 +79,9 @@ class Scales:
 class PreviousStep:
     """What a step of a history finds, dimensionless.
 
-    Attributes
-    ----------
-    displacement : ndarray, shape (2, ny, nx)
-        The displacement differences u' that the particles bring along.
-    force : ndarray, shape (2,)
-        The tangential force of the step before.
-    traction : ndarray, shape (2, ny, nx), or (3, ny, nx) where the bodies differ, optional
-        The tractions of the step before, the pressure last; None in a corrected step, which carries a finer field.
+    The displacement differences u' (2, ny, nx) that the particles bring along, the tangential force (2,) of the step
+    before, and its tractions: (2, ny, nx), (3, ny, nx) with the pressure where the bodies differ, or None in a
+    corrected step, which carries a finer field.
     """
 
     displacement: np.ndarray

@@ -50,8 +50,7 @@ class Operators:
     K: float
     depth: float = 1.0
     make: Callable[..., GridOperator] | None = None
-    _tables: dict[tuple[str, str, float | None, str], GridOperator] = field(default_factory=dict, repr=False)
-    _carrying: dict[float, GridOperator] = field(default_factory=dict, repr=False)
+    _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
     _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
 
     @property
@@ -74,11 +73,7 @@ class Operators:
 
     def carrying(self, distance: float) -> GridOperator:
         """C: displacements of the particles that come from further along x, by all tractions that count."""
-        if distance not in self._carrying:
-            _trim(self._carrying, list(self._carrying))
-            columns = "xyz" if self.K != 0 else "xy"
-            self._carrying[distance] = self._made("xy", columns, offset=distance)
-        return self._carrying[distance]
+        return self._table("xy", "xyz" if self.K != 0 else "xy", offset=distance)
 
     @cached_property
     def around(self) -> Operators:
@@ -110,21 +105,16 @@ class Operators:
         return (self.lattice, self.nu, self.K, self.depth) == (other.lattice, other.nu, other.K, other.depth)
 
     def _table(
-        self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order"
+        self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order", offset: float = 0.0
     ) -> GridOperator:
-        key = rows, columns, lag, difference
+        key = rows, columns, lag, difference, offset
         if key not in self._tables:
-            if lag is not None:
-                _trim(self._tables, [each for each in self._tables if each[2] is not None])
-            self._tables[key] = self._made(rows, columns, lag=lag, difference=difference)
+            if lag is not None or offset:
+                kind = (lag is None, offset == 0)
+                alike = [each for each in self._tables if (each[2] is None, each[4] == 0) == kind]
+                for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
+                    del self._tables[oldest]
+            make = influence_operator if self.make is None else self.make
+            own = {"nu": self.nu, "K": self.K, "depth": self.depth}
+            self._tables[key] = make(self.lattice, rows, columns, **own, lag=lag, difference=difference, offset=offset)
         return self._tables[key]
-
-    def _made(self, rows: str, columns: str, **where: Any) -> GridOperator:
-        make = influence_operator if self.make is None else self.make
-        return make(self.lattice, rows, columns, nu=self.nu, K=self.K, depth=self.depth, **where)
-
-
-def _trim(kept: dict[Any, GridOperator], keys: list[Any]) -> None:
-    """Let go of the oldest operators of these keys, so that there is room for one more."""
-    for key in keys[: max(len(keys) + 1 - KEPT_DISTANCES, 0)]:
-        del kept[key]

@@ -160,12 +160,7 @@ def _letters(kind: str) -> str:
 
 
 def exchanged(kind: str) -> str:
-    """The same derivative with x and y exchanged.
-
-    Parameters
-    ----------
-    kind : str
-    """
+    """The same derivative with x and y exchanged."""
     potential, underscore, letters = kind.partition("_")
     return f"{potential}{underscore}{''.join(sorted(letters.translate(str.maketrans('xy', 'yx'))))}"
 

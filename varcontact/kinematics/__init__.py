@@ -3,8 +3,16 @@
 Positions and velocities are arrays of three components in one global frame, in any consistent units.
 """
 
-from varcontact.kinematics.creepages import Creepages, creepages, distance, rigid_slip, spin_pole
-from varcontact.kinematics.rigid import Frame, RigidBody, rotation
+from varcontact.kinematics.rigid import (
+    Creepages,
+    Frame,
+    RigidBody,
+    creepages,
+    distance,
+    rigid_slip,
+    rotation,
+    spin_pole,
+)
 from varcontact.kinematics.wheel_set import WheelSetMotion, ball_between_planes, klingel_wavelength
 
 __all__ = [

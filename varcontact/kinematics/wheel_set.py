@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from varcontact import checks
-from varcontact.kinematics.creepages import Creepages
+from varcontact.kinematics.rigid import Creepages
 from varcontact.reference.creepage_coefficients import creepage_coefficients
 
 

@@ -24,8 +24,16 @@ from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solvers.settings import Settings
 from varcontact.solvers.statistics import SolveStats
-from varcontact.solving.coupling import FixedPoint, Limits, Unknown, coupled_newton, coupled_residual, distance
+from varcontact.solving.coupling import (
+    FixedPoint,
+    Limits,
+    Unknown,
+    coupled_newton,
+    coupled_residual,
+    distance,
+)
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
+from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.pipeline import (
     check_memory,
     solve_joint_program,
@@ -33,7 +41,6 @@ from varcontact.solving.pipeline import (
     solve_tangential,
     without_noise,
 )
-from varcontact.solving.start_grid import interpolated
 
 PASSES = 0.1
 """Part of the tolerance at which passes end, and part of that to which the last of them are exact."""

@@ -20,7 +20,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.road import estimated
+from varcontact.solving.defect_correction.driver import error_estimate
 from varcontact.solving.friction_law import coefficient
 
 ROUNDED = 1e-3
@@ -51,7 +51,7 @@ def finish(
     if refinement is not None:
         density = means(refinement.power_density, refinement.cells)
         solution = replace(solution, refinement=refinement, power_density=density)
-        solution = replace(solution, error_estimate=estimated(solution, refinement))
+        solution = replace(solution, error_estimate=error_estimate(solution, refinement))
     if not solution.converged:
         raise NotConverged(f"the residual is not below tol = {tol:.3g}{_why(solution, state)}", residual, solution)
     return solution

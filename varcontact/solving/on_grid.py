@@ -15,13 +15,13 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.conic.setups import Setups
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.defect_correction.road import refined, roughly
+from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.finish import finish, finish_coarse
+from varcontact.solving.history import solve_transient
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.potential_contact import solve_contact
 from varcontact.solving.selection import check_fits
 from varcontact.solving.surface_noise import noise_warning
-from varcontact.solving.transient import solve_transient
 
 Answer = Solution | History
 
@@ -50,19 +50,20 @@ def solve_on_grid(
     if isinstance(scene.motion, Transient):
         return solve_transient(
             scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
-            options.refine, deadline,
+            deadline,
         )  # fmt: skip
     setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
     solver = ContactSolver(
         plan, tol, options.polish, SolveStats(progress), setups, options.start, certify, final, continuum, deadline
     )
-    disc, state = solve_contact(scene, roughly(solver) if options.refine and plan.closed_form else solver, near=near)
+    disc, state = solve_contact(scene, defect_correction.loosely(solver) if options.refine else solver, near=near)
     try:
-        found, refinement = refined(scene, disc, state, solver) if options.refine else (None, None)
-        last = (disc, state) if found is None else (found.disc, found.state)
         if not final:
-            return finish_coarse(scene, *last, solver)
-        solution = finish(scene, *last, solver, refinement)
+            return finish_coarse(scene, disc, state, solver)
+        if options.refine:
+            disc, state, refinement = defect_correction.run(scene, disc, state, solver)
+            return finish(scene, disc, state, solver, refinement)
+        solution = finish(scene, disc, state, solver)
         if not isinstance(scene.surface, SampledDistance):
             return solution
         warning = noise_warning(scene, disc, state, solver)

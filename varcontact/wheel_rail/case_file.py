@@ -1,26 +1,35 @@
-"""Wheels on rails as TOML files: one position, or a sequence of them."""
+"""Case files: wheels on rails as TOML files, one position or a sequence, and the table of their solutions."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import hashlib
+import json
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from varcontact import checks
-from varcontact.errors import SceneError
+from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactError
 from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction import LAWS
+from varcontact.study.csv_table import Table
 from varcontact.wheel_rail.profile import Profile
-from varcontact.wheel_rail.profile_points import Kind
+from varcontact.wheel_rail.profile_files import Kind
+from varcontact.wheel_rail.result import Archard, PatchWear, WheelRailSolution, wear
 from varcontact.wheel_rail.track import Position, Side, Track, Velocity, WheelSet
-from varcontact.wheel_rail.wear import Archard
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
-PLAIN = ("side", "vertical_force", "z", "with_friction", "friction", "dx", "dy", "join", "separate", "turn")
-TABLES = ("track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
+if TYPE_CHECKING:
+    import pandas as pd
+
+FIXED = ("with_friction", "friction", "dx", "dy", "join", "separate", "turn")
+KEYS = ("side", "vertical_force", "z", *FIXED, "track", "wheelset", "position", "velocity", "bodies", "solve", "wear")
 NAMED = {"rail": ("60e1", Profile.rail_60e1), "wheel": ("s1002", Profile.s1002)}
 READ = ("file", "mirror_y", "mirror_z", "scale", "smoothing", "kinks")
 SIDES: dict[str, tuple[Side, ...]] = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
@@ -28,11 +37,23 @@ SOLVED = (
     *("method", "normal", "tangential", "coupling", "formulation", "tol", "certify", "refine"),
     *("accuracy", "time_budget"),
 )
+WORDS = ("side", "outcome", "reason", "warnings", "identity")
+COLUMNS = (
+    *("position", "side", "patch", "outcome", "reason", "warnings"),
+    *("y", "roll", "yaw", "z"),
+    *("location_x", "location_y", "location_z", "angle", "on_rail", "on_wheel", "rolling_radius"),
+    *("vx", "vy", "spin"),
+    *("FN", "Fx", "Fs", "Mz", "track_Fx", "track_Fy", "track_Fz"),
+    *("peak_pressure", "area", "T_gamma", "power", "wear_depth", "wear_volume"),
+    *("error_Fx", "error_Fs", "error_FN"),
+    "identity",
+)
+"""Columns of the table of solutions, in mm, N, rad, N/mm^2 and W."""
 
 
 @dataclass(frozen=True, eq=False)
 class CaseFile:
-    """What a case file says.
+    """The contents of a case file.
 
     Attributes
     ----------
@@ -90,86 +111,217 @@ def read_case(path: str | Path) -> CaseFile:
     table, folder = read_toml(path, "case file")
     options = solve_table(table)
     check_keys("solve", options, SOLVED)
-    check_keys("", table, (*PLAIN, *TABLES))
+    check_keys("", table, KEYS)
     for name in ("track", "wheelset"):
         if name not in table:
             raise SceneError(name, None, f"given: add a table [{name}]")
     sides = SIDES[checks.choice("side", table.pop("side", "right"), SIDES)]
     archard = make("wear", Archard, table_of("wear", table.pop("wear"))) if "wear" in table else None
-    entries = _entries(table, folder)
-    count, sequences = _sequences(entries)
+    entries: dict[str, Any] = {name: table[name] for name in FIXED if name in table}
+    entries["track"] = _with_profile("track", Track, "rail", table["track"], folder)
+    entries["wheelset"] = _with_profile("wheelset", WheelSet, "wheel", table["wheelset"], folder)
+    entries["bodies"] = bodies_from(table_of("bodies", table["bodies"])) if "bodies" in table else STEEL
+    if isinstance(table.get("friction"), Mapping):
+        law = dict(table["friction"])
+        entries["friction"] = make("friction", LAWS[checks.choice("friction.kind", law.pop("kind", None), LAWS)], law)
+    varying: dict[str, dict[str, Any]] = {"": {name: table[name] for name in ("vertical_force", "z") if name in table}}
+    for name, kind in (("position", Position), ("velocity", Velocity)):
+        varying[name] = dict(table_of(name, table.get(name, {})))
+        check_keys(name, varying[name], [field.name for field in dataclasses.fields(kind)])
     cases, numbers = [], []
-    for k in range(count):
-        here = {name: value[k] if name in sequences else value for name, value in entries.items()}
-        position, velocity = (_group(kind, here) for kind in (Position, Velocity))
-        plain = {name: value for name, value in here.items() if "." not in name}
-        cases += [WheelOnRail(side=side, position=position, velocity=velocity, **plain) for side in sides]
-        numbers += [k + 1] * len(sides)
+    for number, at in enumerate(_sequence(varying), 1):
+        position, velocity = Position(**at["position"]), Velocity(**at["velocity"])
+        cases += [WheelOnRail(side=side, position=position, velocity=velocity, **at[""], **entries) for side in sides]
+        numbers += [number] * len(sides)
     return CaseFile(tuple(cases), tuple(numbers), options, archard)
 
 
-def _entries(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Track, wheel set, bodies and law of friction made; entries of position and velocity by dotted names."""
-    found = {name: table[name] for name in PLAIN if name in table}
-    found["track"] = _placed("track", Track, "rail", table["track"], folder)
-    found["wheelset"] = _placed("wheelset", WheelSet, "wheel", table["wheelset"], folder)
-    found["bodies"] = bodies_from(table_of("bodies", table["bodies"])) if "bodies" in table else STEEL
-    if isinstance(table.get("friction"), Mapping):
-        law = dict(table["friction"])
-        found["friction"] = make("friction", LAWS[checks.choice("friction.kind", law.pop("kind", None), LAWS)], law)
-    for kind in (Position, Velocity):
-        name = kind.__name__.lower()
-        given = table_of(name, table.get(name, {}))
-        check_keys(name, given, [field.name for field in dataclasses.fields(kind)])
-        found |= {f"{name}.{key}": value for key, value in given.items()}
-    return found
-
-
-def _placed(name: str, kind: type[Any], key: str, table: Any, folder: Path) -> Any:
-    """Track or wheel set, with its profile read."""
+def _with_profile(name: str, kind: type[Any], key: str, table: Any, folder: Path) -> Any:
+    """Track or wheel set, with its profile by its name, by the name of its file, or by a table."""
     entries = dict(table_of(name, table))
-    field = f"{name}.{key}"
-    entries[key] = _profile(field, cast(Kind, key), needed(name, entries, key), folder)
+    field, value = f"{name}.{key}", needed(name, entries, key)
+    read = dict(value) if isinstance(value, Mapping) else {"file": value}
+    check_keys(field, read, READ)
+    file, (known, known_profile) = needed(field, read, "file"), NAMED[key]
+    if isinstance(file, str) and file.lower() == known:
+        if len(read) > 1:
+            raise SceneError(field, value, message=f"{field}: {file} has no options, give its name alone")
+        entries[key] = known_profile()
+    else:
+        path = file_named(f"{field}.file", read.pop("file"), folder) if isinstance(file, str) else None
+        if path is None or not path.is_file():
+            raise SceneError(field, file, f'the name of a file beside the case file, or "{known}"')
+        entries[key] = Profile.read(path, cast(Kind, key), **read)
     return make(name, kind, entries)
 
 
-def _profile(field: str, kind: Kind, value: Any, folder: Path) -> Profile:
-    """A profile by its name, by the name of its file, or by a table."""
-    table = dict(value) if isinstance(value, Mapping) else {"file": value}
-    check_keys(field, table, READ)
-    name, (known, known_profile) = needed(field, table, "file"), NAMED[kind]
-    if isinstance(name, str) and name.lower() == known:
-        if len(table) > 1:
-            raise SceneError(field, value, message=f"{field}: {name} has no options, give its name alone")
-        return known_profile()
-    allowed = f'the name of a file beside the case file, or "{known}"'
-    path = file_named(f"{field}.file", table.pop("file"), folder) if isinstance(name, str) else None
-    if path is None or not path.is_file():
-        raise SceneError(field, name, allowed)
-    return Profile.read(path, kind, **table)
-
-
-def _sequences(entries: dict[str, Any]) -> tuple[int, list[str]]:
-    """How many positions there are, and which entries vary; ranges are written out."""
+def _sequence(tables: dict[str, dict[str, Any]]) -> list[dict[str, dict[str, Any]]]:
+    """The tables of each position, with one value in place of a list or range."""
     lengths = {}
-    for name, value in entries.items():
-        if "." in name or name in ("vertical_force", "z"):
+    for group, table in tables.items():
+        for key, value in table.items():
+            name = f"{group}.{key}" if group else key
             if isinstance(value, Mapping):
-                entries[name] = number_range(name, value)
-            if isinstance(entries[name], list):
-                checks.numbers(name, entries[name])
-                lengths[name] = len(entries[name])
-    if not lengths:
-        return 1, []
+                table[key] = number_range(name, value)
+            if isinstance(table[key], list):
+                checks.numbers(name, table[key])
+                lengths[name] = len(table[key])
     if len(set(lengths.values())) > 1 or 0 in lengths.values():
         given = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-        raise SceneError(
-            "sequence", given, message=f"lists of a sequence must have the same length, one or more: {given}"
-        )
-    return next(iter(lengths.values())), list(lengths)
+        reason = f"lists of a sequence must have the same length, one or more: {given}"
+        raise SceneError("sequence", given, message=reason)
+    return [
+        {
+            group: {key: value[k] if isinstance(value, list) else value for key, value in table.items()}
+            for group, table in tables.items()
+        }
+        for k in range(max(lengths.values(), default=1))
+    ]
 
 
-def _group(kind: type[Any], entries: Mapping[str, Any]) -> Any:
-    """Position or velocity from entries by dotted names."""
-    prefix = f"{kind.__name__.lower()}."
-    return kind(**{name.removeprefix(prefix): value for name, value in entries.items() if name.startswith(prefix)})
+def solve_cases(
+    file: CaseFile,
+    store: str | Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    solved: Callable[[WheelRailSolution], None] | None = None,
+) -> pd.DataFrame:
+    """Solve all positions of a case file.
+
+    Parameters
+    ----------
+    file : CaseFile
+    store : str or Path, optional
+        A table (.csv), written after each wheel; wheels already in it are not solved again.
+    progress : callable, optional
+        Called with the progress before each wheel.
+    solved : callable, optional
+        Called with each solution, but for wheels that the table has already.
+
+    Returns
+    -------
+    DataFrame
+        A row for each patch, with the columns `COLUMNS`: outcome is "solved"; where a wheel of several is not, it has
+        one row without figures, "not converged" or "refused", and the reason.
+
+    Raises
+    ------
+    SceneError
+        If the table is of other cases; if there is one wheel alone and it cannot be solved.
+    NotConverged
+        If there is one wheel alone and it is not solved.
+    OutputError
+        If the table cannot be written.
+    Interrupted
+        By Ctrl-C. Its `partial` is the table of the finished wheels, and the store has it.
+    """
+    import pandas as pd
+
+    report = checks.progress(progress)
+    names = [_identity(case, file) for case in file.cases]
+    total = len(names)
+    with Table.opened(store, COLUMNS, WORDS, "a table of wheels on rails") as table:
+        rows = _kept(table, names, file.numbers)
+        try:
+            for k, (case, name) in enumerate(zip(file.cases, names, strict=True)):
+                if rows[k]:
+                    continue
+                if report is not None:
+                    report(f"{k} of {total} wheels, y = {case.position.y:.4g} mm, {case.side}")
+                try:
+                    found = _solved_rows(case, file, solved)
+                except VarcontactError as error:
+                    if total == 1:
+                        raise
+                    found = [_unsolved_row(case, error)]
+                rows[k] = [{"position": file.numbers[k], **row, "identity": name} for row in found]
+                table.write([row for each in rows for row in each])
+        except KeyboardInterrupt:
+            partial = pd.DataFrame([row for each in rows for row in each], columns=list(COLUMNS))
+            raise Interrupted(partial, f" after {sum(map(bool, rows))} of {total} wheels") from None
+    return pd.DataFrame([row for each in rows for row in each], columns=list(COLUMNS))
+
+
+def _identity(case: WheelOnRail, file: CaseFile) -> str:
+    """A few digits that identify one wheel with its settings."""
+    settings = [type(case.friction).__name__, file.options, file.archard and dataclasses.asdict(file.archard)]
+    described = json.dumps([dataclasses.asdict(case), settings], sort_keys=True, default=np.ndarray.tolist)
+    return hashlib.sha256(described.encode()).hexdigest()[:12]
+
+
+def _kept(table: Table, names: list[str], numbers: tuple[int, ...]) -> list[list[dict[str, Any]]]:
+    """The rows that the table has already of each wheel, once where positions come again."""
+    kept: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
+    for row in table.rows:
+        if row["identity"] not in kept:
+            what = f"position {row['position']}, y = {row['y']:g} mm, {row['side']}"
+            reason = (
+                f"{str(table.path)!r} has a wheel that is not in the case file as it is now ({what}); name a new file, "
+                "or put back what was changed"
+            )
+            raise SceneError("store", str(table.path), message=reason)
+        known = kept[row["identity"]]
+        if not known or known[0]["position"] == row["position"]:
+            known.append(row)
+    return [[{**row, "position": n} for row in kept[name]] for name, n in zip(names, numbers, strict=True)]
+
+
+def _solved_rows(
+    case: WheelOnRail, file: CaseFile, solved: Callable[[WheelRailSolution], None] | None
+) -> list[dict[str, Any]]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = case.solve(**file.options)
+    if solved is not None:
+        solved(found)
+    texts = [str(each.message) for each in caught] + [text for each in found.patches for text in each.solution.warnings]
+    row: dict[str, Any] = {"side": case.side, "outcome": "solved", "reason": "", **_place(case), "z": found.z}
+    row["warnings"] = "; ".join(dict.fromkeys(texts))
+    return [{**row, "patch": k, **_figures(each)} for k, each in enumerate(wear(found, file.archard).patches, 1)]
+
+
+def _unsolved_row(case: WheelOnRail, error: VarcontactError) -> dict[str, Any]:
+    blank = dict.fromkeys(COLUMNS[6:-1], float("nan"))
+    outcome = "not converged" if isinstance(error, NotConverged) else "refused"
+    row: dict[str, Any] = {"side": case.side, "patch": 0, "outcome": outcome, "reason": str(error), "warnings": ""}
+    return row | blank | _place(case)
+
+
+def _place(case: WheelOnRail) -> dict[str, Any]:
+    return {"y": case.position.y, "roll": case.position.roll, "yaw": case.position.yaw}
+
+
+def _figures(worn: PatchWear) -> dict[str, float]:
+    solved, patch = worn.solved, worn.solved.patch
+    x, y, z = patch.location.tolist()
+    Fx, Fs, FN = solved.force.tolist()
+    track_Fx, track_Fy, track_Fz = solved.force_on_track.tolist()
+    error_Fx, error_Fs, error_FN = solved.error.tolist()
+    law = worn.archard is not None
+    return {
+        "location_x": x,
+        "location_y": y,
+        "location_z": z,
+        "angle": patch.angle,
+        "on_rail": float(patch.on_rail[0]),
+        "on_wheel": float(patch.on_wheel[0]),
+        "rolling_radius": patch.rolling_radius,
+        "vx": patch.creepage.vx,
+        "vy": patch.creepage.vy,
+        "spin": patch.creepage.spin,
+        "FN": FN,
+        "Fx": Fx,
+        "Fs": Fs,
+        "Mz": solved.moment,
+        "track_Fx": track_Fx,
+        "track_Fy": track_Fy,
+        "track_Fz": track_Fz,
+        "peak_pressure": solved.peak_pressure,
+        "area": worn.area,
+        "T_gamma": worn.t_gamma,
+        "power": worn.power,
+        "wear_depth": float(worn.depth.max()) if law else float("nan"),
+        "wear_volume": worn.volume if law else float("nan"),
+        "error_Fx": error_Fx,
+        "error_Fs": error_Fs,
+        "error_FN": error_FN,
+    }

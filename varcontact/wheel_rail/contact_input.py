@@ -23,7 +23,7 @@ from varcontact.io.contact_words import WORDS as BASIC_WORDS
 from varcontact.io.contact_words import Group, Lines, number_of, skip_iterations, skip_stresses
 from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail.profile import Profile
-from varcontact.wheel_rail.profile_points import Kind
+from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
 

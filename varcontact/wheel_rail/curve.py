@@ -9,25 +9,22 @@ from typing import Any
 
 import numpy as np
 
-ACROSS = 1e-11
-"""How near to a wanted coordinate Newton's steps come, by the curve's length."""
+ACROSS = np.array([1.0, 0.0])
+"""The direction of y."""
+CLOSE = 1e-11
+"""Error of a coordinate that ends Newton's steps, relative to the curve's length."""
 STEPS = 30
 HELD = 1e6
-"""Weight of a kink over that of other points: smoothing leaves it in its place, and both of its sides meet there."""
+"""Weight of a kink relative to other points: smoothing leaves it in place, and both of its sides meet there."""
 FEWEST = 5
 """Points of a section that can be smoothed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A piecewise cubic curve.
+    """A piecewise cubic curve over a parameter s, very nearly its arc length [mm].
 
-    Parameters
-    ----------
-    s : ndarray, shape (n,)
-        Parameter at the breakpoints, ascending: very nearly arc length [mm].
-    coefficients : ndarray, shape (4, n - 1, 2)
-        Of the cubics of y and z in ``s - s[i]``, highest power first.
+    `coefficients` has shape (4, n - 1, 2): the cubics of y and z in ``s - s[i]``, highest power first.
     """
 
     s: np.ndarray
@@ -42,81 +39,35 @@ class Curve:
         return curve, curve.derivative(1), curve.derivative(2)
 
     def points(self, s: np.ndarray) -> np.ndarray:
-        """(y, z) at parameters.
-
-        Parameters
-        ----------
-        s : array_like, shape (...)
-
-        Returns
-        -------
-        ndarray, shape (..., 2)
-        """
+        """(y, z) at parameters, shape (..., 2)."""
         return np.asarray(self._derivatives[0](s))
 
     def directions(self, s: np.ndarray) -> np.ndarray:
-        """(dy/ds, dz/ds) at parameters, very nearly of unit length.
-
-        Parameters
-        ----------
-        s : array_like, shape (...)
-
-        Returns
-        -------
-        ndarray, shape (..., 2)
-        """
+        """(dy/ds, dz/ds) at parameters, shape (..., 2), very nearly of unit length."""
         return np.asarray(self._derivatives[1](s))
 
     def angles(self, s: np.ndarray) -> np.ndarray:
-        """Inclination atan2(dz, dy) at parameters [rad].
-
-        Parameters
-        ----------
-        s : array_like, shape (...)
-
-        Returns
-        -------
-        ndarray, shape (...)
-        """
+        """Inclination atan2(dz, dy) at parameters [rad]."""
         along = self.directions(s)
         return np.asarray(np.arctan2(along[..., 1], along[..., 0]))
 
     def curvatures(self, s: np.ndarray) -> np.ndarray:
-        """Signed curvature at parameters [1/mm]: positive where the inclination grows along the curve.
-
-        Parameters
-        ----------
-        s : array_like, shape (...)
-
-        Returns
-        -------
-        ndarray, shape (...)
-        """
+        """Signed curvature at parameters [1/mm]: positive where the inclination grows along the curve."""
         first, second = self.directions(s), np.asarray(self._derivatives[2](s))
         turn = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
         return np.asarray(turn / np.hypot(first[..., 0], first[..., 1]) ** 3)
 
     def moved(self, matrix: np.ndarray, shift: np.ndarray) -> Curve:
-        """The curve after ``matrix @ point + shift``.
-
-        Parameters
-        ----------
-        matrix : array_like, shape (2, 2)
-        shift : array_like, shape (2,)
-
-        Returns
-        -------
-        Curve
-        """
+        """The curve after ``matrix @ point + shift``."""
         coefficients = np.asarray(self.coefficients @ np.asarray(matrix).T)
         coefficients[3] += shift
         return Curve(self.s, coefficients)
 
-    def reversed(self) -> Curve:
-        """The same curve run through the other way."""
-        s = self.s[-1] - self.s[::-1]
+    @cached_property
+    def mirrored(self) -> Curve:
+        """The mirror image at y = 0, run through the other way: y keeps its direction."""
         width = np.diff(self.s)[:, None]
-        a, b, c, d = self.coefficients
+        a, b, c, d = self.coefficients * [-1.0, 1.0]
         # the cubic in width - t
         turned = np.array(
             [
@@ -126,75 +77,30 @@ class Curve:
                 d + c * width + b * width**2 + a * width**3,
             ]
         )
-        return Curve(s, turned[:, ::-1])
-
-    def part(self, first: int, last: int) -> Curve:
-        """The curve from breakpoint `first` to breakpoint `last`.
-
-        Parameters
-        ----------
-        first, last : int
-
-        Returns
-        -------
-        Curve
-        """
-        return Curve(self.s[first : last + 1], self.coefficients[:, first:last])
+        return Curve(self.s[-1] - self.s[::-1], turned[:, ::-1])
 
     def sampled(self, step: float) -> np.ndarray:
-        """Parameters from end to end, about a step apart.
-
-        Parameters
-        ----------
-        step : float
-            [mm]
-
-        Returns
-        -------
-        ndarray, shape (n,)
-        """
+        """Parameters from end to end, about a step [mm] apart."""
         return np.linspace(self.s[0], self.s[-1], max(2, int(np.ceil((self.s[-1] - self.s[0]) / step)) + 1))
 
-    def single_valued(self, direction: np.ndarray, near: float) -> Curve:
-        """The part around a parameter along which ``direction . (y, z)`` keeps growing.
-
-        Parameters
-        ----------
-        direction : array_like, shape (2,)
-        near : float
-            Parameter of a point where it grows.
-
-        Returns
-        -------
-        Curve
-        """
-        at = self.points(self.s) @ np.asarray(direction)
+    def single_valued(self, near: float, direction: np.ndarray = ACROSS) -> Curve:
+        """The part around the parameter `near` along which ``direction . (y, z)`` keeps growing."""
+        at = self.points(self.s) @ direction
         middle = int(np.clip(np.searchsorted(self.s, near), 1, self.s.size - 1))
         # between breakpoints, too: no turning point inside
-        grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ np.asarray(direction) > 0)
+        grows = (np.diff(at) > 0) & (self.directions((self.s[1:] + self.s[:-1]) / 2) @ direction > 0)
         stops = np.flatnonzero(~grows)
         below, above = stops[stops < middle - 1], stops[stops >= middle]
-        return self.part(
-            int(below[-1]) + 1 if below.size else 0,
-            int(above[0]) if above.size else self.s.size - 1,
-        )
+        first = int(below[-1]) + 1 if below.size else 0
+        last = int(above[0]) if above.size else self.s.size - 1
+        return Curve(self.s[first : last + 1], self.coefficients[:, first:last])
 
-    def at(self, value: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Parameters where ``direction . (y, z)`` has values; the curve has to be single-valued along it.
+    def at(self, value: np.ndarray, direction: np.ndarray = ACROSS) -> np.ndarray:
+        """Parameters where ``direction . (y, z)``, which has to grow along the curve, has values; NaN beyond its ends.
 
-        Parameters
-        ----------
-        value : ndarray, shape (n,)
-        direction : array_like, shape (2,)
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            NaN beyond the ends.
+        Newton's method, kept within the cubic that has the value.
         """
-        direction = np.asarray(direction)
-        known = self.points(self.s) @ direction
-        s = np.interp(value, known, self.s, left=np.nan, right=np.nan)
+        s = np.interp(value, self.points(self.s) @ direction, self.s, left=np.nan, right=np.nan)
         inside = np.isfinite(s)
         wanted, found = np.asarray(value)[inside], s[inside]
         cell = np.clip(np.searchsorted(self.s, found, side="right") - 1, 0, self.s.size - 2)
@@ -202,27 +108,16 @@ class Curve:
         for _ in range(STEPS):
             step = (self.points(found) @ direction - wanted) / (self.directions(found) @ direction)
             found = np.clip(found - step, low, high)
-            if step.size == 0 or np.abs(step).max() <= ACROSS * (self.s[-1] - self.s[0]):
+            if step.size == 0 or np.abs(step).max() <= CLOSE * (self.s[-1] - self.s[0]):
                 break
         s[inside] = found
         return s
 
 
 def spline(points: np.ndarray, kinks: np.ndarray, smoothing: float) -> Curve:
-    """The curve through (or near) points.
+    """The curve through points, shape (n, 2), whose direction jumps at the indices `kinks`.
 
-    Parameters
-    ----------
-    points : ndarray, shape (n, 2)
-        (y, z), one after the other [mm].
-    kinks : ndarray of int
-        Indices of points where the direction jumps.
-    smoothing : float
-        Wavelength that is halved [mm]; 0: the curve goes through the points.
-
-    Returns
-    -------
-    Curve
+    `smoothing` is the wavelength that is halved [mm]; 0: the curve goes through the points.
     """
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     last = len(points) - 1

@@ -1,4 +1,14 @@
-"""Contacts of a wheel set tabulated over lateral displacement and yaw, and its forces by the fast way."""
+"""Geometry of a wheel set on straight track: contacts tabulated over lateral displacement and yaw, with the forces of
+fast theories; rolling radius difference and equivalent conicity as in EN 15302.
+
+For the conicity wheels and rails are rigid, and the axle is level and square to the track. Displaced by y, the wheel
+set turns towards the smaller radius, so that along the distance rolled
+
+    y'' = -(r_right(y) - r_left(y)) / (e R),
+
+with the distance e of the nominal circles and their radius R. The equivalent conicity for an amplitude is that of the
+cones whose motion, Klingel's, is as long a wave: ``2 e R (pi / wavelength)^2``.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +23,23 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
 from varcontact.theories.creep_forces import creep_forces
-from varcontact.wheel_rail.fast import WAYS
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, backwards, check_kind
+from varcontact.wheel_rail.curve import Curve
+from varcontact.wheel_rail.patches import contact_locus
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
+from varcontact.wheel_rail.virtual_penetration import NORMAL
 from varcontact.wheel_rail.wheel_on_rail import STEEL, WheelOnRail
 
 SLOTS = 3
 """Patches of a wheel that are tabulated at most."""
-NAMES = ("x", "y", "z", "angle", "a", "b", "normal_force", "approach")
+COLUMNS = 8
+"""Figures of a patch, see `WheelSetForces`."""
 GROWTH = np.array([1 / 3, 1 / 3, 1.0, 2 / 3])
-"""Powers of the force by which a, b, the force itself and the approach of Hertz's contact grow."""
+"""Powers of the force with which a, b, the force itself and the approach of Hertz's contact grow."""
 MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+STEP = 0.05
+"""Distance of displacements whose rolling radius difference is computed [mm]; between them it is linear."""
+PHASES = 400
+"""Points of a quarter of a wave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +102,9 @@ class GeometryTable:
     friction: float
 
     def __repr__(self) -> str:
-        sizes = f"{self.y.size} x {self.yaw.size} positions"
-        return (
-            f"GeometryTable({sizes}, y {self.y[0]:g} to {self.y[-1]:g} mm, yaw {self.yaw[0]:g} to {self.yaw[-1]:g} rad)"
-        )
+        y, yaw = self.y, self.yaw
+        ranges = f"y {y[0]:g} to {y[-1]:g} mm, yaw {yaw[0]:g} to {yaw[-1]:g} rad"
+        return f"GeometryTable({y.size} x {yaw.size} positions, {ranges})"
 
     def contacts(self, y: float, yaw: float, side: Side) -> tuple[float, np.ndarray]:
         """Height of the axle and the contacts of a wheel.
@@ -141,10 +157,6 @@ class GeometryTable:
             Of `varcontact.creep_forces`, with a moment.
         **options
             Of the theory: ``outside="clamp"`` of "table", as for `WheelOnRail.estimate`.
-
-        Returns
-        -------
-        WheelSetForces
 
         Raises
         ------
@@ -203,10 +215,6 @@ def geometry_table(
     progress : callable, optional
         Told how far it is.
 
-    Returns
-    -------
-    GeometryTable
-
     Raises
     ------
     SceneError
@@ -223,9 +231,9 @@ def geometry_table(
     -771 N, -7749 N m
     """
     nodes, coefficient = [_nodes("y", y), _nodes("yaw", yaw)], checks.positive("friction", friction)
-    normal, report = checks.choice("normal", normal, WAYS), checks.progress(progress)
+    normal, report = checks.choice("normal", normal, NORMAL), checks.progress(progress)
     shape = nodes[0].size, nodes[1].size
-    z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, len(NAMES)))
+    z, count, patches = np.zeros(shape), np.zeros(shape, dtype=int), np.zeros((*shape, SLOTS, COLUMNS))
     for i, j in np.ndindex(shape):
         if report is not None:
             report(f"{i * shape[1] + j} of {shape[0] * shape[1]} positions")
@@ -287,8 +295,7 @@ def _creepages(
     turning = carried + pitch * np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     particle = along + _cross(turning, arms)
     speed = velocity.speed + _cross(carried, arms)[:, 0] - particle[:, 0] / 2
-    if not (speed > 0).all():
-        raise backwards(float(speed.min()))
+    check_forward(float(speed.min()))
     sliding = [particle[:, 0], np.sum(particle * lateral, axis=1), inwards @ turning]
     return np.asarray(-np.stack(sliding, axis=1) / speed[:, None])
 
@@ -297,3 +304,106 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Of few vectors, where `numpy.cross` takes long to begin."""
     (a, b, c), (x, y, z) = one.T, other.T
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+
+
+def rolling_radius_difference(track: Track, wheelset: WheelSet, y: Any) -> Any:
+    """Rolling radius of the right wheel less that of the left, both where they touch first.
+
+    Parameters
+    ----------
+    track : Track
+    wheelset : WheelSet
+    y : float or array_like
+        Lateral displacements, to the right [mm].
+
+    Returns
+    -------
+    float or ndarray
+        In the shape of y [mm].
+
+    Raises
+    ------
+    SceneError
+        If a displacement is not finite, or the wheels touch at the end of a profile.
+    NoContact
+        If a wheel is beside the rail.
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Profile
+    >>> track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
+    >>> print(rolling_radius_difference(track, wheelset, [0.0, 1.0, 3.0, 5.0]).round(2))
+    [0.   0.61 0.94 1.45]
+    """
+    check_kind("track", track, Track)
+    check_kind("wheelset", wheelset, WheelSet)
+    places = checks.numbers("y", y)
+    wheel, rail = wheelset.placed("right"), track.placed("right")
+    radii = {each: _radius(wheel, rail, each, wheelset.radius) for each in {*places.flat, *(-places).flat}}
+    found = np.array([radii[each] - radii[-each] for each in places.flat]).reshape(places.shape)
+    return found if found.ndim else float(found)
+
+
+def equivalent_conicity(track: Track, wheelset: WheelSet, amplitude: Any) -> Any:
+    """The conicity of the wheel set whose motion is as long a wave, by EN 15302.
+
+    Parameters
+    ----------
+    track : Track
+    wheelset : WheelSet
+    amplitude : float or array_like
+        Of the lateral motion; 3 mm is the usual one [mm].
+
+    Returns
+    -------
+    float or ndarray
+        In the shape of the amplitude [-]: 0 where nothing turns the wheel set back, NaN where it is turned away from
+        the middle before it is as far out.
+
+    Raises
+    ------
+    SceneError, NoContact
+        See `rolling_radius_difference`; for an amplitude that is not positive.
+
+    Examples
+    --------
+    >>> from varcontact.wheel_rail import Profile
+    >>> track, wheelset = Track(rail=Profile.rail_60e1(), cant=1 / 40), WheelSet(wheel=Profile.s1002())
+    >>> print(f"{equivalent_conicity(track, wheelset, 3.0):.2f}")
+    0.17
+    """
+    wanted = checks.positives("amplitude", amplitude)
+    if not wanted.size:
+        return wanted
+    nodes = np.linspace(0.0, wanted.max(), int(np.ceil(wanted.max() / STEP)) + 1)
+    difference = rolling_radius_difference(track, wheelset, nodes)
+    found = np.array([_conicity(nodes, difference, float(each)) for each in wanted.flat]).reshape(wanted.shape)
+    return found if found.ndim else float(found)
+
+
+def _radius(wheel: Curve, rail: Curve, y: float, height: float) -> float:
+    """Of the right wheel where it touches first: at the lowest point of a parabola through the nearest circles."""
+    locus = contact_locus(wheel, rail, np.eye(3), np.array([0.0, y, -height]))
+    nearest = int(locus.gap.argmin())
+    before, gap, after = (locus.gap[i] if 0 <= i < locus.gap.size else np.inf for i in range(nearest - 1, nearest + 2))
+    if not np.isfinite(before + after):
+        raise SceneError("y", y, message=f"y = {y:g} mm: the wheel touches at the end of a profile")
+    step, bend = locus.s[nearest] - locus.s[nearest - 1], before - 2 * gap + after
+    beside = step * (before - after) / (2 * bend) if bend > 0 else 0.0
+    return float(wheel.points(locus.s[nearest] + beside)[1])
+
+
+def _conicity(nodes: np.ndarray, difference: np.ndarray, amplitude: float) -> float:
+    """From the wavelength, a quarter of which passes between the middle and the amplitude."""
+    from scipy.interpolate import make_interp_spline
+
+    phase = (np.arange(PHASES) + 0.5) / PHASES * np.pi / 2
+    work = make_interp_spline(nodes, difference, k=1).antiderivative()
+    left = work(amplitude) - work(amplitude * np.sin(phase))
+    if (left < 0).any():
+        return float("nan")
+    if not left.all():
+        return 0.0
+    # wavelength = 4 times the integral of dy/y' with y'^2 = 2 left / (e R); and e R drops out of the conicity
+    quarter = np.pi / 2 * float(np.mean(amplitude * np.cos(phase) / np.sqrt(2 * left)))
+    return float(2 * (np.pi / (4 * quarter)) ** 2)

@@ -1,102 +1,195 @@
-"""From overlaps of wheel and rail to contact patches: place, frame, potential contact and undeformed distance."""
+"""Where a wheel touches a rail: the contact locus, and the contact patches with their planes and distances.
+
+On each circle of the wheel one point can touch a rail that is straight along x: the one whose normal has no component
+along x (Wang 1984, "The track of wheel contact points and the calculation of wheel/rail geometric contact parameters").
+These points are the contact locus. It depends on roll and yaw, and is moved up and down by the height of the axle.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from varcontact.errors import NotConverged, SceneError
+from varcontact.errors import NoContact, NotConverged, SceneError
 from varcontact.kinematics import Frame, rotation
 from varcontact.scene.grid import Grid
+from varcontact.system.threads import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.seams import Seams, seam_weight
-from varcontact.wheel_rail.search import Locus, Overlap
 
+STEP = 0.05
+"""Distance of the circles of the wheel [mm]."""
 GUARD = 1
 """Elements beyond the overlap on every side."""
 SAMPLES, AROUND = 100, 20
-"""Samples across the overlap for grids of any size, and beyond it on every side, where the search for one may reach."""
+"""Samples across the overlap for grids of any size, and beyond it on every side, where the search for a grid may go."""
 STEPS, CLOSE = 12, 1e-9
-"""Newton steps to the wheel's surface, and how near they come [mm]."""
+"""Newton steps to the wheel's surface, and the error that ends them [mm]."""
 MOST = 400_000
 """Elements of a potential contact."""
+FALL = 0.8
+"""Exponent of the fall of a seam's weight with the distance of its parts, CONTACT's."""
+
+Seams = tuple[tuple[float, float], ...]
+"""Where parts of a patch meet along y, ascending, and the weights with which they feel each other."""
 
 
 @dataclass(frozen=True, eq=False)
-class Tangent:
-    """The plane of a contact patch.
+class Locus:
+    """The points of a wheel that come nearest to a rail, with the axle at the height 0.
 
     Attributes
     ----------
-    frame : Frame
-        See `Place`, as for the rest.
-    angle, theta : float
+    s : ndarray, shape (n,)
+        Parameters of the circles on the wheel's curve [mm].
+    theta : ndarray, shape (n,)
+        Their angles on the circles, forward from the bottom [rad].
+    points : ndarray, shape (n, 3)
+        In track coordinates [mm].
+    radii : ndarray, shape (n,)
+        Of the circles [mm].
+    gap : ndarray, shape (n,)
+        Height above the rail [mm]; infinite beside it.
+    angles : ndarray, shape (n,)
+        Inclination of the rail below [rad].
+    height : float
+        Of the middle of the axle in track coordinates, where its height z is 0 [mm].
     """
 
-    frame: Frame
-    angle: float
-    theta: float
+    s: np.ndarray
+    theta: np.ndarray
+    points: np.ndarray
+    radii: np.ndarray
+    gap: np.ndarray
+    angles: np.ndarray
+    height: float
 
-    def turned(self, angle: float) -> Tangent:
-        """The same about the same origin, at another angle.
+    @property
+    def touching(self) -> float:
+        """The height of the axle, z down, at which the wheel just touches the rail [mm]."""
+        return float(self.gap.min())
+
+    def overlaps(self, z: float) -> list[Overlap]:
+        """Runs of circles that are below the rail's surface, from left to right.
 
         Parameters
         ----------
-        angle : float
-            [rad]
+        z : float
+            Height of the axle, downwards [mm].
+
+        Raises
+        ------
+        NoContact
+            If the wheel is above the rail.
+        SceneError
+            If the contact reaches the end of a profile.
         """
-        return Tangent(Frame(self.frame.origin, rotation(roll=angle)), angle, self.theta)
+        if z <= self.touching:
+            reason = (
+                f"no contact: with z = {z:.6g} mm the wheel is {self.touching - z:.3g} mm above the rail; "
+                f"it touches at z = {self.touching:.6g} mm"
+            )
+            raise NoContact("z", z, message=reason)
+        inside = np.concatenate([[False], self.gap < z, [False]])
+        edges = np.flatnonzero(np.diff(inside.astype(int))).tolist()
+        found = []
+        for first, stop in zip(edges[::2], edges[1::2], strict=True):
+            for end, beside in ((first, first - 1), (stop - 1, stop)):
+                if not 0 <= beside < self.gap.size or not np.isfinite(self.gap[beside]):
+                    reason = (
+                        f"the contact reaches the end of a profile near y = {self.points[end, 1]:.4g} mm, where the "
+                        f"wheel is {z - self.gap[end]:.3g} mm below the rail's surface: a profile is too narrow or too "
+                        "rough, or the load too large"
+                    )
+                    raise SceneError("z", z, message=reason)
+            found.append(overlap(self, slice(first, stop), z))
+        return found
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Where a contact patch is, and the shape of the bodies there.
+class Overlap:
+    """A run of circles of the wheel that are below the rail's surface, with the axle at some height."""
 
-    Attributes
-    ----------
-    frame : Frame
-        Origin on the rail's surface at the weighted centre of the overlap; x forward, y (also called s) along the
-        rail's surface to the right, z into the rail.
-    angle : float
-        Contact angle: of the frame about x [rad].
-    grid : Grid
-        Potential contact in the frame [mm].
-    distance : ndarray, shape (ny, nx)
-        From the wheel to the rail along z, undeformed and without the approach: 0 at its least [mm].
-    approach : float
-        How deep the wheel is in the rail [mm].
-    theta : float
-        Angle of the contact on the wheel's circle, forward from the bottom [rad].
-    seams : tuple of pairs of float
-        Where parts of the patch meet along y, and how much they feel each other, see `varcontact.wheel_rail.seams`.
-    """
-
-    frame: Frame
-    angle: float
-    grid: Grid
-    distance: np.ndarray
-    approach: float
-    theta: float
-    seams: Seams
+    run: slice
+    """Of the locus."""
+    locus: Locus
+    points: np.ndarray
+    """Of the locus at this height, shape (n, 3)."""
+    depth: np.ndarray
+    """Below the rail's surface, shape (n,)."""
+    surface: np.ndarray
+    """(y, z) of the rail above the points, shape (n, 2)."""
+    half_lengths: np.ndarray
+    """Along x, over which the circles are below the surface, shape (n,)."""
+    weights: np.ndarray
+    """The squared depth, summed up along x and over the width of each circle, shape (n,): CONTACT has the origin of a
+    patch at the weighted centre."""
 
 
-def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
-    """Overlaps in groups that make one patch: the gap between neighbours on the rail is shorter than a distance.
+def overlap(locus: Locus, run: slice, z: float) -> Overlap:
+    """The overlap of a run of circles at a height of the axle; circles above the rail have negative depths."""
+    points = np.asarray(locus.points[run] + [0.0, 0.0, z])
+    depth = np.asarray(z - locus.gap[run])
+    surface = np.stack([points[:, 1], points[:, 2] - depth], axis=1)
+    half_lengths = np.sqrt(2 * locus.radii[run] * np.maximum(depth, 0.0))
+    width = np.abs(np.gradient(points[:, 1])) if depth.size > 1 else np.ones(1)
+    return Overlap(run, locus, points, depth, surface, half_lengths, depth**2 * half_lengths * width)
+
+
+@one_blas_thread()
+def contact_locus(wheel: Curve, rail: Curve, rotation: np.ndarray, centre: np.ndarray) -> Locus:
+    """The contact locus of a wheel over a rail.
 
     Parameters
     ----------
-    overlaps : list of Overlap
-        From left to right.
-    nearer : float
-        [mm]
+    wheel : Curve
+        (y along the axle, radius), y growing.
+    rail : Curve
+        (y, z) in track coordinates, y growing.
+    rotation : ndarray, shape (3, 3)
+        The axle's axes in track coordinates.
+    centre : ndarray, shape (3,)
+        The middle of the axle in track coordinates, at the height 0.
 
-    Returns
-    -------
-    list of list of Overlap
+    Raises
+    ------
+    NoContact
+        If no point of it is above the rail.
+
+    Notes
+    -----
+    The normal of a surface of revolution of radius ``r(y)`` is along ``(sin(theta), -r', cos(theta))`` in the frame of
+    the axle. That its component along the track is zero makes one equation for theta, solved in closed form.
     """
+    s = wheel.sampled(STEP)
+    y, r = wheel.points(s).T
+    along = wheel.directions(s)
+    a, b, c = rotation[0]
+    slope = b * along[:, 1] / (along[:, 0] * np.hypot(a, c))
+    possible = np.abs(slope) < 1
+    s, y, r, slope = (each[possible] for each in (s, y, r, slope))
+    theta = np.arcsin(slope) - np.arctan2(c, a)
+    points = np.stack([r * np.sin(theta), y, r * np.cos(theta)], axis=1) @ rotation.T + centre
+    below = rail.at(points[:, 1])
+    over = np.isfinite(below)
+    if not over.any():
+        ends = rail.points(rail.s[[0, -1]])[:, 0]
+        reason = (
+            f"the wheel is beside the rail: it spans y from {points[:, 1].min():.5g} to {points[:, 1].max():.5g} mm, "
+            f"the rail from {ends[0]:.5g} to {ends[1]:.5g} mm"
+        )
+        raise NoContact("position.y", float(centre[1]), message=reason)
+    gap, angles = np.full(s.size, np.inf), np.zeros(s.size)
+    gap[over] = rail.points(below[over])[:, 1] - points[over, 2]
+    angles[over] = rail.angles(below[over])
+    return Locus(s, theta, points, r, gap, angles, float(centre[2]))
+
+
+def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
+    """Overlaps in groups that make one patch: neighbours on the rail are nearer to each other than a distance [mm]."""
     groups = [[overlaps[0]]]
     for left, right in pairwise(overlaps):
         if _apart(left, right) < nearer:
@@ -107,8 +200,66 @@ def joined(overlaps: list[Overlap], nearer: float) -> list[list[Overlap]]:
 
 
 def _apart(left: Overlap, right: Overlap) -> float:
-    """The gap between neighbours on the rail's surface."""
+    """Gap between neighbours on the rail's surface [mm]."""
     return math.hypot(*(right.surface[0] - left.surface[-1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """The plane of a contact patch: its frame, see `Place`, and its contact angle about x [rad]."""
+
+    frame: Frame
+    angle: float
+
+
+def tangent_of(overlaps: list[Overlap], rail: Curve) -> Tangent:
+    """The plane of a group of overlaps by itself."""
+    weights = np.concatenate([each.weights for each in overlaps])
+    weights = weights / weights.sum()
+    points = np.concatenate([each.points for each in overlaps])
+    angle = float(weights @ np.concatenate([each.locus.angles[each.run] for each in overlaps]))
+    x, y = (float(weights @ points[:, i]) for i in (0, 1))
+    surface = rail.points(rail.at(np.array([y])))[0]
+    return Tangent(Frame(np.array([x, *surface]), rotation(roll=angle)), angle)
+
+
+def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn: float) -> list[Tangent]:
+    """The planes of all patches, those of near neighbours turned towards each other.
+
+    Where the gap between two is `separate`, both have the angle that they would have as one patch, from `turn` on their
+    own: so does CONTACT (D_TURN), and forces do not jump as patches become one.
+    """
+    found = [tangent_of(group, rail) for group in groups]
+    angles = np.array([each.angle for each in found])
+    loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
+    turned = angles.copy()
+    for i, (left, right) in enumerate(pairwise(groups)):
+        apart, two = _apart(left[-1], right[0]), slice(i, i + 2)
+        if apart < turn:
+            together = float(angles[two] @ loads[two] / loads[two].sum())
+            turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
+    return [
+        Tangent(Frame(each.frame.origin, rotation(roll=angle)), angle)
+        for each, angle in zip(found, turned.tolist(), strict=True)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where a contact patch is, and the shape of the bodies there."""
+
+    frame: Frame
+    """Origin on the rail's surface at the weighted centre of the overlap; x forward, y (also called s) along the rail's
+    surface to the right, z into the rail."""
+    angle: float
+    """Contact angle [rad]."""
+    grid: Grid
+    """Potential contact in the frame [mm]."""
+    distance: np.ndarray
+    """From the wheel to the rail along z, shape (ny, nx), undeformed and without the approach: 0 at its least [mm]."""
+    approach: float
+    """Depth of the wheel in the rail [mm]."""
+    seams: Seams
 
 
 def place(
@@ -123,133 +274,46 @@ def place(
 ) -> Place:
     """The patch of a group of overlaps.
 
-    Parameters
-    ----------
-    overlaps : list of Overlap
-    tangent : Tangent
-        As of `tangents_of`.
-    wheel : Curve
-        (y along the axle, radius).
-    rail : Curve
-        (y, z) in track coordinates.
-    axle : ndarray, shape (3, 3)
-        Axes of the axle in track coordinates.
-    centre : ndarray, shape (3,)
-        Middle of the axle in track coordinates.
-    sides : tuple of float, optional
-        (dx, dy) of an element [mm]; fine enough to interpolate the distance on any grid if not given.
-    distances : tuple of float
-        Up to which overlaps are one part, and from which they do not feel each other [mm].
-
-    Returns
-    -------
-    Place
-
-    Raises
-    ------
-    SceneError
-        If the elements are too many, or none is where the bodies overlap; if a profile is too rough.
+    `axle` has the axes of the axle, shape (3, 3), and `centre` its middle in track coordinates; `sides` are those of an
+    element, fine enough to interpolate the distance on any grid if None; `distances` are those up to which overlaps are
+    one part, and from which they do not feel each other [mm].
     """
     frame = tangent.frame
+    along, normal = frame.axes[1:, 1], frame.axes[1:, 2]
     grid = _grid(overlaps, frame, sides)
-    gap = _rail_heights(rail, frame, grid)[:, None] - _wheel_heights(
-        overlaps[0].locus, wheel, frame, grid, axle, centre
-    )
+    part = rail.single_valued(float(rail.at(frame.origin[1:2])[0]), along)
+    on_rail = part.points(part.at(grid.y + along @ frame.origin[1:], along))
+    rail_heights = np.asarray((on_rail - frame.origin[1:]) @ normal)
+    gap = rail_heights[:, None] - _wheel_heights(overlaps[0].locus, wheel, frame, grid, axle, centre)
     known = np.isfinite(gap)
     if not known.any():
         raise too_rough(float(frame.origin[1]))
     if gap[known].min() >= 0:
-        raise SceneError(
-            "dx, dy",
-            grid.sides,
-            message=f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is where wheel and rail "
-            f"overlap near y = {frame.origin[1]:.4g} mm; give smaller ones, or smooth a rough profile, "
-            "Profile(..., smoothing=...)",
+        reason = (
+            f"dx = {grid.sides[0]:g}, dy = {grid.sides[1]:g} mm: no element's centre is where wheel and rail overlap "
+            f"near y = {frame.origin[1]:.4g} mm; give smaller ones, or smooth a rough profile, "
+            "Profile(..., smoothing=...)"
         )
+        raise SceneError("dx, dy", grid.sides, message=reason)
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
-    seams = _seams(overlaps, frame, *distances)
-    return Place(frame, tangent.angle, grid, gap - gap.min(), -float(gap.min()), tangent.theta, seams)
+    seams = []
+    join, separate = distances
+    for left, right in pairwise(overlaps):
+        apart = _apart(left, right)
+        if apart > join:
+            middle = (left.surface[-1] + right.surface[0]) / 2
+            weight = max(0.0, (separate - apart) / (separate - join)) ** FALL
+            seams.append((float((middle - frame.origin[1:]) @ along), weight))
+    return Place(frame, tangent.angle, grid, gap - gap.min(), -float(gap.min()), tuple(seams))
 
 
 def too_rough(y: float) -> SceneError:
-    """What to raise where the surfaces of the bodies cannot be followed.
-
-    Parameters
-    ----------
-    y : float
-        Place on the track [mm].
-
-    Returns
-    -------
-    SceneError
-    """
-    return SceneError(
-        "profile",
-        y,
-        message=f"wheel and rail cannot be followed along their surfaces near y = {y:.4g} mm: a profile is too rough "
-        "there; smooth it, Profile(..., smoothing=...)",
+    """The error of surfaces that cannot be followed near a place on the track [mm]."""
+    reason = (
+        f"wheel and rail cannot be followed along their surfaces near y = {y:.4g} mm: a profile is too rough there; "
+        "smooth it, Profile(..., smoothing=...)"
     )
-
-
-def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn: float) -> list[Tangent]:
-    """The planes of all patches, those of near neighbours turned towards each other.
-
-    Where the gap between two is `separate`, both have the angle that they would have as one patch, from `turn` on their
-    own: so does CONTACT (D_TURN), and forces do not jump as patches become one.
-
-    Parameters
-    ----------
-    groups : list of list of Overlap
-        As of `joined`.
-    rail : Curve
-        (y, z) in track coordinates.
-    separate, turn : float
-        [mm]
-
-    Returns
-    -------
-    list of Tangent
-    """
-    found = [tangent_of(group, rail) for group in groups]
-    angles = np.array([each.angle for each in found])
-    loads = np.array([sum(float(each.weights.sum()) for each in group) for group in groups])
-    turned = angles.copy()
-    for i, (left, right) in enumerate(pairwise(groups)):
-        apart, two = _apart(left[-1], right[0]), slice(i, i + 2)
-        if apart < turn:
-            together = float(angles[two] @ loads[two] / loads[two].sum())
-            turned[two] += (turn - apart) / (turn - separate) * (together - angles[two])
-    return [each.turned(float(angle)) for each, angle in zip(found, turned, strict=True)]
-
-
-def tangent_of(overlaps: list[Overlap], rail: Curve) -> Tangent:
-    """The plane of a group of overlaps by itself.
-
-    Parameters
-    ----------
-    overlaps : list of Overlap
-    rail : Curve
-        (y, z) in track coordinates.
-    """
-    weights = np.concatenate([each.weights for each in overlaps])
-    weights = weights / weights.sum()
-    points = np.concatenate([each.points for each in overlaps])
-    angle = float(weights @ np.concatenate([each.locus.angles[each.run] for each in overlaps]))
-    theta = float(weights @ np.concatenate([each.locus.theta[each.run] for each in overlaps]))
-    x, y = (float(weights @ points[:, i]) for i in (0, 1))
-    at = rail.at(np.array([y]), np.array([1.0, 0.0]))
-    return Tangent(Frame(np.array([x, *rail.points(at)[0]]), rotation(roll=angle)), angle, theta)
-
-
-def _seams(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:
-    """Between neighbours that are not as near as to be one part."""
-    found = []
-    for left, right in pairwise(overlaps):
-        weight = seam_weight(_apart(left, right), join, separate)
-        if weight < 1:
-            middle = (left.surface[-1] + right.surface[0]) / 2
-            found.append((float((middle - frame.origin[1:]) @ frame.axes[1:, 1]), weight))
-    return tuple(found)
+    return SceneError("profile", y, message=reason)
 
 
 def _grid(overlaps: list[Overlap], frame: Frame, sides: tuple[float, float] | None) -> Grid:
@@ -261,49 +325,41 @@ def _grid(overlaps: list[Overlap], frame: Frame, sides: tuple[float, float] | No
     if not min(dx, dy) > 0:
         raise NotConverged("wheel and rail overlap by no more than their heights are rounded", math.nan)
     guard = GUARD if sides else AROUND
-    left, right, bottom, top = (
-        (math.floor if low else math.ceil)(value) + (-guard if low else guard)
-        for value, low in (
-            ((along.min() - frame.origin[0]) / dx, True),
-            ((along.max() - frame.origin[0]) / dx, False),
-            (across.min() / dy, True),
-            (across.max() / dy, False),
-        )
-    )
+    left = math.floor((along.min() - frame.origin[0]) / dx) - guard
+    right = math.ceil((along.max() - frame.origin[0]) / dx) + guard
+    bottom, top = math.floor(across.min() / dy) - guard, math.ceil(across.max() / dy) + guard
     nx, ny = right - left + 1, top - bottom + 1
     if nx * ny > MOST:
-        raise SceneError(
-            "dx, dy",
-            (dx, dy),
-            message=f"dx = {dx:g}, dy = {dy:g} mm make {nx} x {ny} elements of a contact of "
-            f"{nx * dx:.3g} x {ny * dy:.3g} mm; {MOST} are allowed at most: give larger ones",
+        reason = (
+            f"dx = {dx:g}, dy = {dy:g} mm make {nx} x {ny} elements of a contact of {nx * dx:.3g} x {ny * dy:.3g} mm; "
+            f"{MOST} are allowed at most: give larger ones"
         )
+        raise SceneError("dx, dy", (dx, dy), message=reason)
     return Grid(nx=nx, ny=ny, dx=dx, dy=dy, x0=(left - 0.5) * dx, y0=(bottom - 0.5) * dy)
-
-
-def _rail_heights(rail: Curve, frame: Frame, grid: Grid) -> np.ndarray:
-    """z of the rail's surface in the frame, at the rows of the grid; NaN beyond the profile."""
-    along, normal = frame.axes[1:, 1], frame.axes[1:, 2]
-    near = float(rail.at(frame.origin[1:2], np.array([1.0, 0.0]))[0])
-    part = rail.single_valued(along, near)
-    s = part.at(grid.y + along @ frame.origin[1:], along)
-    return np.asarray((part.points(s) - frame.origin[1:]) @ normal)
 
 
 def _wheel_heights(
     locus: Locus, wheel: Curve, frame: Frame, grid: Grid, axle: np.ndarray, centre: np.ndarray
 ) -> np.ndarray:
-    """z of the wheel's surface in the frame, at the elements' centres: Newton's method for (theta, s) of each."""
-    axes = frame.axes.T @ axle  # of the frame, along the axle's
-    middle = frame.axes.T @ (centre - frame.origin)
-    s, theta = _start(locus, frame, grid, float(centre[2]))
-    wanted_x, wanted_y = np.broadcast_arrays(grid.x[None, :], grid.y[:, None])
-    known = np.broadcast_to(np.isfinite(s)[:, None], grid.shape)
-    s, theta = (np.broadcast_to(each[:, None], grid.shape)[known] for each in (s, theta))
-    x, y = wanted_x[known], wanted_y[known]
+    """z of the wheel's surface in the frame, at the elements' centres: Newton's method for (theta, s) of each.
+
+    It begins with the locus at the rows of the grid; NaN where that does not reach.
+    """
+    points = locus.points + np.array([0.0, 0.0, float(centre[2]) - locus.height])
+    across = (points - frame.origin) @ frame.axes[:, 1]
+    nearest = int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
+    falls = np.flatnonzero(np.diff(across) <= 0)
+    first = int(max(falls[falls < nearest] + 1, default=0))
+    run = slice(first, int(min(falls[falls >= nearest], default=across.size - 1)) + 1)
+    rows = [np.interp(grid.y, across[run], each[run], left=np.nan, right=np.nan) for each in (locus.s, locus.theta)]
+    known = np.broadcast_to(np.isfinite(rows[0])[:, None], grid.shape)
     heights = np.full(grid.shape, np.nan)
     if not known.any():
         return heights
+    starts: Sequence[np.ndarray] = (rows[0][:, None], rows[1][:, None], grid.x[None, :], grid.y[:, None])
+    s, theta, x, y = (np.broadcast_to(each, grid.shape)[known] for each in starts)
+    axes = frame.axes.T @ axle  # of the frame, along the axle's
+    middle = frame.axes.T @ (centre - frame.origin)
     for _ in range(STEPS):
         point, by_theta, by_s = _surface(wheel, theta, s, axes, middle)
         off_x, off_y = x - point[0], y - point[1]
@@ -317,30 +373,15 @@ def _wheel_heights(
     return heights
 
 
-def _start(locus: Locus, frame: Frame, grid: Grid, height: float) -> tuple[np.ndarray, np.ndarray]:
-    """(s, theta) of the locus at the rows of the grid; NaN where it does not reach."""
-    points = locus.points + np.array([0.0, 0.0, height - locus.height])
-    across = (points - frame.origin) @ frame.axes[:, 1]
-    nearest = int(np.hypot(*(points[:, 1:] - frame.origin[1:]).T).argmin())
-    falls = np.flatnonzero(np.diff(across) <= 0)
-    first = int(falls[falls < nearest][-1]) + 1 if (falls < nearest).any() else 0
-    last = int(falls[falls >= nearest][0]) if (falls >= nearest).any() else across.size - 1
-    run = slice(first, last + 1)
-    return (
-        np.interp(grid.y, across[run], locus.s[run], left=np.nan, right=np.nan),
-        np.interp(grid.y, across[run], locus.theta[run], left=np.nan, right=np.nan),
-    )
-
-
 def _surface(
     wheel: Curve, theta: np.ndarray, s: np.ndarray, axes: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points of the wheel in the frame, shape (3, ...), and their derivatives by theta and s."""
+    """Points of the wheel in the frame, shape (3, n), and their derivatives with respect to theta and s."""
     y, r = np.moveaxis(wheel.points(s), -1, 0)
     dy, dr = np.moveaxis(wheel.directions(s), -1, 0)
     sine, cosine = np.sin(theta), np.cos(theta)
     return (
-        np.tensordot(axes, np.array([r * sine, y, r * cosine]), 1) + middle.reshape(3, *[1] * np.ndim(s)),
+        np.tensordot(axes, np.array([r * sine, y, r * cosine]), 1) + middle[:, None],
         np.tensordot(axes, np.array([r * cosine, np.zeros_like(y), -r * sine]), 1),
         np.tensordot(axes, np.array([dr * sine, dy, dr * cosine]), 1),
     )

@@ -12,19 +12,30 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.wheel_rail import profile_points
 from varcontact.wheel_rail.curve import Curve, spline
-from varcontact.wheel_rail.profile_points import Kind
+from varcontact.wheel_rail.profile_files import KINDS, Kind, rail_60e1, read_points, s1002
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KINDS = ("rail", "wheel")
 FEWEST = 10
 """Points a profile must have."""
 KINK, CALM, RESTLESS = np.radians(30.0), 1 / 3, 8.0
-"""A kink turns by so much in one point, the points beside it by less than this part of that, and the median of all
-points by less than one part in so many."""
+"""A kink turns by this angle at one point; the points beside it turn by less than CALM of it, and the median of all
+points by less than one part in RESTLESS."""
+TOGETHER = 0.02
+"""Spacing below which a point is left out, relative to the usual one: its direction is rounding."""
+NARROWEST = 1.0
+"""Smallest width of a profile [mm]; in metres none has it."""
+ON_LINE = 1e-6
+"""Distance below which a point lies on a line [mm]."""
+FLANGE, TIP = 0.1, 10.0
+"""The lowest point of a wheel is a flange if it is further from the middle than FLANGE times the width, and deeper
+than the median of the points by TIP [mm]: a hollow or barrelled tread has none."""
+BACK = 3.0
+"""Smallest rise of a wheel's flange behind its tip, where that is part of the profile [mm]."""
+BESIDE = 50
+"""The top of a rail with one in BESIDE of its points to either side, three at least, shows which way they run."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -78,27 +89,20 @@ class Profile:
         y, z = checks.array("profile.y", self.y, 1), checks.array("profile.z", self.z, 1)
         if y.size != z.size:
             raise checks.wrong_shape("profile.z", z.shape, f"as long as profile.y, {y.size} numbers")
-        points = profile_points.ordered(np.stack([y, z], axis=1), self.kind)
+        points = _ordered(np.stack([y, z], axis=1), self.kind)
         if len(points) < FEWEST:
-            raise SceneError(
-                "profile",
-                len(points),
-                message=f"the profile has {len(points)} different points; it needs {FEWEST} at least",
-            )
-        profile_points.check_width(points)
-        profile_points.check_crossing(points)
-        profile_points.check_upright(points, self.kind)
+            reason = f"the profile has {len(points)} different points; it needs {FEWEST} at least"
+            raise SceneError("profile", len(points), message=reason)
+        _check_shape(points)
+        _check_orientation(points, self.kind)
         points.flags.writeable = False
         set_(self, "y", points[:, 0])
         set_(self, "z", points[:, 1])
         spacing = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
         smoothing = checks.number("profile.smoothing", self.smoothing)
         if smoothing != 0 and smoothing < spacing:
-            raise SceneError(
-                "profile.smoothing",
-                smoothing,
-                f"0 (none), or at least the points' spacing, {spacing:.3g} mm",
-            )
+            allowed = f"0 (none), or at least the points' spacing, {spacing:.3g} mm"
+            raise SceneError("profile.smoothing", smoothing, allowed)
         set_(self, "smoothing", smoothing)
         if not isinstance(self.kinks, str):
             kinks = checks.numbers("profile.kinks", self.kinks).ravel()
@@ -133,7 +137,7 @@ class Profile:
             Two columns, y and z (`.txt`, `.csv`, `.dat`), SIMPACK (`.prr` of rails, `.prw` of wheels) or MiniProf
             (`.ban` of rails, `.whl` of wheels).
         kind : {"rail", "wheel"}, optional
-            Needed for columns; the other formats tell by their suffix.
+            Needed for columns; the other formats show it by their suffix.
         mirror_y : bool or "auto"
             Whether y changes its sign. "auto": of wheels, where the flange is at positive y; never of rails: solving
             warns of those that lean to the field side, and the picture names the track side.
@@ -144,67 +148,35 @@ class Profile:
         smoothing, kinks
             See `Profile`.
 
-        Returns
-        -------
-        Profile
-
         Raises
         ------
         SceneError
             If there is no such file, its format is not known, it has no points, or they make no profile.
         """
-        from varcontact.wheel_rail.profile_files import read_points
-
         mirror_z = checks.flag("mirror_z", mirror_z)
         if mirror_y != "auto" and not isinstance(mirror_y, (bool, np.bool_)):
             raise SceneError("mirror_y", mirror_y, '"auto", true or false')
-        found = read_points(path, kind)
-        factor = checks.positive("scale", scale)
-        y, z = factor * found.points.T
+        points, kind = read_points(path, kind)
+        y, z = checks.positive("scale", scale) * points.T
         if mirror_z:
             z = -z
-        mirrored = found.kind == "wheel" and profile_points.flange(y, z) > 0 if mirror_y == "auto" else mirror_y
-        if mirrored:
+        if kind == "wheel" and flange(y, z) > 0 if mirror_y == "auto" else mirror_y:
             y = -y
         name = Path(path).name
         try:
-            return cls(y=y, z=z, kind=found.kind, smoothing=smoothing, kinks=kinks, name=name)
+            return cls(y=y, z=z, kind=kind, smoothing=smoothing, kinks=kinks, name=name)
         except SceneError as error:
             raise SceneError(error.field, error.value, message=f"{name}: {error}") from None
 
     @classmethod
     def s1002(cls, *, step: float = 0.25) -> Profile:
-        """The wheel S1002 of EN 13715, see `varcontact.wheel_rail.standard_profiles`.
-
-        Parameters
-        ----------
-        step : float
-            Distance of its points [mm].
-
-        Returns
-        -------
-        Profile
-        """
-        from varcontact.wheel_rail.standard_profiles import s1002
-
+        """The wheel S1002 of EN 13715, its points a `step` apart [mm]."""
         y, z = s1002(checks.positive("step", step))
         return cls(y=y, z=z, kind="wheel", name="S1002")
 
     @classmethod
     def rail_60e1(cls, *, step: float = 0.25) -> Profile:
-        """The head of the rail 60E1 (UIC 60) of EN 13674-1, upright: see `varcontact.wheel_rail.standard_profiles`.
-
-        Parameters
-        ----------
-        step : float
-            Distance of its points [mm].
-
-        Returns
-        -------
-        Profile
-        """
-        from varcontact.wheel_rail.standard_profiles import rail_60e1
-
+        """The head of the rail 60E1 (UIC 60) of EN 13674-1, upright, its points a `step` apart [mm]."""
         y, z = rail_60e1(checks.positive("step", step))
         return cls(y=y, z=z, kind="rail", name="60E1")
 
@@ -216,98 +188,197 @@ class Profile:
     @cached_property
     def kink_points(self) -> np.ndarray:
         """Indices of the points that are kinks."""
-        if isinstance(self.kinks, str):
-            return _kinks(np.stack([self.y, self.z], axis=1))
-        nearest = {int(np.abs(self.y - y).argmin()) for y in self.kinks}
-        return np.array(sorted(nearest - {0, self.y.size - 1}), dtype=int)
+        if not isinstance(self.kinks, str):
+            nearest = {int(np.abs(self.y - y).argmin()) for y in self.kinks}
+            return np.array(sorted(nearest - {0, self.y.size - 1}), dtype=int)
+        turn = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(self.z), np.diff(self.y)))))
+        beside = np.maximum(np.append(turn[1:], 0.0), np.insert(turn[:-1], 0, 0.0))
+        least = max(KINK, RESTLESS * float(np.median(turn)))
+        return np.flatnonzero((turn > least) & (beside < CALM * turn)) + 1
 
     @cached_property
     def running(self) -> Curve:
         """The part that can be touched from above (a rail) or from below (a wheel): y keeps growing along it."""
         tread = np.abs(self.y).argmin() if self.kind == "wheel" else self.z.argmin()
-        curve = self.curve
-        at = curve.sampled(0.5)
-        away = curve.points(at) - [self.y[tread], self.z[tread]]
-        return curve.single_valued(np.array([1.0, 0.0]), float(at[np.hypot(*away.T).argmin()]))
+        at = self.curve.sampled(0.5)
+        away = self.curve.points(at) - [self.y[tread], self.z[tread]]
+        return self.curve.single_valued(float(at[np.hypot(*away.T).argmin()]))
 
     def z_at(self, y: float | np.ndarray) -> np.ndarray:
-        """Height at lateral positions on the part that can be touched [mm].
-
-        Parameters
-        ----------
-        y : array_like, shape (...)
-            [mm]
-
-        Returns
-        -------
-        ndarray, shape (...)
-            NaN beyond the profile.
-        """
+        """Height at lateral positions `y` on the part that can be touched [mm]; NaN beyond the profile."""
         return self.running.points(self._at(y))[..., 1]
 
     def angle_at(self, y: float | np.ndarray) -> np.ndarray:
-        """Inclination atan(dz/dy) at lateral positions [rad].
-
-        Parameters
-        ----------
-        y : array_like, shape (...)
-            [mm]
-
-        Returns
-        -------
-        ndarray, shape (...)
-        """
+        """Inclination atan(dz/dy) at lateral positions `y` [rad]; NaN beyond the profile."""
         return self.running.angles(self._at(y))
 
     def curvature_at(self, y: float | np.ndarray) -> np.ndarray:
-        """Curvature at lateral positions [1/mm]: positive where the body is convex.
-
-        Parameters
-        ----------
-        y : array_like, shape (...)
-            [mm]
-
-        Returns
-        -------
-        ndarray, shape (...)
-        """
+        """Curvature at lateral positions `y` [1/mm], positive where the body is convex; NaN beyond the profile."""
         return (1 if self.kind == "rail" else -1) * self.running.curvatures(self._at(y))
 
     def _at(self, y: float | np.ndarray) -> np.ndarray:
         wanted = checks.numbers("y", y)
-        return self.running.at(wanted.ravel(), np.array([1.0, 0.0])).reshape(wanted.shape)
+        return self.running.at(wanted.ravel()).reshape(wanted.shape)
 
     def smoothed(self, length: float) -> Profile:
-        """The same points with another smoothing.
-
-        Parameters
-        ----------
-        length : float
-            See `Profile`.
-
-        Returns
-        -------
-        Profile
-        """
+        """The same points with another smoothing, of the wavelength `length` [mm], see `Profile`."""
         return replace(self, smoothing=length)
 
     def plot(self) -> Figure:
-        """Points, curve and kinks, and the curvature below them.
-
-        Returns
-        -------
-        Figure
-        """
-        from varcontact.wheel_rail.pictures import plot_profile
+        """Points, curve and kinks, and the curvature below them."""
+        from varcontact.wheel_rail.plots import plot_profile
 
         return plot_profile(self)
 
 
-def _kinks(points: np.ndarray) -> np.ndarray:
-    """Points that turn sharply between neighbours that do not, and more than points do that are noise."""
-    along = np.diff(points, axis=0)
-    direction = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
-    turn = np.abs(np.diff(direction))
-    beside = np.maximum(np.append(turn[1:], 0.0), np.insert(turn[:-1], 0, 0.0))
-    least = max(KINK, RESTLESS * float(np.median(turn)))
-    return np.flatnonzero((turn > least) & (beside < CALM * turn)) + 1
+def _ordered(points: np.ndarray, kind: Kind) -> np.ndarray:
+    """The points from the track side to the outside, without those that lie on each other.
+
+    Of a rail the points at its top decide: web and foot may go on below until the ends meet.
+    """
+    if len(points) > 1:
+        top = int(points[:, 1].argmin())
+        beside = max(3, len(points) // BESIDE)
+        first, last = (max(top - beside, 0), min(top + beside, len(points) - 1)) if kind == "rail" else (0, -1)
+        if points[first, 0] > points[last, 0]:
+            points = points[::-1]
+    if len(points) < 3:
+        return points
+    least = TOGETHER * float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+    keep = [0]
+    for i in range(1, len(points)):
+        if np.hypot(*(points[i] - points[keep[-1]])) > least:
+            keep.append(i)
+    return points[keep]
+
+
+def _check_shape(points: np.ndarray) -> None:
+    """Refuse lengths in metres, points that come twice, and segments that cross each other."""
+    width = float(np.ptp(points[:, 0]))
+    if width < NARROWEST:
+        raise SceneError(
+            "profile.y",
+            width,
+            message=f"the profile is {width:.3g} mm wide: y and z must be in millimetres; multiply them by 1000 where "
+            "they are in metres, or read the file with scale=1000",
+        )
+    _, first, place = np.unique(points[:-1], axis=0, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[place.ravel()] != np.arange(len(points) - 1))
+    if again.size:
+        i, j = int(first[place.ravel()[again[0]]]), int(again[0])
+        raise SceneError(
+            "profile",
+            tuple(points[j].tolist()),
+            message=f"the profile comes back to y = {points[j, 0]:.4g}, z = {points[j, 1]:.4g} mm, its points {i} and "
+            f"{j}: the points must be ordered along the profile, each once",
+        )
+    start, end = points[:-1], points[1:]
+    for i in range(len(start) - 2):
+        a, b, others = start[i], end[i], slice(i + 2, None)
+        across = _off(a, b, start[others]) * _off(a, b, end[others])
+        along = _off(start[others], end[others], a) * _off(start[others], end[others], b)
+        crossed = np.flatnonzero((across < -(ON_LINE**2)) & (along < -(ON_LINE**2)))
+        if crossed.size:
+            y, z = ((a + b) / 2).tolist()
+            raise SceneError(
+                "profile",
+                (y, z),
+                message=f"the profile crosses itself near y = {y:.4g}, z = {z:.4g} mm, between its points {i} and "
+                f"{i + 2 + int(crossed[0])}: the points must be ordered along the profile; if measured points are "
+                "closer together than their noise, keep every second or third",
+            )
+
+
+def _off(first: np.ndarray, last: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Distance of a point to the left of the line from one point to another."""
+    way, to = last - first, point - first
+    return (way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) / np.hypot(way[..., 0], way[..., 1])
+
+
+def _check_orientation(points: np.ndarray, kind: Kind) -> None:
+    """Refuse the profile of the other kind, z that points up, and a wheel's flange on the field side."""
+    y, z = points.T
+    other: Kind = "wheel" if kind == "rail" else "rail"
+    if any((_is_wheel if kind == "rail" else _is_rail)(y, each) for each in (z, -z)):
+        what = "from its flange a tread goes on to one side" if kind == "rail" else "both sides fall from its top"
+        raise SceneError(
+            "profile.kind",
+            kind,
+            message=f'profile.kind = "{kind}", but the points are those of a {other} ({what}): read them with '
+            f'kind = "{other}"',
+        )
+    low, high = int(z.argmax()), int(z.argmin())
+    if kind == "wheel":
+        inverted, what, where = flange(y, -z) != 0 and flange(y, z) == 0, "its flange points up", high
+    else:
+        inverted, what, where = 0 < low < len(z) - 1 and high in (0, len(z) - 1), "its head points down", low
+    if inverted:
+        raise SceneError(
+            "profile.z",
+            float(z[where]),
+            message=f"the {kind}'s profile is upside down ({what}): z must point down; change the sign of z, or read "
+            "the file with mirror_z=True",
+        )
+    if kind == "wheel" and flange(y, z) > 0:
+        raise SceneError(
+            "profile.y",
+            float(y[low]),
+            message=f"the wheel's flange is at y = {y[low]:.4g} mm: y must point to the outside, away from the flange; "
+            "change the sign of y, or read the file with mirror_y=True",
+        )
+
+
+def flange(y: np.ndarray, z: np.ndarray) -> float:
+    """Side of a wheel's flange: -1 at the lesser y, 1 at the greater, 0 if it has none."""
+    at = int(z.argmax())
+    middle, width = (y.min() + y.max()) / 2, y.max() - y.min()
+    if abs(y[at] - middle) < FLANGE * width or z[at] < np.median(z) + TIP:
+        return 0.0
+    return float(np.sign(y[at] - middle))
+
+
+def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """The run of growing y around the highest point: y, depths below that point, and its index."""
+    top = int(z.argmin())
+    back = np.flatnonzero(np.diff(y) < 0)
+    first = int(max(back[back < top] + 1, default=0))
+    last = int(min(back[back >= top], default=len(y) - 1))
+    return y[first : last + 1], z[first : last + 1] - z[top], top - first
+
+
+def _widths(y: np.ndarray) -> np.ndarray:
+    return np.gradient(y) if y.size > 1 else np.zeros(1)
+
+
+def _is_rail(y: np.ndarray, z: np.ndarray) -> bool:
+    """Whether most of the width is near the top, from which both sides fall to their ends, without a flange's tip."""
+    at, depth, top = _falls(y, z)
+    width = _widths(at)
+    near = width[depth < TIP].sum() > width.sum() / 2
+    return bool(near) and all(
+        side[-1] > TIP and side[-1] > side.max() - ON_LINE for side in (depth[top::-1], depth[top:])
+    )
+
+
+def _is_wheel(y: np.ndarray, z: np.ndarray) -> bool:
+    """Whether most of the width is a tread, far above a flange's tip at one side; a grooved rail has a lip beyond."""
+    at, height, tip = _falls(y, -z)
+    sides = slice(tip + 1), slice(tip, None)
+    back = min(height[side].max() for side in sides)
+    width = _widths(at)
+    far = width * (height > TIP)
+    lip = min(far[side].sum() for side in sides)
+    return flange(y, z) != 0 and bool(back > BACK and lip < TIP and far.sum() > width.sum() / 2)
+
+
+def inclination(profile: Profile) -> float:
+    """Angle by which a rail's head leans towards negative y in itself [rad]: the slope of its top around the middle.
+
+    0 where the points do not go down on both sides.
+    """
+    at, depth, top = _falls(profile.y, profile.z)
+    if min(depth[0], depth[-1]) < TIP:
+        return 0.0
+    left, right = np.interp(-TIP, -depth[: top + 1], at[: top + 1]), np.interp(TIP, depth[top:], at[top:])
+    middle = np.abs(at - (left + right) / 2) < (right - left) / 4
+    return -float(np.arctan(np.polyfit(at[middle], depth[middle], 1)[0])) if middle.sum() > 2 else 0.0

@@ -1,101 +1,112 @@
-"""Profiles from files: two columns, SIMPACK's .prr and .prw, MiniProf's .ban and .whl."""
+"""Where profiles come from: files, in two columns or of SIMPACK and MiniProf; the wheel S1002 and the rail 60E1.
+
+S1002: the eight sections of UIC 510-2 and EN 13715 (flange height 28 mm, flange thickness 32.5 mm). 60E1: the head of
+EN 13674-1 (UIC 60), arcs of radius 300, 80 and 13 mm that meet at widths of 20.456 and 52.053 mm, and flanks of slope
+1:20 where the head is 72 mm wide.
+"""
 
 from __future__ import annotations
 
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, cast
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from varcontact import checks
 from varcontact.errors import SceneError, shortened
 
-KNOWN = (
+Kind = Literal["rail", "wheel"]
+KINDS = ("rail", "wheel")
+FORMATS = (
     "two columns y and z (.txt, .csv, .dat), SIMPACK (.prr of rails, .prw of wheels), MiniProf (.ban of rails, "
     ".whl of wheels)"
 )
 COLUMNS = (".txt", ".csv", ".dat")
-KIND_OF = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".whl": "wheel"}
+KIND_OF: dict[str, Kind] = {".prr": "rail", ".prw": "wheel", ".ban": "rail", ".whl": "wheel"}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?$")
 WITH_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eEdD][-+]?\d+)?$")
 NO_NUMBER = re.compile(r"[-+]?(?:nan|inf|infinity)$", re.IGNORECASE)
-SAID = (
+CHANGES = (
     *("shift.y", "shift.z", "rotate", "mirror.y", "mirror.z", "units.len.f", "units.ang.f"),
     *("bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max"),
 )
 """Keywords of SIMPACK's header that change its points."""
 
+# S1002, by y towards the outside [mm]; flange back at -70, running circle at 0
+FLANGE_BACK = (-70.0, -62.764705882, (-49.5, 9.519259302), 20.5)
+FLANGE_TOP = (-62.764705882, -49.662510381, (-55.0, 16.0), 12.0)
+FLANGE_SIDE = (-49.662510381, -39.764473993, (-58.558326413, 8.834924130), 20.0)
+FLANGE_FLAT = (-39.764473993, -38.426669071, (-93.576667419, -2.747477419))
+THROAT = (-38.426669071, -35.0, (-26.210665, 16.446), -13.0)
+INNER = (-35.0, -26.0)
+INNER_COEFFICIENTS = (
+    -4.320221063e3,
+    -1.038384026e3,
+    -1.065501873e2,
+    -6.051367875,
+    -2.054332446e-1,
+    -4.169739389e-3,
+    -4.687195829e-5,
+    -2.252755540e-7,
+)
+TREAD = (-26.0, 32.15796)
+TREAD_COEFFICIENTS = (
+    0.0,
+    -3.358537058e-2,
+    1.565681624e-3,
+    -2.810427944e-5,
+    5.844240864e-8,
+    -1.562379023e-8,
+    5.309217349e-15,
+    -5.957839843e-12,
+    2.646656573e-13,
+)
+OUTER = (32.15796, 60.0)
+OUTER_COEFFICIENTS = (1.364323640, -0.066666667)
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What a file says.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, 2)
-        y and z in millimetres, by the file's header.
-    kind : str
-        "rail" or "wheel".
-    """
-
-    points: np.ndarray
-    kind: Literal["rail", "wheel"]
+# 60E1, by y from its middle [mm]
+RADII = (300.0, 80.0, 13.0)
+HALF_WIDTHS = (20.456 / 2, 52.053 / 2, 72.0 / 2)
+FLANK_SLOPE = 20.0
+FLANK_DEPTH = 36.0
+"""Below the top, where the flanks end here; the real ones go on to 37.5 mm and turn inwards."""
 
 
-def read_points(path: str | Path, kind: str | None) -> Found:
-    """Points of a profile.
-
-    Parameters
-    ----------
-    path : str or Path
-    kind : str or None
-        What the caller says it is.
-
-    Returns
-    -------
-    Found
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read, its format is not known or it has no points; if the kind is missing, or is not
-        what the file says.
-    """
+def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
+    """Points (y, z) of a profile, shape (n, 2), in millimetres by the file's header, and whose they are."""
     file = checks.file_name("path", path)
     suffix = file.suffix.lower()
     if suffix not in COLUMNS and suffix not in KIND_OF:
-        raise SceneError("path", str(path), message=f"{file.name} is of a format that is not known; known are {KNOWN}")
+        raise SceneError("path", str(path), message=f"{file.name}: unknown format; known formats are {FORMATS}")
     if kind is None and suffix not in KIND_OF:
-        raise SceneError("kind", None, f'given: "rail" or "wheel"; {file.name} does not tell')
-    kind = checks.choice("kind", kind or KIND_OF[suffix], ("rail", "wheel"))
-    if suffix in KIND_OF and kind != KIND_OF[suffix]:
-        raise SceneError(
-            "kind", kind, message=f"kind = {kind!r}, but {file.name} is a {KIND_OF[suffix]}'s by its suffix"
-        )
-    lines = _lines(file)
-    reader = {".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof}.get(suffix, _columns)
-    points = reader(file.name, lines)
-    if len(points) == 0:
-        raise SceneError("path", str(path), message=f"{file.name} has no points; known formats are {KNOWN}")
-    return Found(np.array(points), cast(Literal["rail", "wheel"], kind))
-
-
-def _lines(file: Path) -> list[str]:
-    """The lines of a text file; names in its header may be written in the letters of old Windows."""
+        raise SceneError("kind", None, f'given: "rail" or "wheel"; {file.name} does not show it')
+    kind = cast(Kind, checks.choice("kind", kind or KIND_OF[suffix], KINDS))
+    if KIND_OF.get(suffix, kind) != kind:
+        reason = f"kind = {kind!r}, but by its suffix {file.name} is a {KIND_OF[suffix]}'s"
+        raise SceneError("kind", kind, message=reason)
     try:
         content = file.read_bytes()
     except OSError as error:
-        reason = f"cannot be read ({error.strerror})"
-        raise SceneError("path", str(file), message=f"path {shortened(str(file), 200)} {reason}") from None
+        reason = f"path {shortened(str(file), 200)} cannot be read ({error.strerror})"
+        raise SceneError("path", str(file), message=reason) from None
+    reader = {".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof}.get(suffix, _columns)
+    points = reader(file.name, _text(content).splitlines())
+    if len(points) == 0:
+        raise SceneError("path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}")
+    return np.array(points), kind
+
+
+def _text(content: bytes) -> str:
+    """The text of a file; its header may be in the letters of old Windows."""
     if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-        return content.decode("utf-16", errors="replace").splitlines()
+        return content.decode("utf-16", errors="replace")
     try:
-        return content.decode("utf-8-sig").splitlines()
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace").splitlines()
+        return content.decode("cp1252", errors="replace")
 
 
 def _words(line: str) -> list[str]:
@@ -120,7 +131,7 @@ def _not_a_point(name: str, number: int, text: str) -> SceneError:
 
 
 def _columns(name: str, lines: list[str]) -> list[list[float]]:
-    """Two columns below lines with words, which are headings; remarks begin with a mark of comments."""
+    """Two columns below lines with words, which are headings; remarks begin with a comment mark."""
     points = []
     for number, line in enumerate(lines, 1):
         text = re.split("[!#%]", line)[0].replace('"', " ").strip()
@@ -133,8 +144,8 @@ def _columns(name: str, lines: list[str]) -> list[list[float]]:
 
 
 def _simpack(name: str, lines: list[str]) -> list[list[float]]:
-    """Points between point.begin and point.end, changed as the keywords before them say."""
-    said: dict[str, float] = {}
+    """Points between point.begin and point.end, changed by the keywords before them."""
+    header: dict[str, float] = {}
     points: list[list[float]] = []
     inside = False
     for number, line in enumerate(lines, 1):
@@ -148,30 +159,27 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
             points.append(values[:2])
         elif "=" in text:
             key, value = (part.strip().strip("'\"") for part in text.split("=", 1))
-            if key in SAID:
-                said[key] = _said(f"{name}, line {number}: {key}", value, positive=key.startswith("units"))
-    return _as_simpack_says(np.array(points).reshape(-1, 2), said).tolist()
+            if key in CHANGES:
+                found, positive = _numbers(value), key.startswith("units")
+                if found is None or len(found) != 1 or (positive and found[0] <= 0):
+                    wanted = "a positive number" if positive else "a number"
+                    reason = f"{name}, line {number}: {key} must be {wanted}, not {value!r}"
+                    raise SceneError("path", value, message=reason)
+                header[key] = found[0]
+    return _changed(np.array(points).reshape(-1, 2), header).tolist()
 
 
-def _said(where: str, value: str, positive: bool) -> float:
-    """The number of a keyword."""
-    found = _numbers(value)
-    if found is None or len(found) != 1 or (positive and found[0] <= 0):
-        raise SceneError("path", value, message=f"{where} must be a{' positive' * positive} number, not {value!r}")
-    return found[0]
-
-
-def _as_simpack_says(points: np.ndarray, said: dict[str, float]) -> np.ndarray:
-    """Shifts, rotation, bounds, mirrors and the unit of length: metres times units.len.f."""
-    points = points + np.array([said.get("shift.y", 0.0), said.get("shift.z", 0.0)])
-    turn = said.get("rotate", 0.0) / said.get("units.ang.f", 1.0)
+def _changed(points: np.ndarray, header: dict[str, float]) -> np.ndarray:
+    """Shifts, rotation, bounds, mirrors and the unit of length of SIMPACK: metres times units.len.f."""
+    points = points + np.array([header.get("shift.y", 0.0), header.get("shift.z", 0.0)])
+    turn = header.get("rotate", 0.0) / header.get("units.ang.f", 1.0)
     points = points @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     for column, axis in enumerate("yz"):
-        low, high = said.get(f"bound.{axis}.min", 0.0), said.get(f"bound.{axis}.max", 0.0)
+        low, high = header.get(f"bound.{axis}.min", 0.0), header.get(f"bound.{axis}.max", 0.0)
         if low < high:
             points = points[(points[:, column] >= low) & (points[:, column] <= high)]
-    signs = [-1.0 if said.get(f"mirror.{axis}", 0.0) else 1.0 for axis in "yz"]
-    return points * signs * (1000.0 / said.get("units.len.f", 1000.0))
+    signs = [-1.0 if header.get(f"mirror.{axis}", 0.0) else 1.0 for axis in "yz"]
+    return points * signs * (1000.0 / header.get("units.len.f", 1000.0))
 
 
 def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
@@ -197,3 +205,87 @@ def _miniprof(name: str, lines: list[str]) -> list[list[float]]:
     if any(len(values) <= max(x, y) for values in points):
         raise SceneError("path", name, message=f"{name}: lines have fewer columns than ColumnDef names")
     return [[values[x], values[y]] for values in points]
+
+
+def s1002(step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the wheel profile S1002.
+
+    Parameters
+    ----------
+    step : float
+        Distance of the points along the profile, nearly [mm].
+
+    Returns
+    -------
+    y, z : ndarray, shape (n,)
+        From the flange's back to the outside; z down, 0 on the running circle [mm].
+
+    Examples
+    --------
+    >>> y, z = s1002(0.25)
+    >>> print(f"{z.max():.2f} {np.interp(10.0, y, z):.4f}")
+    28.00 -0.2084
+    """
+    sections = [_arc(*each, step) for each in (FLANGE_BACK, FLANGE_TOP, FLANGE_SIDE)]
+    sections.append(_polynomial(*FLANGE_FLAT, step))
+    sections.append(_arc(*THROAT, step))
+    for ends, coefficients in ((INNER, INNER_COEFFICIENTS), (TREAD, TREAD_COEFFICIENTS), (OUTER, OUTER_COEFFICIENTS)):
+        sections.append(_polynomial(*ends, coefficients, step))
+    return _joined(sections)
+
+
+def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the head of the rail profile 60E1, upright (not inclined).
+
+    Parameters
+    ----------
+    step : float
+        Distance of the points along the profile, nearly [mm].
+
+    Returns
+    -------
+    y, z : ndarray, shape (n,)
+        From one flank to the other; z down from the top [mm].
+
+    Examples
+    --------
+    >>> y, z = rail_60e1(0.25)
+    >>> print(f"{z.min():.1f} {np.interp(14.3, z[y > 0], y[y > 0]):.2f}")
+    0.0 36.00
+    """
+    centre, start, half = np.array([0.0, RADII[0]]), 0.0, []
+    for radius, width, smaller in zip(RADII, HALF_WIDTHS, (*RADII[1:], 0.0), strict=True):
+        half.append(_arc(start, width, (float(centre[0]), float(centre[1])), -radius, step))
+        turned = np.arcsin((width - centre[0]) / radius)
+        # the next arc's centre lies on the same radius: tangents meet
+        centre = centre + (radius - smaller) * np.array([np.sin(turned), -np.cos(turned)])
+        start = width
+    y0, z0 = half[-1][0][-1], half[-1][1][-1]
+    z = np.linspace(z0, FLANK_DEPTH, max(2, round((FLANK_DEPTH - z0) / step)))
+    half.append((y0 + (z - z0) / FLANK_SLOPE, z))
+    y, z = _joined(half)
+    return np.concatenate([-y[:0:-1], y]), np.concatenate([z[:0:-1], z])
+
+
+def _arc(
+    first: float, last: float, centre: tuple[float, float], radius: float, step: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points of an arc between two y, below its centre (larger z) for a positive radius, above it for a negative."""
+    ends = np.arcsin((np.array([first, last]) - centre[0]) / abs(radius))
+    angles = np.linspace(ends[0], ends[1], max(2, int(np.ceil(abs(radius * (ends[1] - ends[0])) / step)) + 1))
+    return centre[0] + abs(radius) * np.sin(angles), centre[1] + radius * np.cos(angles)
+
+
+def _polynomial(
+    first: float, last: float, coefficients: tuple[float, ...], step: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a polynomial, lowest power first, between two y."""
+    y = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
+    return y, polyval(y, coefficients)
+
+
+def _joined(sections: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Sections one after the other; where two meet, the point of the second."""
+    y = np.concatenate([*(section[0][:-1] for section in sections[:-1]), sections[-1][0]])
+    z = np.concatenate([*(section[1][:-1] for section in sections[:-1]), sections[-1][1]])
+    return y, z

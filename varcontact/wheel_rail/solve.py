@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from varcontact import checks
+from varcontact.discrete.discretisation import discretise
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.error_estimate import ErrorEstimate
 from varcontact.results.quantities_of_interest import units
@@ -19,39 +20,43 @@ from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
+from varcontact.solvers.active_set.norm import norm
+from varcontact.solvers.newton.drive import DENSE
+from varcontact.solvers.newton.normal import newton_normal
+from varcontact.solvers.settings import Settings
 from varcontact.solving.options import BY_DEFAULT, CertifyName
 from varcontact.solving.solve import solve
 from varcontact.theories.on_grid import THEORIES
+from varcontact.wheel_rail.patches import Seams
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
-from varcontact.wheel_rail.rough import check_smooth
-from varcontact.wheel_rail.seams import weakened
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 ROUNDS = 30
 """Heights that are tried."""
 GROWTH = 10.0
-"""How many times deeper the next height may be."""
+"""Largest ratio of the next depth to the last."""
 ROUNDING = 1e-15
-"""Of heights, by the radius of the wheel, from which they are reckoned."""
+"""Rounding of heights, relative to the radius of the wheel, from which they are computed."""
 CONFORMAL = 3.0
 """Half widths that the radius of curvature of each profile should have at least, for half-spaces."""
 STEEP = 2.0
-"""Normal forces by the load above which a wheel on its flange is warned of: those of an angle of 60 degrees."""
+"""Ratio of normal forces to the load above which a wheel on its flange is warned of: that of an angle of 60 degrees."""
 FEWEST = 4
-"""Elements of a patch either way, with fewer of which its pressures are rough."""
+"""Elements of a patch either way below which its pressures are rough."""
 ON_ELLIPSE = 32
-"""Elements either way across the ellipse on which a theory is evaluated: as many at all heights, so that forces do not
-jump."""
+"""Elements either way across the ellipse of a theory: as many at all heights, so that forces do not jump."""
 TRIED = 4
-"""Heights for which a time budget is divided: so many are usual."""
+"""Heights among which a time budget is divided."""
 TARGETS = ("accuracy", "time_budget")
 START = 0.5, 0.125
-"""Sides of elements [mm] on which the height is found first where grids are chosen for an accuracy."""
-ROUGHLY = 1e-3
+"""Sides of elements [mm] for the first height, where grids are chosen for an accuracy."""
+START_TOL = 1e-3
 """Relative error of the load at that height."""
 MOVED = 0.02
-"""Change of the height, by the least approach, from which contacts are looked for again."""
+"""Change of the height, relative to the least approach, from which contacts are determined again."""
+WEAK_ROUNDS, WEAK_CLOSE = 40, 1e-6
+"""Rounds for the pressures of parts, and the change of the distance, relative to the approach, that ends them."""
 
 
 class CoarseElements(UserWarning):
@@ -62,45 +67,38 @@ class ConformalContact(UserWarning):
     """A patch so wide, by the curvature of a profile, that half-spaces and a tangent plane do not describe it well."""
 
 
+class RoughProfile(UserWarning):
+    """A patch whose pressure is dominated by noise of the profiles."""
+
+
+Solved = tuple[float, int, tuple[PatchSolution, ...]]
+"""Height of the axle, number of heights tried, and the patches."""
+
+
 def solve_wheel_on_rail(
     case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]
 ) -> WheelRailSolution:
-    """The solution of a wheel on a rail: see `WheelOnRail.solve`.
-
-    Parameters
-    ----------
-    case : WheelOnRail
-    tol : float
-        Of the vertical force, relative.
-    certify : str or None
-    methods : dict
-        Arguments of `varcontact.solve`.
-
-    Returns
-    -------
-    WheelRailSolution
-    """
+    """See `WheelOnRail.solve`; `methods` has the arguments of `varcontact.solve`."""
     tol = checks.positive("tol", tol)
     if methods.get("store") is not None:
         raise SceneError("store", methods["store"], message="store must be left out: it is for histories of steps")
+    if methods.get("refine") is not None:
+        reason = "refine: it is for Hertz's pressure, and here the pressure is solved for; give accuracy instead"
+        raise SceneError("refine", methods["refine"], message=reason)
     target = _target(case, methods)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
     if target:
-        z, rounds, found = _to_accuracy(case, None, tol, certify, methods | target)
+        found = _to_accuracy(case, tol, certify, methods, target)
     elif _by_default(case, methods):
         try:
-            z, rounds, found = _to_accuracy(case, None, tol, certify, methods | {"accuracy": BY_DEFAULT})
+            found = _to_accuracy(case, tol, certify, methods, {"accuracy": BY_DEFAULT})
         except NotConverged:  # with the usual elements there is an answer without an error bar
-            z, rounds, found = _on_elements(case, tol, certify, methods)
+            found = _on_elements(case, tol, certify, methods)
     else:
-        z, rounds, found = _on_elements(case, tol, certify, methods)
-    check_sides(case.track, stacklevel=4)
-    _check_load(case, found)
-    for each in found:
-        check_smooth(each.patch, stacklevel=4)
-        _check_elements(each)
-        _check_half_space(case, each)
-    return WheelRailSolution(case, z, found, rounds)
+        found = _on_elements(case, tol, certify, methods)
+    z, rounds, patches = found
+    _warn(case, patches)
+    return WheelRailSolution(case, z, patches, rounds)
 
 
 def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
@@ -108,9 +106,8 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
     target = {name: methods[name] for name in TARGETS if methods.get(name) is not None}
     for name, value in target.items():
         checks.positive(name, value)
-        for other in (*(set(target) - {name}), "refine"):
-            if methods.get(other) is not None:
-                raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
+        for other in set(target) - {name}:
+            raise SceneError(other, methods[other], message=f"{name} and {other} are both given: leave one out")
         for side in ("dx", "dy"):
             if getattr(case, side) is not None:
                 reason = f"{side}: the grids are chosen for the {name}; leave dx and dy out, or {name}"
@@ -122,15 +119,11 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
 
 
 def _by_default(case: WheelOnRail, methods: dict[str, Any]) -> bool:
-    """Whether nothing that is given decides on the grid, and the answer of a grid has an error: that of `solve`."""
-    given = (case.dx, case.dy, methods.get("refine"), methods.get("start"))
+    """Whether no argument determines the grid, and the answer of a grid has an error."""
+    given = (case.dx, case.dy, methods.get("start"))
     exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
-    rubs = isinstance(case.friction, Law) or 0 < case.friction < np.inf
-    return exact and all(each is None for each in given) and rubs
-
-
-Solved = tuple[float, int, tuple[PatchSolution, ...]]
-"""The height of the axle, how many were tried, and the patches."""
+    has_friction = isinstance(case.friction, Law) or 0 < case.friction < np.inf
+    return exact and all(each is None for each in given) and has_friction
 
 
 def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
@@ -138,39 +131,49 @@ def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, met
 
     @lru_cache(maxsize=1)  # the height that bears the load is often the last that was tried
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
-        found = [(patch, _solved(patch, certify, methods)) for patch in _with_elements(case, z, methods)]
-        return tuple(PatchSolution(*each, _determined(case, found)) for each in found)
+        found = [(patch, _solve_patch(patch, certify, methods)) for patch in case.patches(z)]
+        return tuple(PatchSolution(*each, _load_error(case, found)) for each in found)
 
     def vertical(z: float) -> float:
         if case.with_friction or case.bodies.K != 0:  # tractions bear a part, or change the pressure
             return _vertical(case, solved(z, None))
-        return _pressed(case, z, methods)
+        patches = [replace(patch, scene=_frictionless(patch.scene)) for patch in case.patches(z)]
+        return _vertical(case, tuple(PatchSolution(p, _solve_patch(p, None, _of_pressure(methods))) for p in patches))
 
     z, rounds = (case.z, 0) if case.z is not None else bearing_height(case, tol, vertical)
     return z, rounds, solved(z, certify)
 
 
 def _to_accuracy(
-    case: WheelOnRail, near: float | None, tol: float, certify: CertifyName | None, methods: dict[str, Any]
+    case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any], target: dict[str, Any]
 ) -> Solved:
     """On grids chosen for an accuracy: half of it for normal forces, half for tangential ones.
 
     Distances and frames are those of a height near that which bears the load. From there the normal forces grow by
     the power 3/2 of the depth; grids stay, so that forces do not jump.
     """
-    if case.z is not None:
-        near = case.z
-    elif near is None:
-        exact = {name: value for name, value in methods.items() if name not in TARGETS}
-        near = _on_elements(replace(case, dx=START[0], dy=START[1]), max(tol, ROUGHLY), None, exact)[0]
-    patches = [replace(each, scene=_sampled(each)) for each in case.patches(near, warn=False, with_grid=False)]
-    if methods.get("time_budget") is not None:
-        part = methods["time_budget"] / (TRIED * len(patches))
-        tried = [_estimate(solve(each.scene, certify=None, **methods | {"time_budget": part})) for each in patches]
-        methods = methods | {"time_budget": None, "accuracy": max(each.largest for each in tried)}
+    if case.z is None:
+        near = _on_elements(replace(case, dx=START[0], dy=START[1]), max(tol, START_TOL), None, methods)[0]
     else:
-        methods = methods | {"accuracy": methods["accuracy"] / 2}
-    normals = [_normal_force(patch, methods) for patch in patches]
+        near = case.z
+    if "accuracy" in target:
+        accuracy = target["accuracy"] / 2
+    else:  # the one that the time for each patch and height gives
+        scenes = _sampled_scenes(case, near)
+        methods = methods | {"time_budget": target["time_budget"] / (TRIED * len(scenes))}
+        accuracy = max(_estimate(solve(scene, certify=None, **methods)).largest for _, scene in scenes)
+    methods = methods | {"accuracy": accuracy, "time_budget": None}
+    while True:
+        z, rounds, found = _near(case, near, tol, certify, methods)
+        if abs(z - near) <= MOVED * min(each.patch.approach for each in found):
+            return z, rounds, found
+        near = z
+
+
+def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
+    """To an accuracy, with the distances and frames of a height."""
+    patches = [replace(patch, scene=scene) for patch, scene in _sampled_scenes(case, near)]
+    normals = [_normal_force(patch.scene, methods) for patch in patches]
 
     @lru_cache(maxsize=1)
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
@@ -179,15 +182,13 @@ def _to_accuracy(
             deeper = max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0)
             scene = replace(patch.scene, approach=None, normal_force=force * deeper**1.5)
             found.append((patch, solve(scene, certify=certify, **methods)))
-        known = _determined(case, found)
+        known = _load_error(case, found)
         errors = [error if known is None else known for _, error in normals]
         return tuple(PatchSolution(*each, error) for each, error in zip(found, errors, strict=True))
 
     if case.z is not None:
         return near, 0, solved(near, certify)
     z, rounds = bearing_height(case, tol, lambda z: _vertical(case, solved(z, None)), near)
-    if abs(z - near) > MOVED * min(each.approach for each in patches):
-        return _to_accuracy(case, z, tol, certify, methods | {"accuracy": 2 * methods["accuracy"]})
     return z, rounds, solved(z, certify)
 
 
@@ -196,17 +197,17 @@ def _estimate(solution: Solution) -> ErrorEstimate:
     return solution.error_estimate
 
 
-def _normal_force(patch: ContactPatch, methods: dict[str, Any]) -> tuple[float, float]:
+def _normal_force(scene: Scene, methods: dict[str, Any]) -> tuple[float, float]:
     """That of a patch at its approach, and its relative error; of unlike bodies with tractions, which change it."""
-    if patch.scene.bodies.K != 0:
-        found = solve(patch.scene, certify=None, **methods)
+    if scene.bodies.K != 0:
+        found = solve(scene, certify=None, **methods)
         return found.normal_force, _estimate(found).largest
-    found = solve(_frictionless(patch).scene, certify=None, **_of_pressure(methods))
+    found = solve(_frictionless(scene), certify=None, **_of_pressure(methods))
     return found.normal_force, _estimate(found).errors["normal_force"]
 
 
-def _determined(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -> float | None:
-    """The relative error of a normal force that follows from the load and the tangential force, of a single patch."""
+def _load_error(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -> float | None:
+    """Relative error of the normal force of a single patch, which the load and the tangential force determine."""
     (patch, solution), estimate = found[0], found[0][1].error_estimate
     if case.z is not None or len(found) > 1 or estimate is None:
         return None
@@ -217,69 +218,29 @@ def _determined(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -
     return float(lifting / abs(patch.frame.axes[2] @ [*solution.force, solution.normal_force]))
 
 
-def _with_elements(case: WheelOnRail, z: float, methods: dict[str, Any]) -> tuple[ContactPatch, ...]:
-    """The patches on elements of dx and dy; to be refined with samples that are known between their centres, too."""
-    patches = case.patches(z, warn=False)
-    if methods.get("refine") is None:
-        return patches
-    sampled = case.patches(z, warn=False, with_grid=False)
-    return tuple(
-        replace(each, scene=replace(_sampled(each), grid=patch.scene.grid), seams=()) if _covers(each, patch) else patch
-        for each, patch in zip(sampled, patches, strict=True)
-    )
-
-
-def _covers(sampled: ContactPatch, patch: ContactPatch) -> bool:
-    """Whether the samples reach over the elements: they do unless these are too few to be refined."""
-    assert isinstance(sampled.scene.surface, SampledDistance)
-    assert isinstance(patch.scene.grid, Grid)
-    inner, outer = np.array(patch.scene.grid.box), np.array(sampled.scene.surface.box)
-    return bool(np.all((inner - outer) * [1, -1, 1, -1] >= 0))
-
-
-def _sampled(patch: ContactPatch) -> Scene:
-    """The scene of a patch without a grid; of one in parts with what each feels of the others."""
-    scene = patch.scene
-    if not patch.seams:
-        return scene
-    assert isinstance(scene.surface, SampledDistance)
-    x, y = scene.surface.coordinates
-    dx, dy = x[1] - x[0], y[1] - y[0]
-    grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
-    weak = weakened(replace(scene, surface=SampledDistance(scene.surface.h), grid=grid), patch.seams).surface
-    assert isinstance(weak, SampledDistance)
-    return replace(scene, surface=replace(scene.surface, h=weak.h))
+def _sampled_scenes(case: WheelOnRail, z: float) -> list[tuple[ContactPatch, Scene]]:
+    """The patches, and their scenes without a grid; of those in parts with what each feels of the others."""
+    found = []
+    for patch in case.patches(z, with_grid=False):
+        scene = patch.scene
+        if patch.seams:
+            assert isinstance(scene.surface, SampledDistance)
+            x, y = scene.surface.coordinates
+            dx, dy = x[1] - x[0], y[1] - y[0]
+            grid = Grid(nx=x.size, ny=y.size, dx=dx, dy=dy, x0=x[0] - dx / 2, y0=y[0] - dy / 2)
+            weak = weakened(replace(scene, surface=SampledDistance(scene.surface.h), grid=grid), patch.seams).surface
+            assert isinstance(weak, SampledDistance)
+            scene = replace(scene, surface=replace(scene.surface, h=weak.h))
+        found.append((patch, scene))
+    return found
 
 
 def bearing_height(
     case: WheelOnRail, tol: float, vertical: Callable[[float], float], start: float | None = None
 ) -> tuple[float, int]:
-    """The height at which the forces bear the load, by the secant of force^(2/3), which is nearly straight.
+    """The height at which the vertical force bears the load, and the number of heights tried.
 
-    Parameters
-    ----------
-    case : WheelOnRail
-        With a vertical force.
-    tol : float
-        Relative.
-    vertical : callable
-        From the height to the vertical force on the rail.
-    start : float, optional
-        The height that is tried first [mm].
-
-    Returns
-    -------
-    z : float
-        [mm]
-    rounds : int
-        Heights that were tried.
-
-    Raises
-    ------
-    SceneError
-        If friction lifts the wheel, so that no height bears the load.
-    NotConverged
-        If none was found.
+    The secant method for force^(2/3), which is nearly straight, between heights that bear less and more.
     """
     load = case.vertical_force
     assert load is not None
@@ -292,7 +253,13 @@ def bearing_height(
         if abs(force - load) <= tol * load:
             return z, rounds
         if force <= 0:
-            raise _lifted(case, z, force)
+            reason = (
+                f"vertical_force = {load:g} N: no height of the axle bears it. {z - case.touching:.3g} mm below the "
+                "height where the wheel touches, friction lifts it by more than its normal force presses it down "
+                f"(together {force:.4g} N): it climbs on the rail. Give another position, velocity or coefficient of "
+                "friction, z instead of the force, or with_friction = False for a force of normal forces alone"
+            )
+            raise SceneError("vertical_force", load, message=reason)
         value = float(np.sign(force) * abs(force) ** (2 / 3) - load ** (2 / 3))
         low, high = (z, high) if value < 0 else (low, z)
         slope = (value - last_value) / (z - last)
@@ -304,21 +271,10 @@ def bearing_height(
             z = step if low < step < high else (low + high) / 2
         if z == last:
             break
-    missed = f"the height of the axle that bears {load:g} N was not found"
+    missed = f"no height of the axle was found that bears {load:g} N"
     if tol * (z - case.touching) < ROUNDING * case.wheelset.radius:
         missed += f" to within tol = {tol:g}: heights are rounded more coarsely than that; give a larger load, or tol"
     raise NotConverged(missed, abs(force - load) / load)
-
-
-def _lifted(case: WheelOnRail, z: float, force: float) -> SceneError:
-    """What to raise where friction presses the wheel up by more than the pressures press it down."""
-    reason = (
-        f"vertical_force = {case.vertical_force:g} N: no height of the axle bears it. {z - case.touching:.3g} mm below "
-        "the height where the wheel touches, friction lifts it by more than its normal force presses it down (together "
-        f"{force:.4g} N): it climbs on the rail. Give another position, velocity or coefficient of friction, z instead "
-        "of the force, or with_friction = False for a force of normal forces alone"
-    )
-    return SceneError("vertical_force", case.vertical_force, message=reason)
 
 
 def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
@@ -328,14 +284,8 @@ def _vertical(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> float:
     return float(sum(each.normal_force * np.cos(each.patch.angle) for each in solved))
 
 
-def _pressed(case: WheelOnRail, z: float, methods: dict[str, Any]) -> float:
-    """The vertical force of the pressures at a height of the axle, which tractions do not change."""
-    patches = [_frictionless(patch) for patch in case.patches(z, warn=False)]
-    return _vertical(case, tuple(PatchSolution(each, _solved(each, None, _of_pressure(methods))) for each in patches))
-
-
-def _frictionless(patch: ContactPatch) -> ContactPatch:
-    return replace(patch, scene=replace(patch.scene, motion=None, friction=None))
+def _frictionless(scene: Scene) -> Scene:
+    return replace(scene, motion=None, friction=None)
 
 
 def _of_pressure(methods: dict[str, Any]) -> dict[str, Any]:
@@ -343,18 +293,13 @@ def _of_pressure(methods: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in methods.items() if name in ("normal", "method", "accuracy")}
 
 
-def _solved(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
-    """A patch on its grid; one in parts by what each feels of the others; by a theory on an ellipse in its place."""
+def _solve_patch(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
+    """A patch on its grid; a theory is evaluated on an ellipse with its normal force."""
     scene = weakened(patch.scene, patch.seams) if patch.seams else patch.scene
-    if methods.get("tangential") in THEORIES:
-        normal = solve(replace(scene, motion=None, friction=None), certify=None, **_of_pressure(methods))
-        scene = _on_ellipse(scene, normal)
-        methods = {name: value for name, value in methods.items() if name != "normal"}
-    return solve(scene, certify=certify, **methods)
-
-
-def _on_ellipse(scene: Scene, normal: Solution) -> Scene:
-    """Hertz's contact with the force of a pressure and its second moments, a^2/5 and b^2/5."""
+    if methods.get("tangential") not in THEORIES:
+        return solve(scene, certify=certify, **methods)
+    normal = solve(_frictionless(scene), certify=None, **_of_pressure(methods))
+    # Hertz's contact with the same second moments, a^2/5 and b^2/5
     grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
     a, b = (
         float(np.sqrt(5 * (along @ (at - along @ at) ** 2 + side**2 / 12)))
@@ -364,48 +309,80 @@ def _on_ellipse(scene: Scene, normal: Solution) -> Scene:
         )
     )
     ellipse = Grid(nx=ON_ELLIPSE, ny=ON_ELLIPSE)
-    return replace(scene, surface=Ellipse(a, b), approach=None, normal_force=normal.normal_force, grid=ellipse)
+    scene = replace(scene, surface=Ellipse(a, b), approach=None, normal_force=normal.normal_force, grid=ellipse)
+    return solve(scene, certify=certify, **{name: value for name, value in methods.items() if name != "normal"})
 
 
-def _check_load(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
-    """Warn where the normal forces are far larger than the load: on a steep flange."""
-    pressed = sum(each.normal_force for each in solved)
-    if case.vertical_force is not None and pressed > STEEP * case.vertical_force:
-        warnings.warn(
-            f"normal forces of {pressed:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
-            f"{np.degrees(max(abs(each.patch.angle) for each in solved)):.3g} degrees: a wheel with this load hardly "
-            "comes to this position",
-            stacklevel=4,
+def weakened(scene: Scene, seams: Seams) -> Scene:
+    """The scene with the undeformed distance in which each part of a patch feels the others by the seams' weights.
+
+    Parts lie in one plane. The displacement that the pressure of one makes in another is multiplied by a weight, from 1
+    where they are so near as to be one patch to 0 where they are two: forces do not jump when parts come nearer, as in
+    CONTACT (D_COMB, D_SEP). What a part would feel too much is taken off its distance, with the pressures of the round
+    before.
+    """
+    surface, grid = scene.surface, scene.grid
+    assert isinstance(surface, SampledDistance)
+    assert isinstance(grid, Grid)
+    assert scene.approach is not None
+    places, weights = np.array(seams).T
+    count = weights.size + 1
+    missing = np.array([[1 - np.prod(weights[min(i, j) : max(i, j)]) for j in range(count)] for i in range(count)])
+    part = np.searchsorted(places, grid.y)
+    disc = discretise(_frictionless(scene), grid, coupled=False)
+    problem = disc.normal_problem()
+    assert problem.approach is not None
+    taken, raw = np.zeros(grid.shape), None
+    for _ in range(WEAK_ROUNDS):
+        near = replace(problem, distance=problem.distance - taken.ravel())
+        # NORM is the fastest where the contact hardly changes from round to round, unless elements are many
+        few = np.count_nonzero(near.distance < problem.approach) <= DENSE
+        found = norm(near, raw) if few else None
+        raw = found if found is not None and found.solved else newton_normal(near, Settings(rough=True), raw)
+        pressure, before = raw.traction.reshape(grid.shape), taken
+        parts = [disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0] for j in range(count)]
+        taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))
+        change = float(np.abs(taken - before).max()) * disc.scales.displacement / scene.approach
+        if change <= WEAK_CLOSE:
+            return replace(scene, surface=SampledDistance(surface.h - taken * disc.scales.displacement))
+    raise NotConverged("the pressures of the parts of a patch did not settle", change)
+
+
+def _warn(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
+    """Warn of exchanged sides, steep flanges, noise, few elements, and contacts too wide for half-spaces."""
+
+    def warn(message: str, category: type[UserWarning] = UserWarning) -> None:
+        warnings.warn(message, category, stacklevel=6)
+
+    check_sides(case.track, stacklevel=6)
+    normal = sum(each.normal_force for each in solved)
+    if case.vertical_force is not None and normal > STEEP * case.vertical_force:
+        steepest = np.degrees(max(abs(each.patch.angle) for each in solved))
+        warn(
+            f"normal forces of {normal:.4g} N bear the load of {case.vertical_force:.4g} N, on a flange as steep as "
+            f"{steepest:.3g} degrees: a wheel with this load hardly comes to this position"
         )
-
-
-def _check_elements(solved: PatchSolution) -> None:
-    """Warn where a patch has few elements."""
-    contact, sides = solved.solution.pressure > 0, solved.solution.grid.sides
-    for axis, (side, what) in enumerate(zip(sides, ("dx", "dy"), strict=True)):
-        count = int(np.count_nonzero(contact.any(axis=axis)))
-        if 0 < count < FEWEST:
-            warnings.warn(
-                f"with {what} = {side:g} mm the patch at y = {solved.patch.location[1]:.4g} mm is {count} "
-                f"element{'s' * (count > 1)} {('long', 'wide')[axis]}: too few for its pressures; give a smaller "
-                f"{what}, for {FEWEST} elements or more",
-                CoarseElements,
-                stacklevel=4,
-            )
-
-
-def _check_half_space(case: WheelOnRail, solved: PatchSolution) -> None:
-    """Warn where a profile is curved too much for the width of the patch."""
-    patch, half = solved.patch, solved.half_width
-    across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
-    for profile, point in ((case.track.rail, patch.on_rail), (case.wheelset.wheel, patch.on_wheel)):
-        turned = profile.angle_at(point[0] + across)  # on average over the patch: noise does not count
-        curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
-        if curvature * half * CONFORMAL > 1:
-            warnings.warn(
-                f"conformal contact: the patch at y = {patch.location[1]:.4g} mm is {half:.3g} mm wide to either side, "
-                f"and the {profile.kind}'s radius of curvature there is {1 / curvature:.3g} mm, less than "
-                f"{CONFORMAL:g} times as much; half-spaces are too soft for that, and the tangent plane too flat",
-                ConformalContact,
-                stacklevel=4,
-            )
+    for each in solved:
+        patch, solution, half = each.patch, each.solution, each.half_width
+        where = f"the patch at y = {patch.location[1]:.4g} mm"
+        counts = [int(np.count_nonzero((solution.pressure > 0).any(axis=axis))) for axis in (0, 1)]
+        for count, side, name, size in zip(counts, solution.grid.sides, ("dx", "dy"), ("long", "wide"), strict=True):
+            if 0 < count < FEWEST:
+                reason = f"too few for its pressures; give a smaller {name}, for {FEWEST} elements or more"
+                elements = f"{count} element{'s' * (count > 1)} {size}"
+                warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
+        noisy = any(text.lower().startswith("noise") for text in solution.warnings)
+        if noisy and min(counts) >= FEWEST * (1 + len(patch.seams)):
+            reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
+            warn(f"noise dominates {where}: {reason}", RoughProfile)
+        across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
+        for profile, point in ((case.track.rail, patch.on_rail), (case.wheelset.wheel, patch.on_wheel)):
+            turned = profile.angle_at(point[0] + across)  # on average over the patch: noise does not count
+            curvature = abs(np.sin(float(turned[1] - turned[0]) / 2)) / half
+            if curvature * half * CONFORMAL > 1:
+                warn(
+                    f"conformal contact: {where} is {half:.3g} mm wide to either side, and the {profile.kind}'s radius "
+                    f"of curvature there is {1 / curvature:.3g} mm, less than {CONFORMAL:g} times as much; half-spaces "
+                    "are too soft for that, and the tangent plane too flat",
+                    ConformalContact,
+                )

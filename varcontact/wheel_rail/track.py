@@ -16,21 +16,20 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.kinematics import RigidBody, rotation
-from varcontact.wheel_rail import profile_points
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.profile import Profile
+from varcontact.wheel_rail.profile import Profile, flange, inclination
 
 Side = Literal["left", "right"]
 SIGN = {"left": -1.0, "right": 1.0}
 STEEPEST = 0.5
 """Greatest angle of cant, roll and yaw [rad]."""
 OUTWARDS = 1 / 80
-"""Inclination of a profile to the field side above which its sides are probably exchanged [rad]; 1:20 and 1:40 are
-usual, to the track side."""
+"""Inclination to the field side above which the sides of a profile are probably exchanged [rad]; 1:20 and 1:40 to the
+track side are usual."""
 WIDEST_FLANGE = 40.0
-"""From the back of a flange to its tip at most [mm]."""
+"""Largest distance from the back of a flange to its tip [mm]."""
 FINE = 0.02
-"""Step along the profile in which the gauge point is looked for [mm]."""
+"""Step along the profile in the search for the gauge point [mm]."""
 
 
 @checks.named({"inclination": "cant", "profile": "rail", "width": "gauge"})
@@ -75,21 +74,19 @@ class Track:
         object.__setattr__(self, "cant", _angle("track.cant", self.cant))
         deepest = float(self._inner[1].max())
         if deepest < self.gauge_height:
-            raise SceneError(
-                "track.gauge_height",
-                self.gauge_height,
-                message=f"track.gauge_height = {self.gauge_height:g} mm, but the rail's profile ends "
-                f"{deepest:.3g} mm below its top on the track side",
+            reason = (
+                f"track.gauge_height = {self.gauge_height:g} mm, but the rail's profile ends {deepest:.3g} mm below "
+                "its top on the track side"
             )
+            raise SceneError("track.gauge_height", self.gauge_height, message=reason)
 
     @property
     def _turn(self) -> np.ndarray:
-        """The rail's head leans towards negative y."""
         return np.array([[np.cos(self.cant), np.sin(self.cant)], [-np.sin(self.cant), np.cos(self.cant)]])
 
     @cached_property
     def _inner(self) -> tuple[np.ndarray, np.ndarray]:
-        """The turned profile from its track side to its top: points (y, z), and how deep each is below the top."""
+        """The turned profile from its track side to its top: points (y, z), and their depths below the top."""
         curve = self.rail.curve.moved(self._turn, np.zeros(2))
         points = curve.points(curve.sampled(FINE))
         points = points[: int(points[:, 1].argmin()) + 1]
@@ -97,7 +94,7 @@ class Track:
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """Where the origin of the right rail's profile is, (y, z) in track coordinates [mm]."""
+        """Origin of the right rail's profile, (y, z) in track coordinates [mm]."""
         points, depth = self._inner
         deep = int(np.flatnonzero(depth >= self.gauge_height)[-1])
         part = (self.gauge_height - depth[deep + 1]) / (depth[deep] - depth[deep + 1])
@@ -106,40 +103,17 @@ class Track:
         return np.array([self.gauge / 2 - innermost, -points[-1, 1]])
 
     def placed(self, side: Side) -> Curve:
-        """The part of a rail that can be touched, in track coordinates.
-
-        Parameters
-        ----------
-        side : {"left", "right"}
-
-        Returns
-        -------
-        Curve
-            (y, z), y growing.
-        """
-        return self._rails[side]
+        """The part of the rail on a `side` that can be touched: a curve (y, z) in track coordinates, y growing."""
+        return self._right if side == "right" else self._right.mirrored
 
     @cached_property
-    def _rails(self) -> dict[Side, Curve]:
+    def _right(self) -> Curve:
         curve = self.rail.curve.moved(self._turn, self.origin)
         s = curve.sampled(FINE)
-        top = float(s[int(curve.points(s)[:, 1].argmin())])
-        return _both_sides(curve.single_valued(np.array([1.0, 0.0]), top))
+        return curve.single_valued(float(s[int(curve.points(s)[:, 1].argmin())]))
 
     def on_rail(self, point: np.ndarray, side: Side) -> np.ndarray:
-        """A point of the track in the coordinates of the rail's profile.
-
-        Parameters
-        ----------
-        point : ndarray, shape (2,)
-            (y, z) [mm].
-        side : {"left", "right"}
-
-        Returns
-        -------
-        ndarray, shape (2,)
-            (y, z), y to the outside, before canting [mm].
-        """
+        """A `point` (y, z) of the track in the coordinates of the profile on a `side`, before canting [mm]."""
         return np.asarray((point * [SIGN[side], 1.0] - self.origin) @ self._turn)
 
 
@@ -183,21 +157,19 @@ class WheelSet:
         object.__setattr__(self, "flange_back", checks.moderate("wheelset.flange_back", self.flange_back))
         smallest = self.radius + float(self.wheel.z.min())
         if smallest <= 0:
-            raise SceneError(
-                "wheelset.radius",
-                self.radius,
-                message=f"wheelset.radius = {self.radius:g} mm leaves a radius of {smallest:.3g} mm where the wheel's "
-                "profile is highest: it must be in millimetres",
+            reason = (
+                f"wheelset.radius = {self.radius:g} mm leaves a radius of {smallest:.3g} mm where the wheel's profile "
+                "is highest: it must be in millimetres"
             )
+            raise SceneError("wheelset.radius", self.radius, message=reason)
         y, z = self.wheel.y, self.wheel.z
         tip = float(y[z.argmax()])
-        if profile_points.flange(y, z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
-            raise SceneError(
-                "wheelset.flange_back",
-                self.flange_back,
-                message=f"wheelset.flange_back = {self.flange_back:g} mm, but the tip of the wheel's flange is at "
-                f"y = {tip:.4g} mm: give the y of the flange's back in the coordinates of the profile",
+        if flange(y, z) < 0 and not 0 <= tip - self.flange_back <= WIDEST_FLANGE:
+            reason = (
+                f"wheelset.flange_back = {self.flange_back:g} mm, but the tip of the wheel's flange is at "
+                f"y = {tip:.4g} mm: give the y of the flange's back in the coordinates of the profile"
             )
+            raise SceneError("wheelset.flange_back", self.flange_back, message=reason)
 
     @property
     def middle(self) -> float:
@@ -205,22 +177,12 @@ class WheelSet:
         return self.inside_distance / 2 - self.flange_back
 
     def placed(self, side: Side) -> Curve:
-        """The part of a wheel that can be touched.
-
-        Parameters
-        ----------
-        side : {"left", "right"}
-
-        Returns
-        -------
-        Curve
-            (y from the middle of the axle to the right, radius), y growing [mm].
-        """
-        return self._wheels[side]
+        """The part of the wheel on a `side` that can be touched: (y from the middle of the axle, radius), y growing."""
+        return self._right if side == "right" else self._right.mirrored
 
     @cached_property
-    def _wheels(self) -> dict[Side, Curve]:
-        return _both_sides(self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius])))
+    def _right(self) -> Curve:
+        return self.wheel.running.moved(np.eye(2), np.array([self.middle, self.radius]))
 
 
 @checks.named({"z": "z, or vertical_force, of WheelOnRail", "lateral": "y"})
@@ -297,20 +259,14 @@ class Velocity:
                 raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
 
     def body(self, wheelset: WheelSet, position: Position, z: float, *, pitching: bool = True) -> RigidBody:
-        """The wheel set as a rigid body in track coordinates.
+        """The `wheelset` at a `position` as a rigid body in track coordinates.
 
         Parameters
         ----------
-        wheelset : WheelSet
-        position : Position
         z : float
-            Of the middle of its axle, above which 0 has the nominal circles at the height of the rail tops [mm].
+            Height of the axle, downwards: at 0 the nominal circles are at the height of the rail tops [mm].
         pitching : bool
             Whether it turns about its axle; without, it moves as the contacts do.
-
-        Returns
-        -------
-        RigidBody
         """
         pitch = -self.speed / wheelset.radius if self.pitch_rate is None else self.pitch_rate
         turning = np.array([self.roll_rate, 0.0, 0.0]) + rotation(roll=position.roll) @ [0.0, 0.0, self.yaw_rate]
@@ -324,54 +280,22 @@ class Velocity:
         )
 
 
-def _both_sides(right: Curve) -> dict[Side, Curve]:
-    """A curve of the right side, and its mirror image, y growing along both."""
-    return {"right": right, "left": right.moved(np.diag([-1.0, 1.0]), np.zeros(2)).reversed()}
-
-
 def check_kind(field: str, value: Any, kind: type[Any]) -> None:
-    """Refuse what is not of a class.
-
-    Parameters
-    ----------
-    field : str
-    value : object
-    kind : type
-
-    Raises
-    ------
-    SceneError
-    """
+    """Refuse what is not of a class."""
     if not isinstance(value, kind):
         raise SceneError(field, value, f"a {kind.__name__}")
 
 
-def backwards(speed: float) -> SceneError:
-    """What to raise for a wheel that does not roll forwards.
-
-    Parameters
-    ----------
-    speed : float
-        Its rolling velocity [mm/s].
-
-    Returns
-    -------
-    SceneError
-    """
-    reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {speed:.6g} mm/s"
-    return SceneError("velocity", speed, message=reason)
+def check_forward(rolling: float) -> None:
+    """Refuse a wheel whose rolling velocity [mm/s] is not positive."""
+    if not rolling > 0:
+        reason = f"velocity: a wheel does not roll forwards, its rolling velocity is {rolling:.6g} mm/s"
+        raise SceneError("velocity", rolling, message=reason)
 
 
 def check_sides(track: Track, stacklevel: int) -> None:
-    """Warn of a rail's profile that leans to the field side, as one whose sides are exchanged.
-
-    Parameters
-    ----------
-    track : Track
-    stacklevel : int
-        Of the warning.
-    """
-    lean = profile_points.inclination(track.rail.y, track.rail.z)
+    """Warn of a rail's profile that leans to the field side, as one whose sides are exchanged."""
+    lean = inclination(track.rail)
     if lean < -OUTWARDS:
         warnings.warn(
             f"track.rail: the profile leans to the field side by 1:{-1 / lean:.0f}, so its gauge side is probably on "

@@ -19,16 +19,13 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.system.threads import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.patches import Place, joined, place, tangents_of
-from varcontact.wheel_rail.rough import check_smooth
-from varcontact.wheel_rail.seams import Seams
-from varcontact.wheel_rail.search import Locus, contact_locus
-from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, backwards, check_kind
+from varcontact.wheel_rail.patches import Locus, Seams, contact_locus, joined, place, tangents_of
+from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
 
 if TYPE_CHECKING:
     from varcontact.solving.options import CertifyName
-    from varcontact.wheel_rail.fast import FastWheel
     from varcontact.wheel_rail.result import WheelRailSolution
+    from varcontact.wheel_rail.virtual_penetration import FastWheel
 
 STEEL = Bodies(G=82000.0, nu=0.28)
 STIFFEST = 1e6
@@ -62,8 +59,8 @@ class ContactPatch:
         The patch as a scene: undeformed distance on the potential contact, approach, friction and creepages. Lengths
         are in mm and forces in N; tractions act on the rail.
     seams : tuple of pairs of float
-        Where parts of the patch meet along y, and how much they feel each other: none in nearly all patches, see
-        `varcontact.wheel_rail.seams`.
+        Where parts of the patch meet along y, and the weights with which they feel each other: none in nearly all
+        patches.
     """
 
     location: np.ndarray
@@ -184,13 +181,7 @@ class WheelOnRail:
 
     @cached_property
     def locus(self) -> Locus:
-        """The contact locus.
-
-        Raises
-        ------
-        NoContact
-            If the wheel is beside the rail.
-        """
+        """The contact locus; NoContact if the wheel is beside the rail."""
         axle = np.array([0.0, self.position.y, -self.wheelset.radius])
         return contact_locus(self.wheel, self.rail, self.position.rotation, axle)
 
@@ -200,22 +191,15 @@ class WheelOnRail:
         return self.locus.touching
 
     @one_blas_thread()
-    def patches(self, z: float, *, warn: bool = True, with_grid: bool = True) -> tuple[ContactPatch, ...]:
-        """All contact patches at a height of the axle.
+    def patches(self, z: float, *, with_grid: bool = True) -> tuple[ContactPatch, ...]:
+        """All contact patches at a height of the axle, from left to right.
 
         Parameters
         ----------
         z : float
             Downwards, see `WheelOnRail` [mm].
-        warn : bool
-            Whether patches with a rough profile are warned of.
         with_grid : bool
             Whether scenes have the grid of `dx` and `dy`; without, samples that are interpolated on any grid.
-
-        Returns
-        -------
-        tuple of ContactPatch
-            From left to right.
 
         Raises
         ------
@@ -227,89 +211,50 @@ class WheelOnRail:
         z = checks.moderate("z", z)
         groups = joined(self.locus.overlaps(z), self.separate)
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
-        tangents = tangents_of(groups, self.rail, self.separate, turn)
         body = self.velocity.body(self.wheelset, self.position, z)
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
         known = self.wheel, self.rail, body.rotation, body.position, sides, (self.join, self.separate)
-        places = [place(group, tangent, *known) for group, tangent in zip(groups, tangents, strict=True)]
-        found = tuple(self._patch(each, z, body, with_grid) for each in places)
-        if warn:
-            for patch in found:
-                check_smooth(patch, stacklevel=3)
-        return found
-
-    def _patch(self, found: Place, z: float, body: RigidBody, with_grid: bool) -> ContactPatch:
-        rolled = self.creepage(found.frame, found.approach, z)
-        origin = found.frame.origin
-        on_wheel = self.on_wheel(origin, body)
-        scene = Scene(
-            bodies=self.bodies,
-            surface=SampledDistance(found.distance, *(() if with_grid else (found.grid.x, found.grid.y))),
-            approach=found.approach,
-            friction=self.friction,
-            motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
-            grid=found.grid if with_grid else "auto",
-            units=MM_N,
-        )
-        return ContactPatch(
-            location=origin,
-            angle=found.angle,
-            frame=found.frame,
-            on_rail=self.track.on_rail(origin[1:], self.side),
-            on_wheel=on_wheel,
-            rolling_radius=self.wheelset.radius + float(self.wheelset.wheel.z_at(float(on_wheel[0]))),
-            creepage=rolled,
-            approach=found.approach,
-            scene=scene,
-            seams=found.seams,
-        )
+        patches = []
+        for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
+            found = place(group, tangent, *known)
+            frame = found.frame
+            rolled, on_wheel = self.creepage(frame, found.approach, z), self.on_wheel(frame.origin, body)
+            scene = Scene(
+                bodies=self.bodies,
+                surface=SampledDistance(found.distance, *(() if with_grid else (found.grid.x, found.grid.y))),
+                approach=found.approach,
+                friction=self.friction,
+                motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
+                grid=found.grid if with_grid else "auto",
+                units=MM_N,
+            )
+            patch = ContactPatch(
+                location=frame.origin,
+                angle=found.angle,
+                frame=frame,
+                on_rail=self.track.on_rail(frame.origin[1:], self.side),
+                on_wheel=on_wheel,
+                rolling_radius=self.wheelset.radius + float(self.wheelset.wheel.z_at(float(on_wheel[0]))),
+                creepage=rolled,
+                approach=found.approach,
+                scene=scene,
+                seams=found.seams,
+            )
+            patches.append(patch)
+        return tuple(patches)
 
     def on_wheel(self, point: np.ndarray, body: RigidBody) -> np.ndarray:
-        """A point of the track in the coordinates of the wheel's profile.
-
-        Parameters
-        ----------
-        point : ndarray, shape (3,)
-            In track coordinates [mm].
-        body : RigidBody
-            The wheel set, see `Velocity.body`.
-
-        Returns
-        -------
-        ndarray, shape (2,)
-            (y, z), z counted from the nominal radius [mm].
-        """
+        """A `point` of the track in the coordinates of the wheel's profile, the wheel set being `body`: (y, z) [mm]."""
         x, y, height = body.locally(point)
         return np.array([SIGN[self.side] * y - self.wheelset.middle, np.hypot(x, height) - self.wheelset.radius])
 
     def creepage(self, frame: Frame, approach: float, z: float) -> Creepages:
-        """Of the rail over the wheel, whose particle is as deep in the rail as it approaches it.
-
-        Parameters
-        ----------
-        frame : Frame
-            Of the contact.
-        approach : float
-            How deep the wheel is in the rail [mm].
-        z : float
-            Height of the axle, downwards [mm].
-
-        Returns
-        -------
-        Creepages
-
-        Raises
-        ------
-        SceneError
-            If the wheel does not roll forwards.
-        """
+        """Of the rail over the wheel in a `frame`, whose particle is in the rail by the `approach`; axle at `z`."""
         body = self.velocity.body(self.wheelset, self.position, z)
         carried = self.velocity.body(self.wheelset, self.position, z, pitching=False)
         particle = frame.globally(np.array([0.0, 0.0, approach]))
         moving = carried.velocity_at(particle)
-        rolling = float(moving[0] - body.velocity_at(particle)[0] / 2)
-        if rolling <= 0:
-            raise backwards(rolling)
+        check_forward(float(moving[0] - body.velocity_at(particle)[0] / 2))
         return creepages(RigidBody(position=np.zeros(3)), body, frame, frame_velocity=moving, at2=particle)
 
     @one_blas_thread()
@@ -326,10 +271,6 @@ class WheelOnRail:
             Other arguments of `varcontact.solve`, for all patches. With `accuracy` or `time_budget`, for which `dx` and
             `dy` are left out, grids are chosen, and the solution has errors. A theory as `tangential` is evaluated on
             Hertz's ellipse with the normal force of a patch and the second moments of its pressure.
-
-        Returns
-        -------
-        WheelRailSolution
 
         Raises
         ------
@@ -351,7 +292,7 @@ class WheelOnRail:
         tol: float = 1e-6,
         **options: Any,
     ) -> FastWheel:
-        """The fast way: an ellipse for each patch and the forces of a fast theory, see `varcontact.wheel_rail.fast`.
+        """Forces of a fast theory on an ellipse for each patch, see `varcontact.wheel_rail.virtual_penetration`.
 
         Parameters
         ----------
@@ -365,16 +306,12 @@ class WheelOnRail:
             Of the theory, see `varcontact.creep_forces`. Patches at the flange are longer than the ellipses of "table":
             ``outside="clamp"`` takes the nearest it has.
 
-        Returns
-        -------
-        FastWheel
-
         Raises
         ------
         NoContact, SceneError
             See `patches`; where a profile has no curvature for Hertz; for friction that is no number; for what the
             theory refuses.
         """
-        from varcontact.wheel_rail.fast import estimate_wheel_on_rail
+        from varcontact.wheel_rail.virtual_penetration import estimate_wheel_on_rail
 
         return estimate_wheel_on_rail(self, normal, tangential, tol, options)

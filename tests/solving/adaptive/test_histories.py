@@ -8,6 +8,7 @@ import pytest
 import varcontact as vc
 from tests.command import run
 from varcontact.reference import cattaneo_mindlin
+from varcontact.results.error_estimate import ErrorEstimate, Solve
 from varcontact.results.quantities_of_interest import units, values
 
 REFERENCES = {name: each for name, each in vc.references().items() if each.kind == "transient"}
@@ -140,3 +141,18 @@ def test_the_command(tmp_path):
     done = run("solve", "history.toml", "--json", folder=tmp_path)
     estimate = json.loads(done.stdout)["error_estimate"]
     assert estimate["accuracy"] == 0.05 and max(estimate["errors"].values()) <= 0.05
+
+
+def test_only_the_steps_have_loads():
+    """A history whose scene has no load of its own is that with the load of a step."""
+    motion = vc.Transient(steps=3, dq=0.3, vx=0.05, normal_force=[1.0, 0.0, 0.7])
+    scene = replace(ROLLING, surface=vc.Paraboloids(Rx=1.0, Ry=0.7), motion=motion)
+    shared, own = (vc.solve(replace(scene, normal_force=load), accuracy=0.05) for load in (1.0, None))
+    assert (own.force == shared.force).all()
+    assert own.error_estimate.largest <= 0.05
+
+
+def test_solves_of_a_whole_history_count_once():
+    solves = (Solve(8, 8, 1.0), Solve(16, 16, 2.0))
+    steps = [ErrorEstimate({"Fx": 1.0}, {"Fx": 0.1}, "so", solves) for _ in range(3)]
+    assert ErrorEstimate.of_history(steps).solves == solves

@@ -1,1 +1,1 @@
-"""Defect correction: the continuum's forces from a coarse grid (docs/refinement.md)."""
+"""Steady rolling under Hertz's pressure, corrected on its own grid towards the continuum: ``refine="continuum"``."""

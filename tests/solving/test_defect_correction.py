@@ -1,0 +1,573 @@
+"""Defect correction: the continuum's forces from coarse grids, against closed forms and references."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
+from tests.command import run
+from varcontact.discrete.discretisation import discretise
+from varcontact.discrete.subgrid import means
+from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
+from varcontact.reference.no_slip_ellipse import no_slip_ellipse
+from varcontact.solving.defect_correction.driver import overlaps
+from varcontact.solving.defect_correction.edge_singularity import root_means
+from varcontact.solving.defect_correction.fine_grid import FineGrid
+from varcontact.solving.defect_correction.reconstruction import Shape, held_behind, interpolated, reconstructed
+
+DATA = Path(__file__).parents[1] / "data"
+X = np.linspace(-1.5, 1.5, 31)
+BOWL = vc.SampledDistance(X**2 + X[:, None] ** 2, X, X)
+
+
+def corrected(posed, **options):
+    """The corrected solution, without bounds."""
+    return vc.solve(posed, refine="continuum", certify=None, **options)
+
+
+@pytest.fixture(scope="module")
+def sol(rolling):
+    """One corrected solution."""
+    return vc.solve(rolling(), refine="continuum")
+
+
+@pytest.mark.parametrize(("case", "row"), read_references()[1:12:3], ids=lambda value: f"{value['ratio']:.2f}")
+def test_against_references(case, row):
+    """From 8 to 64 cells: the error of a plain grid with many times the elements, of nearly second order."""
+    truth, cells = np.array([row[name] for name in VALUES]), (8, 16, 32, 64)
+    found = [corrected(scene(case, count)) for count in cells]
+    errors = np.array([np.abs(loads(one) - truth).max() for one in found])
+    estimates = np.array([one.refinement.estimate.max() for one in found]) / 0.3
+    assert np.all(errors < [1e-2, 2e-3, 6e-4, 1e-4])
+    assert np.all(errors[1:] < estimates[1:])
+    assert np.polyfit(np.log(cells), np.log(errors), 1)[0] < -1.4
+    plain = np.abs(loads(vc.solve(scene(case, 64), certify=None)) - truth).max()
+    assert errors[1] < plain < 1e-2  # a sixteenth of the elements
+
+
+@pytest.mark.parametrize("index", [0, 2, 3, 5, 6, 8, 9, 11])
+def test_on_64_cells(index):
+    """The other references: below a ten-thousandth of the friction limit, and in the estimate."""
+    case, row = read_references()[index]
+    found = corrected(scene(case, 64))
+    errors = np.abs(loads(found) - [row[name] for name in VALUES])
+    assert errors.max() < 1e-4
+    assert errors.max() < found.refinement.estimate.max() / 0.3
+
+
+def test_references_agree_with_plain_grids():
+    """Two ways to the continuum, within the uncertainty of the worse; and the cases are those of the command."""
+    rows = read_references()
+    assert [case for case, _ in rows] == cases()
+    for _, row in rows:
+        distance = max(abs(row[name] - row[f"plain_{name}"]) for name in VALUES)
+        assert distance < 2 * row["plain_error"] + 5e-5
+        assert row["error"] < 3e-5
+
+
+@pytest.mark.parametrize("index", [3, 11])
+def test_forces_given(index, tmp_path):
+    """The creepages of a reference are found from its forces, and a file keeps them with the problem as corrected."""
+    case, row = read_references()[index]
+    wanted, unit = scene(case, 16).motion, 0.3 / 3.7
+    motion = vc.Steady(Fx=0.3 * row["Fx"], Fy=0.3 * row["Fy"], spin=wanted.spin)
+    posed = dataclasses.replace(scene(case, 16), motion=motion)
+    plain, found = vc.solve(posed), vc.solve(posed, refine="continuum")
+    errors = [np.abs(np.subtract(one.creepage[:2], wanted.rigid[:2])).max() / unit for one in (plain, found)]
+    assert errors[1] < 1e-3
+    assert errors[1] < 0.06 * errors[0]
+    assert np.all(np.abs(np.subtract(found.creepage[:2], wanted.rigid[:2])) < found.refinement.creepage_estimate)
+    assert found.creepage[:2] == pytest.approx(tuple(found.refinement.creepages[-1]), rel=1e-12)
+    np.testing.assert_allclose(found.force, [motion.Fx, motion.Fy], atol=1.5e-4 * 0.3)
+    assert abs(found.moment / 0.3 - row["Mz"]) < 4e-4
+    assert set(found.error_estimate.errors) == {"vx", "vy", "Mz"}
+    assert found.certificate.residual < 1e-8
+    found.save(tmp_path / "forces.nc")
+    again = vc.load(tmp_path / "forces.nc")
+    assert again.note == ""
+    assert again.creepage == found.creepage
+
+
+def test_one_force_given(rolling):
+    """A force along x and a creepage along y: the creepage given stays as it is."""
+    found = vc.solve(rolling(motion=vc.Steady(Fx=-0.1, vy=-0.02, spin=0.05)), refine="continuum")
+    assert found.creepage[1:] == (-0.02, 0.05)
+    assert found.refinement.creepage_estimate[1] == 0
+    back = vc.solve(rolling(motion=vc.Steady(vx=found.creepage[0], vy=-0.02, spin=0.05)), refine="continuum")
+    np.testing.assert_allclose(back.force, found.force, atol=1e-3 * 0.3)
+
+
+def test_force_near_saturation_is_refused():
+    """A corrected problem may have to carry a little more than the one that is posed."""
+    with pytest.raises(vc.SceneError, match="so near to what friction carries that the corrected problem cannot"):
+        vc.solve(dataclasses.replace(scene(cases()[8], 16), motion=vc.Steady(Fx=-0.99999 * 0.3)), refine="continuum")
+
+
+@pytest.mark.parametrize("ratio", [0.3, 3.0])
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 0, 1), (0.5, -0.4, 0.6)])
+def test_next_to_no_slip(ratio, direction):
+    """Creepages that are nothing beside friction: a tenth of the plain error, within the estimate."""
+    creepages = 1e-6 * np.array(direction)
+    case, exact = dict(zip(("vx", "vy", "spin"), creepages, strict=True)), -no_slip_ellipse(ratio, 0.28) @ creepages
+    for cells in (16, 32):
+        posed = scene({"ratio": ratio, "nu": 0.28, **dict.fromkeys(case, 0.0)}, cells)
+        posed = dataclasses.replace(posed, motion=vc.Steady(**{name: float(each) for name, each in case.items()}))
+        plain, found = vc.solve(posed, certify=None), corrected(posed)
+        before, error = (np.abs([*one.force, one.moment] - exact).max() for one in (plain, found))
+        assert error < before / 10
+        assert error < found.refinement.estimate.max()
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e6])
+def test_units(sol, rolling, factor):
+    """Lengths and moduli in other units: the same numbers in these."""
+    length, modulus = factor, 3.0 / factor
+    force = modulus * length**2
+    posed = rolling(
+        bodies=vc.Bodies(G=modulus, nu=0.28),
+        surface=vc.Ellipse(a=1.2 * length, b=0.9 * length),
+        normal_force=force,
+        motion=vc.Steady(vx=0.04, vy=-0.02, spin=0.05 / length),
+    )
+    other = vc.solve(posed, refine="continuum")
+    np.testing.assert_allclose(other.force / force, sol.force, rtol=1e-9)
+    assert other.moment / force / length == pytest.approx(sol.moment, rel=1e-9)
+    np.testing.assert_allclose(other.refinement.estimate[:2] / force, sol.refinement.estimate[:2], rtol=1e-5)
+    np.testing.assert_allclose(other.refinement.slip, sol.refinement.slip, atol=1e-9)
+
+
+@pytest.mark.parametrize(("vx", "vy", "spin"), [(1, -1, -1), (-1, -1, -1), (-1, 1, 1)])
+def test_mirror_and_direction(sol, rolling, vx, vy, spin):
+    """The mirror image at y = 0, all creepages turned round, and both: forces follow by their signs."""
+    other = vc.solve(rolling(motion=vc.Steady(vx=0.04 * vx, vy=-0.02 * vy, spin=0.05 * spin)), refine="continuum")
+    np.testing.assert_allclose(other.force, sol.force * [vx, vy], rtol=1e-8)
+    assert other.moment == pytest.approx(spin * sol.moment, rel=1e-8)
+    mirrored = slice(None, None, -1 if vx != vy else 1)
+    signs = np.array([vx, vy])[:, None, None]
+    np.testing.assert_allclose(other.refinement.traction[:, mirrored] * signs, sol.refinement.traction, atol=1e-8)
+
+
+def test_record(sol, rolling):
+    """Forces are those of the field, the field is within its bound, and what the last pass changed stands there."""
+    found = sol.refinement
+    assert found.cells == (2, 2)
+    assert found.grid.shape == found.traction.shape[1:] == (28, 28)
+    assert found.passes == len(found.seconds) == 4
+    x, y = found.grid.x[None, :], found.grid.y[:, None]
+    np.testing.assert_allclose(sol.force, found.traction.sum(axis=(1, 2)) * found.grid.area, rtol=1e-13)
+    moment = np.sum(x * found.traction[1] - y * found.traction[0]) * found.grid.area
+    assert sol.moment == found.moment == pytest.approx(moment, rel=1e-12)
+    bound = 0.3 * sol.scene.hertz.mean_pressure(*found.grid.lines)
+    assert np.all(np.hypot(*found.traction) <= bound * (1 + 1e-12))
+    np.testing.assert_array_equal(found.change, np.abs(found.forces[4] - found.forces[3]))
+    assert np.all(found.estimate >= found.change / 0.7 * (1 - 1e-12))
+    assert found.estimate[0] == found.estimate[1]  # of a vector
+    plain = vc.solve(rolling(), tol=1e-5)
+    np.testing.assert_allclose(found.forces[0], [*plain.force, plain.moment], atol=1e-6)
+    assert plain.refinement is None
+    assert np.abs(sol.force - plain.force).max() > 0.005 * 0.3
+
+
+def test_work(rolling, sol):
+    """What rolling puts in is what friction loses: to a twentieth of what plain elements lack by their slip."""
+    plain = vc.solve(rolling())
+    by_slip = -np.sum(plain.traction * plain.slip) * plain.grid.area
+    assert abs(sol.power / sol.friction_work - 1) < 0.05 * abs(plain.power / by_slip - 1)
+    np.testing.assert_allclose(sol.power_density.sum() * sol.grid.area, sol.friction_work, rtol=1e-12)
+
+
+def test_slip_of_the_continuum(sol):
+    """Nothing slips where the elements stick; where they slip, slip opposes the traction."""
+    parts = np.repeat(np.repeat(sol.state, 2, axis=0), 2, axis=1)
+    found, size = sol.refinement, np.hypot(*sol.refinement.slip)
+    assert np.sqrt(np.mean(size[parts == 1] ** 2)) < 0.1 * np.sqrt(np.mean(size[parts == 2] ** 2))
+    slips = (parts == 2) & (size > 0.2 * size.max())
+    cosine = np.sum(found.slip * found.traction, axis=0)[slips] / (size * np.hypot(*found.traction))[slips]
+    assert np.all(cosine < -0.95)
+
+
+def test_certificate_is_of_the_corrected_problem(sol, rolling):
+    """Exact for the problem as corrected; the plain problem's certificate refuses the same tractions."""
+    assert sol.converged
+    assert sol.certificate.residual < 1e-8
+    assert sol.certificate.relative_gap < 1e-9
+    assert vc.certify(rolling(grid=sol.grid), sol.traction).residual > 1e-3
+    assert "of the corrected problem on the elements" in sol.report()
+
+
+def test_stages_add_up(sol):
+    """Coarse solves within the refinement count once: no stage has the time of another."""
+    stages = {name: seconds for name, seconds in sol.timing.items() if name != "total"}
+    assert {"tangential", "refinement", "error estimate"} <= set(stages)
+    assert sum(stages.values()) <= sol.timing["total"]
+
+
+def test_report_and_summary(sol):
+    text = sol.report()
+    assert "forces and moment are those of a field on 2 x 2 parts of each element, after 4 passes" in text
+    assert "against the continuum, about: Fx to" in text
+    assert "no bound: the difference from half as many elements across the contact" in text
+    assert "guaranteed on this grid, for Hertz's pressure, for the sums over the elements: Fx to" in text
+    summary = json.loads(json.dumps(sol.summary(), allow_nan=False))
+    assert summary["refinement"]["kind"] == "continuum"
+    assert summary["refinement"]["parts"] == [2, 2]
+    assert summary["refinement"]["forces"][-1] == [*summary["force"], summary["moment"]]
+    errors = np.array(summary["refinement"]["error_estimate"]) / 0.3 / [1, 1, np.sqrt(1.2 * 0.9)]
+    np.testing.assert_allclose(list(summary["error_estimate"]["errors"].values()), errors, rtol=1e-12)
+    assert [each["nx"] for each in summary["error_estimate"]["solves"]] == [12]
+
+
+def test_file(sol, tmp_path):
+    """All of it comes back, and the certificate is found to be deserved: the corrected problem can be posed again."""
+    path = tmp_path / "corrected.nc"
+    sol.save(path)
+    again = vc.load(path)
+    assert again.note == ""
+    assert again.converged
+    assert again.refinement.summary() == sol.refinement.summary()
+    for name in ("traction", "slip", "correction"):
+        np.testing.assert_array_equal(getattr(again.refinement, name), getattr(sol.refinement, name))
+    np.testing.assert_array_equal(again.force, sol.force)
+    assert again.report() == sol.report()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"creepages": np.zeros((5, 1))}, "not on parts of the elements"),
+        ({"slip": np.array(np.nan)}, "not of finite numbers"),
+        ({"correction": np.array(1.01)}, "slips that are not those"),
+    ],
+)
+def test_spoilt_file(sol, tmp_path, changes, message):
+    """What does not fit the elements, and a corrected problem that is another one."""
+    changed = {name: each if each.ndim else each * getattr(sol.refinement, name) for name, each in changes.items()}
+    spoilt = dataclasses.replace(sol, refinement=dataclasses.replace(sol.refinement, **changed))
+    spoilt.save(tmp_path / "spoilt.nc")
+    with pytest.raises(vc.OutputError, match=message):
+        vc.load(tmp_path / "spoilt.nc")
+
+
+def test_slip_difference_of_second_order():
+    """The coarse problem may be another one: what is left is that of the field."""
+    case, row = read_references()[4]
+    truth, posed = np.array([row[name] for name in VALUES]), scene(case, 16)
+    other = dataclasses.replace(posed.motion, slip_difference="second-order", spin_offset=0.0)
+    found = vc.solve(dataclasses.replace(posed, motion=other), refine="continuum", certify=None)
+    assert np.abs(loads(found) - truth).max() < 2e-3
+    assert np.abs(loads(found) - loads(corrected(scene(case, 16)))).max() < 2e-3
+
+
+def test_any_exact_method(sol, rolling):
+    """Newton's method and a convex program correct to the same forces."""
+    for name in ("newton", "clarabel"):
+        other = vc.solve(rolling(), tangential=name, refine="continuum")
+        np.testing.assert_allclose(other.force, sol.force, rtol=1e-6)
+        assert other.solved_by["tangential"] in (name, "tang-safeguarded")
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "field", "word"),
+    [
+        ({}, {"refine": "continum"}, "refine", "must be one of continuum"),
+        ({}, {"refine": 2}, "refine", "not allowed"),
+        ({"motion": None, "friction": None}, {}, "refine", "without a motion"),
+        ({"motion": vc.Shift(ux=1e-3)}, {}, "refine", "accuracy"),
+        ({"motion": vc.Transient(steps=2, dq=0.1, vx=1e-3)}, {}, "refine", "accuracy"),
+        (
+            {"surface": vc.Cylinders(1.0), "grid": vc.Grid(nx=16), "motion": vc.Steady(vx=1e-3)},
+            {},
+            "refine",
+            "accuracy",
+        ),
+        ({"surface": BOWL}, {}, "refine", "accuracy"),
+        ({"bodies": vc.Bodies(G=(1.0, 2.0), nu=(0.2, 0.3))}, {}, "refine", "accuracy"),
+        ({}, {"normal": "newton"}, "refine", "accuracy"),
+        ({"friction": np.inf}, {}, "refine", "no_slip_ellipse"),
+        ({"friction": 0.0}, {}, "refine", "without friction"),
+        ({}, {"tangential": "fastsim"}, "refine", "fastsim"),
+        ({"grid": vc.Grid(nx=12, ny=12, edge="touched")}, {}, "refine", "grid.edge"),
+        ({"grid": vc.Grid(nx=12, ny=12, edge="softened")}, {}, "refine", "grid.edge"),
+        ({"grid": vc.Grid(nx=12, ny=7)}, {}, "grid", "here it has 12 by 7"),
+    ],
+)
+def test_refused_before_any_work(rolling, monkeypatch, changes, options, field, word):
+    """With the reason and what to do instead."""
+    monkeypatch.setattr("varcontact.solving.on_grid.solve_contact", None)
+    with pytest.raises(vc.SceneError, match=word) as refused:
+        vc.solve(rolling(**changes), **{"refine": "continuum", **options})
+    assert refused.value.field == field
+
+
+def test_refused_with_an_accuracy(rolling):
+    """The grid of a correction is the scene's; an accuracy chooses its own."""
+    with pytest.raises(vc.SceneError, match="it corrects on the scene's own grid; leave it out, or accuracy"):
+        vc.solve(rolling(grid="auto"), refine="continuum", accuracy=0.01)
+
+
+def test_command_line_and_scene_file(tmp_path):
+    text = (
+        "normal_force = 1.0\nfriction = 0.3\nbodies = {G = 1.0, nu = 0.28}\n"
+        'surface = {kind = "ellipse", a = 1.0, b = 1.0}\nmotion = {kind = "steady", vx = 0.05}\n'
+        "grid = {nx = 8, ny = 8}\n"
+    )
+    (tmp_path / "plain.toml").write_text(text)
+    (tmp_path / "corrected.toml").write_text(text + '[solve]\nrefine = "continuum"\n')
+    named = run("solve", "plain.toml", "--refine", "continuum", "--json", folder=tmp_path)
+    written = run("solve", "corrected.toml", "--json", folder=tmp_path)
+    forces = [json.loads(done.stdout)["force"] for done in (named, written)]
+    assert forces[0] == forces[1]
+    wrong = run("solve", "plain.toml", "--refine", "fine", folder=tmp_path)
+    assert wrong.returncode == 2
+    assert "refine = 'fine' is not allowed: must be one of continuum" in wrong.stderr
+
+
+def test_interpolation_is_exact_for_linear_fields():
+    """Inside; and means of the parts give the elements back."""
+    x, y = np.meshgrid(np.arange(5) + 0.5, np.arange(4) + 0.5)
+    fine_x, fine_y = np.meshgrid((np.arange(15) + 0.5) / 3, (np.arange(8) + 0.5) / 2)
+    found = interpolated(2 * x - 3 * y, np.ones((4, 5), dtype=bool), (2, 3))
+    inner = (slice(1, -1), slice(2, -2))
+    np.testing.assert_allclose(found[inner], (2 * fine_x - 3 * fine_y)[inner], atol=1e-13)
+    np.testing.assert_allclose(means(2 * fine_x - 3 * fine_y, (2, 3)), 2 * x - 3 * y, atol=1e-13)
+
+
+def over(count):
+    """A bound that is never reached, and the weight, on an ellipse of so many elements each way."""
+    grid = vc.Grid(nx=count, ny=count, margin=0).spread((-1.3, 1.3, -0.6, 0.6))
+    weight = root_means(grid, 1.3, 0.6).weight
+    return Shape(np.where(weight > 0, 1e6, 0.0), weight)
+
+
+def test_reconstruction_is_exact_without_slip():
+    """Tractions like sqrt((e - x)/(e + x)), those of rolling without slip: their means over the parts."""
+    coarse, fine = over(16), over(32)
+    rolled = np.array([-2 * coarse.weight, 3 * coarse.weight])
+    found = reconstructed(rolled, coarse, fine, (2, 2))
+    np.testing.assert_allclose(found, [-2 * fine.weight, 3 * fine.weight], rtol=1e-12, atol=1e-12)
+
+
+def test_tractions_that_reverse_pass_through_zero():
+    """Between slip and stick: a vector that turns keeps its size, one that reverses does not."""
+    ones, parts = np.ones((1, 2)), np.ones((1, 4))
+    shapes = Shape(ones, ones), Shape(parts, parts)
+    turned = reconstructed(np.array([[[1.0, 0.0]], [[0.0, 0.8]]]), *shapes, (1, 2))
+    reversed_ = reconstructed(np.array([[[1.0, -0.8]], [[0.0, 0.0]]]), *shapes, (1, 2))
+    assert np.hypot(*turned)[0, 1:3].min() > 0.7
+    np.testing.assert_allclose(reversed_[0, 0, 1:3], [0.55, -0.35], atol=1e-12)
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.3, 0.6), (0.5, 1.0)])
+def test_means_over_the_root(a, b):
+    """They add up to those over the ellipse, in closed form; within it each is that of its points."""
+    grid = vc.Grid(nx=22, ny=18, margin=1).spread((-a, a, -b, b))
+    known, whole = root_means(grid, a, b), np.pi * a * b
+    found = np.array([*known.over, *known.times, known.weight])
+    sums = [2 * whole, 0, 0, 2 / 3 * whole, 0, 0, np.pi / 2 * whole]
+    np.testing.assert_allclose(found.sum(axis=(1, 2)) * grid.area, sums, rtol=1e-6, atol=1e-12)
+    inner = (slice(None), 9, 9)
+    x, y = (np.linspace(lines[9], lines[10], 201) for lines in grid.lines)
+    x, y = np.meshgrid((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
+    root, half = np.sqrt(1 - (x / a) ** 2 - (y / b) ** 2), a * np.sqrt(1 - (y / b) ** 2)
+    wanted = [1 / root, x / root, y / root, root, x * root, y * root, np.sqrt((half - x) / (half + x))]
+    np.testing.assert_allclose(found[inner], np.mean(wanted, axis=(1, 2)), rtol=1e-5)
+
+
+def on_fine_grid(a, b, cells):
+    """The parts of an ellipse's elements."""
+    posed = dataclasses.replace(scene(cases()[0], 16), surface=vc.Ellipse(a=a, b=b))
+    grid = vc.Grid(nx=cells, ny=cells, margin=1).spread((-a, a, -b, b))
+    disc = discretise(dataclasses.replace(posed, grid=grid), grid)
+    return FineGrid(disc, posed.hertz.on_elements(grid) / disc.scales.pressure)
+
+
+def derivative(fine, known, traction):
+    """Minus that of the displacement along x, with what parts miss."""
+    return fine.derivative.apply(traction) + known.missed(traction)
+
+
+def test_what_parts_miss():
+    """Of 3 over the root all that the derivative has, and nearly so of 3 + 2 x - y."""
+    fine = on_fine_grid(1.0, 1.0, 16)
+    (root, x, y), unit = fine.over_root.means, fine.axes[0]
+    inside, step, nothing = root > 0, fine.lattice.sides[0], np.zeros_like(root)
+    constant = derivative(fine, fine.over_root, np.array([3 * root, nothing]))[:, inside]
+    np.testing.assert_allclose(constant, 0, atol=1e-12)
+    gradients = -step * rooted_gradients(unit, unit, nu=fine.disc.operators.nu)[:, :, :1] / unit
+    linear = np.array([3 * root + (2 * x - y) / unit, nothing])
+    exact = 2 * gradients[1] - gradients[2]
+    off = np.abs(derivative(fine, fine.over_root, linear)[:, inside] - exact).max(axis=0)
+    deep = np.hypot(x[inside], y[inside]) < 0.8 * unit * root[inside]
+    assert off[deep].max() < 5e-3 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (2.0, 0.7)])
+def test_what_parts_miss_of_sloped_pressure(a, b):
+    """With it the derivative by 3 - 2 x + y times Hertz's pressure is that of second degree in closed form."""
+    fine = on_fine_grid(a, b, 24)
+    disc, (root, x, y) = fine.disc, fine.times_root.means
+    inside, (a, b), step = root > 0, fine.axes, fine.lattice.sides[0]
+    traction = np.array([0 * root, 3 * root - 2 * x / a + y / b])
+    found = derivative(fine, fine.times_root, traction)
+    px, py = np.meshgrid(fine.lattice.x, fine.lattice.y)
+    known = ellipsoidal_gradients(px, py, a, b, nu=disc.operators.nu)[:, 1]
+    sloped = sloped_gradients(px, py, a, b, nu=disc.operators.nu)[:, :, 1]
+    exact = -step * (3 * known - 2 * sloped[0] / a + sloped[1] / b)
+    off = np.abs(found - exact)[:, inside & (np.hypot(px / a, py / b) < 0.95)]
+    assert off.max() < 2e-3 * np.abs(exact[:, inside]).max()
+    plain = np.abs(fine.derivative.apply(traction) - exact)[:, inside]
+    assert plain.max() > 0.02 * np.abs(exact[:, inside]).max()
+
+
+def test_the_rearmost_element_is_held():
+    """Where it sticks it takes the correction of the element ahead, where it slips its own."""
+    bound = np.array([[0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0]])
+    traction = np.array([[[0.0, 0.5, 0.5, 0.0, 1.0, 0.5, 0.5]], np.zeros((1, 7))])
+    correction = np.array([np.arange(7.0)[None], -np.arange(7.0)[None]])
+    found = held_behind(correction, traction, bound)
+    np.testing.assert_array_equal(found[0, 0], [0, 2, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(found[1], -found[0])
+
+
+def by_element(a, b, cells, motion):
+    """A Hertzian contact whose sides rub differently: 0.35 left of the rolling direction, 0.2 right of it."""
+    grid = vc.Grid(nx=cells, ny=cells, margin=0).spread((-a, a, -b, b))
+    return vc.Scene(
+        bodies=vc.Bodies(G=1.0, nu=0.28),
+        surface=vc.Ellipse(a=a, b=b),
+        normal_force=1.0,
+        friction=np.where(grid.y[:, None] > 0, 0.35, 0.2) * np.ones(cells),
+        motion=motion,
+        grid=grid,
+    )
+
+
+def test_friction_by_element_in_full_slip():
+    """Each side carries its own coefficient of half the load, with its centre at 3 b / 8."""
+    a, b = 1.2, 0.8
+    found = corrected(by_element(a, b, 10, vc.Steady(vx=1.0)))
+    assert found.force[0] == pytest.approx(-(0.35 + 0.2) / 2, rel=1e-4)
+    assert found.moment == pytest.approx((0.35 - 0.2) / 2 * 3 * b / 8, rel=1e-2)
+
+
+def test_elements_without_friction(rolling):
+    """Rounding where elements of two grids meet gave the coarser one a friction of 1e-31, which is refused."""
+    grid = vc.Grid(nx=24, ny=24, dx=0.1, dy=0.1, x0=-1.2, y0=-1.2)
+    x, y = np.meshgrid(grid.x, grid.y)
+    posed = rolling(
+        surface=vc.Ellipse(a=1.0, b=1.0),
+        friction=np.where(x**2 + y**2 < 0.1, 0.0, 0.3),
+        motion=vc.Steady(vx=0.1),
+        grid=grid,
+    )
+    sol = corrected(posed)
+    fine = corrected(dataclasses.replace(posed, friction=0.3))
+    assert abs(sol.force[0]) < 0.95 * abs(fine.force[0])
+    assert sol.refinement.estimate[0] < 0.02 * abs(sol.force[0])
+
+
+def test_friction_by_element():
+    """An eighth of the plain error and less; in a mirror the same; with one coefficient that of a number."""
+    motion = vc.Steady(vx=0.03, vy=-0.03, spin=0.06)
+
+    def three(one):
+        return np.array([*one.force, one.moment]) / 0.275
+
+    truth = three(corrected(by_element(1.2, 0.8, 64, motion)))
+    plain = vc.solve(by_element(1.2, 0.8, 16, motion), certify=None)
+    found = corrected(by_element(1.2, 0.8, 16, motion))
+    error = np.abs(three(found) - truth).max()
+    assert error < np.abs(three(plain) - truth).max() / 7
+    assert error < found.refinement.estimate.max() / 0.275
+    posed = by_element(1.2, 0.8, 16, vc.Steady(vx=0.03, vy=0.03, spin=-0.06))
+    turned = vc.solve(
+        dataclasses.replace(posed, friction=posed.friction[::-1].copy()), refine="continuum", certify=None
+    )
+    np.testing.assert_allclose(three(turned), three(found) * [1, -1, -1], atol=1e-6)
+    even = dataclasses.replace(posed, friction=np.full(posed.grid.shape, 0.3))
+    number = dataclasses.replace(posed, friction=0.3)
+    forces = [three(corrected(each)) for each in (even, number)]
+    np.testing.assert_allclose(*forces, rtol=1e-10)
+
+
+def three(one):
+    """Fx, Fy and Mz by the static limit."""
+    return np.array([*one.force, one.moment]) / 0.3
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.08),
+        vc.ExponentialFalling(static=0.3, kinetic=0.22, half_velocity=0.05),
+        vc.StaticKinetic(0.3, 0.25),
+    ],
+)
+def test_laws_of_friction(law, rolling, tmp_path):
+    """A tenth of the plain error, within the estimate; the truth is extrapolated from plain grids."""
+    posed = rolling(friction=law, motion=vc.Steady(vx=0.05, vy=-0.02, spin=0.05), grid=vc.Grid(nx=16, ny=16))
+    coarse, fine = (
+        three(vc.solve(dataclasses.replace(posed, grid=vc.Grid(nx=n, ny=n, edge="touched")), certify=None))
+        for n in (48, 96)
+    )
+    plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum")
+    error = np.abs(three(found) - (2 * fine - coarse)).max()
+    assert error < np.abs(three(plain) - (2 * fine - coarse)).max() / 8
+    assert error < max(found.error_estimate.errors.values())
+    assert found.certificate.residual < 1e-8
+    found.save(tmp_path / "law.nc")
+    again = vc.load(tmp_path / "law.nc")
+    assert again.note == ""
+    np.testing.assert_array_equal(again.force, found.force)
+
+
+def test_kinetic_friction_in_full_slip(rolling):
+    """All parts have the kinetic coefficient, those of elements beyond the contact, too."""
+    posed = rolling(friction=vc.StaticKinetic(0.3, 0.24), motion=vc.Steady(vx=50.0))
+    found = corrected(posed)
+    np.testing.assert_allclose(found.force, [-0.24, 0], atol=1e-8)
+
+
+def test_start_under_a_law(rolling):
+    """Of two solutions the one that is asked for; a start on one grid is refused, for the estimate takes another."""
+    posed = rolling(friction=vc.StaticKinetic(0.3, 0.1), motion=vc.Steady(vx=0.05))
+    stick, slip = (vc.solve(posed, refine="continuum", certify=None, start=start) for start in ("stick", "slip"))
+    assert abs(slip.force[0]) < 0.99 * abs(stick.force[0])
+    with pytest.raises(vc.SceneError, match='takes half as many elements, on which no start is known; give start = "'):
+        vc.solve(posed, refine="continuum", start=stick)
+
+
+def test_shares_keep_means():
+    """Coefficients of coarser elements are means by overlap; beyond the given ones the nearest hold."""
+    shares = overlaps(np.array([-0.5, 1.0, 2.5, 4.5]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    np.testing.assert_allclose(shares, [[1, 0, 0, 0], [0, 2 / 3, 1 / 3, 0], [0, 0, 0.25, 0.75]], atol=1e-15)
+
+
+@pytest.mark.parametrize(("name", "parts", "passes"), [("refined_shift", [1, 2], 3), ("refined_history", [1, 2], 2)])
+def test_files_of_what_is_no_longer_corrected(name, parts, passes, tmp_path):
+    """Of a shift under a sampled pressure, and of steps: read, found to be right, drawn and written again."""
+    found = vc.load(DATA / f"{name}.nc")
+    found.save(tmp_path / "again.nc")
+    for each in (found, vc.load(tmp_path / "again.nc")):
+        sol = each[-1] if isinstance(each, vc.History) else each
+        assert sol.note == ""
+        assert sol.refinement.summary()["parts"] == parts
+        assert sol.refinement.passes == passes
+        np.testing.assert_allclose(sol.force, sol.refinement.forces[-1, :2], rtol=1e-12, atol=1e-15)
+        assert "against the continuum, about: F" in each.report()
+        assert sol.plot().axes[0].get_title().endswith("(corrected, on 2 parts)")
+
+
+def test_a_corrected_history_is_not_gone_on_with(tmp_path):
+    """Its steps are read, but a plain one is another history."""
+    store = tmp_path / "history.nc"
+    store.write_bytes((DATA / "refined_history.nc").read_bytes())
+    posed = vc.load(store).scene
+    with pytest.raises(vc.OutputError, match="by other methods"):
+        vc.solve(posed, store=store)
+    with pytest.raises(vc.SceneError, match="accuracy"):
+        vc.solve(posed, store=store, refine="continuum")

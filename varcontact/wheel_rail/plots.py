@@ -1,0 +1,177 @@
+"""Plots of profiles, wheels on rails, series of positions, and wear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from varcontact.plotting.fields import box_of
+from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, settle, styled
+from varcontact.plotting.unit_labels import measure
+from varcontact.scene.units import MM_N
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from varcontact.wheel_rail.profile import Profile
+    from varcontact.wheel_rail.result import PatchWear, Wear, WheelRailSolution
+
+STEP = 0.05
+"""Between points of a drawn curve [mm]."""
+NORMAL = 12.0
+"""Length of the arrow of the largest normal force [mm]."""
+OVER_POSITIONS: tuple[tuple[str, float, str], ...] = (
+    ("on_rail", 1.0, "Contact on the rail, y [mm]"),
+    ("on_wheel", 1.0, "Contact on the wheel, y [mm]"),
+    ("angle", 1e3, "Contact angle [mrad]"),
+    ("rolling_radius", 1.0, "Rolling radius [mm]"),
+    ("vx", 1e3, "Longitudinal creepage [10⁻³]"),
+    ("vy", 1e3, "Lateral creepage [10⁻³]"),
+    ("spin", 1e3, "Spin [1/m]"),
+    ("FN", 1e-3, "Normal force [kN]"),
+    ("Fx", 1e-3, "Longitudinal force [kN]"),
+    ("Fs", 1e-3, "Lateral force [kN]"),
+    ("peak_pressure", 1.0, "Peak pressure [MPa]"),
+    ("T_gamma", 1.0, "T-gamma [N]"),
+)
+"""Columns of the table of positions that are drawn, with the factor and the label of each."""
+TITLES = {
+    "pressure": "Patch {number}: {force}, up to {solved.peak_pressure:.4g} MPa",
+    "traction": "Traction on the rail",
+}
+
+
+def plot_profile(profile: Profile) -> Figure:
+    """Points, curve and kinks of a profile, and below them the curvature of the part that can be touched."""
+    with styled():
+        figure, (above, below) = new_figure(2, 1, (PAGE, 0.75 * PAGE), sharex=True, height_ratios=[3, 2])
+        above.plot(profile.y, profile.z, ".", color="0.6", markersize=3, label="points")
+        curve = profile.curve.points(profile.curve.sampled(STEP))
+        above.plot(*curve.T, label="spline")
+        kinks = profile.kink_points
+        if kinks.size:
+            above.plot(profile.y[kinks], profile.z[kinks], "x", color=colour(3), label="kinks")
+        above.set(ylabel="z [mm]", aspect="equal", title=profile.name or profile.kind)
+        above.invert_yaxis()
+        legend_below(above)
+        for side, place in (("track side", "left"), ("field side", "right")):
+            above.text(0.01 if place == "left" else 0.99, 0.03, side, transform=above.transAxes, ha=place, color="0.4")
+        at = profile.running.sampled(STEP)
+        turned = profile.running.curvatures(at) * (1 if profile.kind == "rail" else -1)
+        below.axhline(0, color="0.7", linewidth=0.8)
+        below.plot(profile.running.points(at)[:, 0], turned)
+        reach = max(float(np.percentile(np.abs(turned), 98)), 1e-6)
+        below.set(xlabel="y [mm]", ylabel="curvature [1/mm], convex +", ylim=(-1.2 * reach, 1.2 * reach))
+        settle(figure)
+    return figure
+
+
+def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
+    """Rail and wheel, seen in the direction of travel, and the patches at their place; pressure and tractions."""
+    count = len(solution.patches)
+    with styled():
+        figure = empty_figure((PAGE, 2.4 + 2.6 * count))
+        spaces = figure.add_gridspec(count + 1, 2, height_ratios=[1.0, *[1.2] * count])
+        _draw_profiles(figure.add_subplot(spaces[0, :]), solution)
+        for i, each in enumerate(solution.patches, 1):
+            for column, panel in enumerate(("pressure", "traction")):
+                ax = figure.add_subplot(spaces[i, column])
+                each.solution.plot(panel, ax=ax)
+                force = measure("force", MM_N, each.normal_force).text(each.normal_force, digits=4)
+                title = TITLES[panel].format(number=i, force=force, solved=each)
+                ax.set(xlabel="x, forward [mm]", ylabel="s, to the right [mm]", title=title)
+        settle(figure)
+    return figure
+
+
+def _draw_profiles(ax: Axes, solution: WheelRailSolution) -> None:
+    """The rail, the points of the wheel nearest to it, and the patches with the directions of their normal forces."""
+    case = solution.case
+    rail = case.rail.points(case.rail.sampled(STEP))
+    ax.plot(*rail.T, color="0.25", label="rail")
+    wheel = case.locus.points[:, 1:] + [0.0, solution.z]
+    ax.plot(*wheel.T, color=colour(0), label="wheel")
+    largest = max(each.normal_force for each in solution.patches)
+    for number, each in enumerate(solution.patches, 1):
+        rows = np.flatnonzero(each.solution.pressure.max(axis=1) > 0)
+        grid, frame = each.solution.grid, each.patch.frame
+        ends = grid.y[rows[[0, -1]]] + np.array([-0.5, 0.5]) * grid.sides[1]
+        line = frame.globally(np.array([[0.0, s, 0.0] for s in ends]))[:, 1:]
+        label = "contact patch" if number == 1 else None
+        ax.plot(*line.T, color=colour(3), linewidth=4, solid_capstyle="butt", label=label)
+        foot, outwards = frame.origin[1:], -frame.normal[1:]
+        length = NORMAL * each.normal_force / largest
+        arrow = {"arrowstyle": "-|>", "color": colour(3)}
+        start, label_at = foot + length * outwards, foot + (length + 1.5) * outwards
+        ax.annotate("", xy=tuple(foot), xytext=tuple(start), arrowprops=arrow)
+        ax.annotate(str(number), tuple(label_at), color=colour(3), ha="center", va="center")
+    low, high = rail[:, 0].min(), rail[:, 0].max()
+    ax.set(
+        xlim=(low - 5, high + 5),
+        ylim=(rail[:, 1].max() * 0.6, rail[:, 1].min() - 18),
+        aspect="equal",
+        xlabel="y, to the right [mm]",
+        ylabel="z, downwards [mm]",
+        title=f"{case.side.capitalize()} wheel, y = {case.position.y:.4g} mm, yaw = {1e3 * case.position.yaw:.4g} mrad",
+    )
+    legend_below(ax)
+
+
+def plot_positions(table: pd.DataFrame) -> Figure:
+    """Contact points, creepages and forces over a sequence of positions; wheels that are not solved are left out.
+
+    `table` is that of `varcontact.wheel_rail.case_file.solve_cases`.
+    """
+    solved = table[table["outcome"] == "solved"]
+    over, words = ("y", "Lateral displacement [mm]") if solved["y"].nunique() > 1 else ("position", "Position")
+    with styled():
+        figure, axes = new_figure(4, 3, (PAGE, 1.05 * PAGE), sharex=True)
+        for ax, (name, factor, label) in zip(axes, OVER_POSITIONS, strict=True):
+            for i, (side, rows) in enumerate(solved.groupby("side")):
+                for patch, each in rows.groupby("patch"):
+                    line = "o-" if patch == 1 else "^:"
+                    which = f"{side} wheel" if patch == 1 else f"{side} wheel, patch {patch}"
+                    ax.plot(each[over], factor * each[name], line, color=colour(i), markersize=3, label=which)
+            ax.set_ylabel(label)
+        for ax in axes[-3:]:
+            ax.set_xlabel(words)
+        legend_below(axes[-2], columns=4)
+        settle(figure)
+    return figure
+
+
+def plot_wear(worn: Wear) -> Figure:
+    """Friction power by area of each patch, and the depth of wear across it where there is a law."""
+    columns = 2 if worn.patches[0].archard is not None else 1
+    with styled():
+        figure, axes = new_figure(len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches)))
+        for i, each in enumerate(worn.patches):
+            _draw_wear(axes[columns * i : columns * (i + 1)], each, f"Patch {i + 1}")
+        settle(figure)
+    return figure
+
+
+def _draw_wear(axes: Sequence[Axes], worn: PatchWear, name: str) -> None:
+    """Friction power, and over the same lateral coordinate the depth of wear in nanometres where there is a law."""
+    ax, grid, contact = axes[0], worn.solved.solution.grid, worn.solved.solution.pressure > 0
+    shown = np.where(contact, worn.power_by_area, np.nan)
+    image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal")
+    image.set_clim(vmin=min(0.0, float(np.nanmin(shown))))
+    colour_bar(ax, image, "W/mm²")
+    left, right, bottom, top = box_of(contact, grid)
+    ax.set(
+        xlim=(left, right),
+        ylim=(bottom, top),
+        xlabel="x, forward [mm]",
+        ylabel="s, to the right [mm]",
+        title=f"{name}: T-gamma {worn.t_gamma:.4g} N, {worn.power:.4g} W",
+    )
+    if worn.archard is not None:
+        ax, law = axes[1], f"k = {worn.archard.k:.3g}, H = {worn.archard.hardness:.4g} N/mm²"
+        ax.plot(1e6 * worn.depth, grid.y)
+        ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
+        ax.set(xlim=(min(0.0, 1e6 * float(worn.depth.min())), None), ylim=(bottom, top))
