@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import varcontact as vc
-from varcontact.plotting.maps import draw_areas
+from varcontact.plotting.fields import draw_areas
 from varcontact.plotting.style import TRACTION_COLOUR
 
 MOTIONS = {

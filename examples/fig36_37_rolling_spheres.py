@@ -29,7 +29,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 import varcontact as vc
-from varcontact.plotting.maps import draw_areas
+from varcontact.plotting.fields import draw_areas
 from varcontact.plotting.style import SLIP_COLOUR, STICK_COLOUR, TRACTION_COLOUR
 
 RADIUS, FRICTION = 3.5, 0.4013

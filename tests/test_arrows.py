@@ -27,7 +27,7 @@ ORDER = (
 BACK = {
     # pictures take objects of later rooms, and need their types only
     ("plotting.studies", "study.convergence"),
-    ("plotting.tradeoff", "study.tradeoff"),
+    ("plotting.studies", "study.tradeoff"),
     ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""

@@ -20,9 +20,8 @@ from .io.contact_input import read_contact_input
 from .io.contact_output import ContactOutput, read_contact_output
 from .io.contact_results import ContactResult, read_contact_result
 from .io.scene_toml import read_scene
-from .plotting.curve import plot_curve
 from .plotting.stress import plot_stress
-from .plotting.studies import plot_comparison
+from .plotting.studies import plot_comparison, plot_curve
 from .reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
 from .results.error_estimate import ErrorEstimate
 from .results.history import History
@@ -38,8 +37,8 @@ from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.units import MM_N, SI, Units
 from .solving.plan_report import plan
-from .solving.remeasured import load
 from .solving.solve import certify, solve
+from .solving.verify import load
 from .study.compare import compare
 from .study.converge import converge
 from .study.convergence import Convergence

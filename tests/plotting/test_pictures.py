@@ -17,7 +17,7 @@ from matplotlib.quiver import Quiver
 from PIL import Image
 
 import varcontact as vc
-from varcontact.plotting.quantities import measure
+from varcontact.plotting.unit_labels import measure
 
 mpl.use("Agg")
 
@@ -215,7 +215,7 @@ def test_the_section_shows_the_size_beside_the_bound(wheel):
     figure = wheel.section()
     ax, row = figure.axes[0], wheel.grid.ny // 2
     lines = {line.get_label(): line.get_ydata() for line in ax.get_lines()}
-    shown = 1e6 * lines["$|p|$, its size"]
+    shown = 1e6 * lines["$|p|$"]
     expected = np.hypot(*wheel.traction[:, row - 1])
     assert shown.max() == pytest.approx(expected.max())
     assert np.all(shown <= 1e6 * lines["$\\pm$ traction bound"] * (1 + 1e-9))
@@ -229,7 +229,7 @@ def test_sections_elsewhere(wheel):
     ax = wheel.plot("section", y=y + 0.3 * wheel.grid.sides[1]).axes[0]
     assert f"y = {1e3 * y:.3g} mm" in ax.get_title()
     largest = np.hypot(*wheel.traction[:, 2]).max()
-    assert max(line.get_ydata().max() for line in ax.get_lines() if "size" in line.get_label()) == pytest.approx(
+    assert max(line.get_ydata().max() for line in ax.get_lines() if line.get_label() == "$|p|$") == pytest.approx(
         largest / 1e6
     )
     with pytest.raises(vc.SceneError, match=r"y = 1.0 .* on the grid"):

@@ -10,7 +10,7 @@ from matplotlib.quiver import Quiver
 
 import varcontact as vc
 from tests.plotting.test_pictures import RAIL, check_readable
-from varcontact.plotting.drawn import drawn
+from varcontact.results.finest_fields import finest_fields
 
 SCENES = {
     "rolling": RAIL,
@@ -66,7 +66,7 @@ def test_what_slips():
     for motion in (RAIL.motion, vc.Steady(vx=5e-4, vy=1e-3)):
         posed = [dataclasses.replace(RAIL, motion=motion, grid=vc.Grid(nx=n, ny=n)) for n in (12, 96)]
         found, fine = vc.solve(posed[0], refine="continuum", certify=None), vc.solve(posed[1], certify=None)
-        field = drawn(found)
+        field = finest_fields(found)
         places = (
             np.clip((line[:, None] > other).sum(axis=1) - 1, 0, other.size - 2)
             for line, other in zip((field.grid.y, field.grid.x), fine.grid.lines[::-1], strict=True)
@@ -99,7 +99,7 @@ def test_sections_of_the_parts(corrected):
     ax = corrected.plot("section", y=y).axes[0]
     assert ax.get_title() == f"Section at y = {1e3 * y:.3g} mm\n(corrected, on 2 x 2 parts)"
     lines = {line.get_label(): line for line in ax.get_lines()}
-    x, size = lines["$|p|$, its size"].get_data()
+    x, size = lines["$|p|$"].get_data()
     columns = np.abs(field.grid.x - 1e-3 * x[:, None]).argmin(axis=1)
     scale = np.hypot(*field.traction[:, 9]).max() / size.max()
     assert np.log10(scale) == pytest.approx(round(np.log10(scale)))

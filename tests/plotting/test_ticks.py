@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import varcontact as vc
-from varcontact.plotting.ticks import readable_decades
+from varcontact.plotting.style import readable_decades
 
 README = Path(__file__).parents[2] / "README.md"
 

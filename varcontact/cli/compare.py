@@ -33,8 +33,8 @@ def compare(
     """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.data.benchmark_scenes import standard_bank
     from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.picture_file import write_picture
     from varcontact.plotting.studies import plot_comparison
+    from varcontact.plotting.style import write_picture
     from varcontact.study.compare import compare as compare_methods
     from varcontact.study.comparison import summary
     from varcontact.study.csv_table import as_json as table_as_json

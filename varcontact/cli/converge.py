@@ -23,7 +23,7 @@ def converge(
 ) -> None:
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.style import write_picture
     from varcontact.study.converge import converge as converge_on
     from varcontact.study.convergence import Convergence
 

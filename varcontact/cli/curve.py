@@ -30,8 +30,8 @@ def curve(
     Creepages that are not given are taken from the scene.
     """
     from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.curve import plot_curve
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.studies import plot_curve
+    from varcontact.plotting.style import write_picture
     from varcontact.study.csv_table import columns_of_text
     from varcontact.study.scan import creep_curve
     from varcontact.system.files import write_whole

@@ -148,8 +148,8 @@ def _table_of_triples(path: Path) -> np.ndarray:
 
 
 def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json: bool) -> None:
-    from varcontact.plotting.curve import plot_curve
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.studies import plot_curve
+    from varcontact.plotting.style import write_picture
     from varcontact.system.files import write_whole
 
     rows = [_row(solution) for solution in found]

@@ -64,10 +64,10 @@ def solve(
     as_json: AsJson = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
-    from varcontact.io.history_file import check_history_file
+    from varcontact.io.history import check_history_file
     from varcontact.io.solution import ENDINGS, check_solution_file
-    from varcontact.plotting.animation import check_animation
-    from varcontact.plotting.picture_file import check_picture
+    from varcontact.plotting.history import check_animation
+    from varcontact.plotting.style import check_picture
     from varcontact.scene.motion import Transient
     from varcontact.solving.options import SolveOptions
     from varcontact.solving.solve import solve as solve_scene
@@ -128,8 +128,8 @@ def _read(path: Path, case: int | None) -> tuple[Scene, dict[str, Any]]:
 def deliver(solution: Any, out: Path | None, plot: Path | None, force: bool, as_json: bool) -> None:
     """Print a solution or a history, and write it and its picture to their files."""
     from varcontact.io.solution import save
-    from varcontact.plotting.animation import animate
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.history import animate
+    from varcontact.plotting.style import write_picture
     from varcontact.results.history import History
 
     try:

@@ -104,7 +104,7 @@ def check_outputs(
     name_of_out: str = "--out",
 ) -> None:
     """Refuse files that cannot, or must not, be written; `ending` has the suffixes that `out` may have."""
-    from varcontact.plotting.picture_file import check_picture
+    from varcontact.plotting.style import check_picture
     from varcontact.system.files import check_ending, check_one_of_endings, check_writable
 
     if out is not None:

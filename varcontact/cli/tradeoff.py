@@ -34,7 +34,7 @@ def tradeoff(
     """Measure ways to answer the reference scenes: error against the continuum, seconds, memory."""
     from varcontact import checks
     from varcontact.data.benchmark_scenes import CLASSES
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.style import write_picture
     from varcontact.study.references import references
     from varcontact.study.tradeoff import Tradeoff
     from varcontact.study.tradeoff import tradeoff as measure

@@ -89,7 +89,7 @@ def _draw(
     read: CaseFile, table: pd.DataFrame, found: Sequence[WheelRailSolution], plot: Path | None, plot_wear: Path | None
 ) -> None:
     """Pictures; `found` has the solution of a single wheel, unless the table had it from the last time."""
-    from varcontact.plotting.picture_file import write_picture
+    from varcontact.plotting.style import write_picture
     from varcontact.wheel_rail.plots import plot_positions
     from varcontact.wheel_rail.result import wear
 

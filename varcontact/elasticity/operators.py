@@ -60,7 +60,7 @@ def wrapped(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
     return found
 
 
-def _box_of(ny: int, nx: int) -> tuple[int, int]:
+def fft_box(ny: int, nx: int) -> tuple[int, int]:
     """Lengths of the transforms on a grid: products wrap around below index n - 1, where they are not read."""
     from scipy.fft import next_fast_len
 
@@ -69,7 +69,7 @@ def _box_of(ny: int, nx: int) -> tuple[int, int]:
 
 def table_bytes(ny: int, nx: int, blocks: int) -> int:
     """Memory in bytes for a table of influence numbers and its transform, by its pairs of components."""
-    rows, columns = _box_of(ny, nx)
+    rows, columns = fft_box(ny, nx)
     return 8 * blocks * ((2 * ny - 1) * (2 * nx - 1) + 2 * rows * (columns // 2 + 1))
 
 
@@ -135,7 +135,7 @@ class GridOperator:
         """
         if self.whole is not None:
             return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
-        box = _box_of(*self.shape)
+        box = fft_box(*self.shape)
         spectrum = spectrum_of(tractions, box)
         product = np.array([sum(map(np.multiply, row, spectrum)) for row in self._symbol])
         return np.ascontiguousarray(fields_of(product, box, self.shape))
@@ -182,7 +182,7 @@ class GridOperator:
 
     @cached_property
     def _symbol(self) -> np.ndarray:
-        box = _box_of(*self.shape)
+        box = fft_box(*self.shape)
         return spectrum_of(wrapped(self.table, box), box)
 
 

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.elasticity.operators import fft_box, fields_of, spectrum_of, wrapped
 from varcontact.elasticity.potentials import KINDS, exchanged, lattice_potentials, strip_potentials
 from varcontact.scene.grid import Grid
 from varcontact.system.threads import one_blas_thread
@@ -115,21 +116,18 @@ def field_below(
     ElasticField
         Its arrays have the trailing shape (n, ny, nx).
     """
-    from scipy import fft
-
     ny, nx = grid.shape
     dx, dy = grid.sides
     x, y = np.arange(nx - 1, -nx, -1) * dx, np.arange(ny - 1, -ny, -1) * dy
-    size = fft.next_fast_len(2 * ny - 1, real=True), fft.next_fast_len(2 * nx - 1, real=True)
-    spectrum = fft.rfft2(tractions, size)
+    box = fft_box(ny, nx)
+    spectrum = spectrum_of(tractions, box)
     potentials = _potentials(grid, reference)
     fields = []
     for depth in depths:
         sums = np.empty((len(KINDS), 3, ny, nx))
         values = potentials(x[:, None, None], y[None, :, None], np.array([depth]))[:, ::-1, ::-1, 0]
         for kind, table in enumerate(values):
-            product = fft.irfft2(fft.rfft2(table.T, size) * spectrum, size)
-            sums[kind] = product[:, ny - 1 : 2 * ny - 1, nx - 1 : 2 * nx - 1]
+            sums[kind] = fields_of(spectrum_of(wrapped(table.T, box), box) * spectrum, box, (ny, nx))
         fields.append(_combined(sums, depth, G, nu))
     return ElasticField(
         np.stack([field.displacement for field in fields], axis=1),

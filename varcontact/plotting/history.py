@@ -1,23 +1,46 @@
-"""The picture of a history."""
+"""Pictures of a history: forces, creepages and areas over one abscissa, and all steps as a moving picture."""
 
 from __future__ import annotations
 
+import io
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from shutil import which
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import PathPatch
 
+from varcontact import checks
 from varcontact.discrete.stick_slip import SLIP
-from varcontact.plotting.quantities import Measure, measure, measure_of
+from varcontact.errors import OutputError, SceneError
+from varcontact.plotting.fields import box_of, corrected, draw_areas, rectangles_path, runs
+from varcontact.plotting.line import draw_line_traction
 from varcontact.plotting.style import (
     COLUMN,
+    MARK,
     SLIP_COLOUR,
+    SLIP_LOOK,
     STICK_COLOUR,
     area_patches,
+    figure_size,
+    is_ours,
     legend_beside,
     new_figure,
+    readable_ticks,
+    settle,
     styled,
 )
+from varcontact.plotting.unit_labels import measure, measure_of
+from varcontact.results.finest_fields import finest_fields
+from varcontact.system.files import check_replaceable, check_writable, write_whole
+from varcontact.system.memory import need
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,29 +48,19 @@ if TYPE_CHECKING:
 
     from varcontact.results.history import History
 
+FRAMES_PER_SECOND = 10.0
+KINDS = (".gif", ".mp4")
+
 
 def plot_history(history: History, figsize: tuple[float, float] | None = None) -> Figure:
-    """Forces, creepages where forces are prescribed, and the areas along the middle row, over one abscissa.
-
-    Parameters
-    ----------
-    history : History
-    figsize : pair of float, optional
-        [inch]
-
-    Returns
-    -------
-    matplotlib Figure
-    """
-    from varcontact.plotting.solution import figure_size
-
-    along = abscissa(history)
+    """Forces, creepages where forces are prescribed, and the areas along the middle row, over one abscissa."""
+    along = _abscissa(history)
     found = _creepages(history)
     panels = 3 if found else 2
-    size = (COLUMN * 1.5, 0.4 + 1.7 * panels) if figsize is None else figure_size(figsize)
+    size = figure_size(figsize, (COLUMN * 1.5, 0.4 + 1.7 * panels))
     with styled():
         figure, axes = new_figure(panels, 1, size, sharex=True)
-        draw_forces(axes[0], history, along)
+        _draw_forces(axes[0], history, along)
         if found:
             _draw_creepages(axes[1], found, along)
         _draw_areas(axes[-1], history, along)
@@ -57,49 +70,26 @@ def plot_history(history: History, figsize: tuple[float, float] | None = None) -
 
 
 @dataclass(frozen=True)
-class Abscissa:
-    """What a history is shown over.
-
-    Attributes
-    ----------
-    values : ndarray, shape (steps,)
-        As shown.
-    edges : ndarray, shape (steps + 1,)
-        Between which each step takes place.
-    label : str
-    """
+class _Abscissa:
+    """Places of the steps, the edges between which each takes place, and the label."""
 
     values: np.ndarray
     edges: np.ndarray
     label: str
 
 
-def abscissa(history: History) -> Abscissa:
-    """The distance rolled; the number of the step where steps after the first are in place.
-
-    Parameters
-    ----------
-    history : History
-    """
+def _abscissa(history: History) -> _Abscissa:
+    """The distance rolled; the number of the step where steps after the first are in place."""
     if len(history) > 1 and np.all(history.dq[1:] > 0):
         measured = measure_of(history.scene, "length", history.rolled)
         rolled = measured(history.rolled)
-        return Abscissa(rolled, np.append(0.0, rolled), measured.label("distance rolled"))
+        return _Abscissa(rolled, np.append(0.0, rolled), measured.label("distance rolled"))
     steps = np.arange(len(history), dtype=float)
-    return Abscissa(steps, np.arange(len(history) + 1) - 0.5, "step")
+    return _Abscissa(steps, np.arange(len(history) + 1) - 0.5, "step")
 
 
-def draw_forces(ax: Axes, history: History, along: Abscissa) -> None:
-    """Tangential forces, within what friction can carry.
-
-    Parameters
-    ----------
-    ax : Axes
-    history : History
-    along : Abscissa
-    """
-    from varcontact.plotting.ticks import readable_ticks
-
+def _draw_forces(ax: Axes, history: History, along: _Abscissa) -> None:
+    """Tangential forces, within what friction can carry."""
     limit = np.array([np.sum(sol.traction_bound) * sol.grid.area for sol in history])
     finite = bool(np.all(np.isfinite(limit)))
     measured = measure_of(history.scene, "force", [*history.force.T, limit if finite else 0 * history.dq])
@@ -110,7 +100,7 @@ def draw_forces(ax: Axes, history: History, along: Abscissa) -> None:
         if i == 0 or np.abs(values).max(initial=0.0) > 1e-9 * size:
             ax.plot(along.values, measured(values), line, label=name, clip_on=False, **looks)
     if finite:
-        ax.plot(along.values, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction's limit")
+        ax.plot(along.values, measured(limit), color="0.45", linestyle=":", label="$\\pm$ friction limit")
         ax.plot(along.values, -measured(limit), color="0.45", linestyle=":")
     readable_ticks(ax)
     ax.set(xlabel=along.label, ylabel=measured.label("tangential force"))
@@ -128,9 +118,7 @@ def _creepages(history: History) -> dict[str, np.ndarray]:
     return found
 
 
-def _draw_creepages(ax: Axes, found: dict[str, np.ndarray], along: Abscissa) -> None:
-    from varcontact.plotting.ticks import readable_ticks
-
+def _draw_creepages(ax: Axes, found: dict[str, np.ndarray], along: _Abscissa) -> None:
     looks = {"$v_x$": "o-", "$v_y$": "s--"}
     measured = measure("1", None, list(found.values()))
     for name, values in found.items():
@@ -142,12 +130,8 @@ def _draw_creepages(ax: Axes, found: dict[str, np.ndarray], along: Abscissa) -> 
     legend_beside(ax)
 
 
-def _draw_areas(ax: Axes, history: History, along: Abscissa) -> None:
+def _draw_areas(ax: Axes, history: History, along: _Abscissa) -> None:
     """Stick and slip of the middle row, slip hatched, from step to step."""
-    from matplotlib.colors import ListedColormap
-
-    from varcontact.plotting.ticks import readable_ticks
-
     lengths = measure_of(history.scene, "length", history.grid.box)
     row = history.grid.rows // 2
     areas = np.array([sol.state[row] for sol in history]).T
@@ -155,29 +139,102 @@ def _draw_areas(ax: Axes, history: History, along: Abscissa) -> None:
     across = lengths(np.linspace(left, right, history.grid.nx + 1))
     colours = ListedColormap([STICK_COLOUR, SLIP_COLOUR])
     ax.pcolormesh(along.edges, across, np.ma.masked_equal(areas, 0), cmap=colours, vmin=1, vmax=2)
-    _hatch(ax, areas == SLIP, along.edges, across)
+    slips = [
+        (left, right, across[low], across[high])
+        for left, right, column in zip(along.edges, along.edges[1:], areas.T, strict=False)
+        for low, high in runs(column == SLIP)
+    ]
+    ax.add_patch(PathPatch(rectangles_path(slips), gid="slip", **SLIP_LOOK | {"facecolor": "none"}))
     readable_ticks(ax)
-    ax.set(xlabel=along.label, ylabel=_middle(history, lengths))
+    ax.set(xlabel=along.label, ylabel=lengths.label("x" if history.scene.line else "x, middle row"))
     legend_beside(ax, area_patches())
 
 
-def _middle(history: History, lengths: Measure) -> str:
-    return lengths.label("x" if history.scene.line else "x, middle row")
+def animate(
+    history: History,
+    path: str | Path,
+    fps: float = FRAMES_PER_SECOND,
+    field: str = "path",
+    overwrite: bool = False,
+) -> None:
+    """Write a moving picture of a history, see `History.animate`; `field` is what the path is called in errors."""
+    path = checks.file_name(field, path)
+    fps = checks.positive("fps", fps)
+    if fps > 100:
+        raise SceneError("fps", fps, "at most 100 steps a second")
+    if len(history) == 0:
+        raise SceneError("history", history, "of one step at least")
+    check_animation(field, path, [], overwrite)
+    make = _gif if path.suffix.lower() == ".gif" else _film
+    write_whole(field, path, make(_frames(history), len(history), fps))
 
 
-def _hatch(ax: Axes, slip: np.ndarray, across: np.ndarray, up: np.ndarray) -> None:
-    """Hatching over what slips, between edges `across` (by column) and `up` (by row)."""
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
+def check_animation(field: str, path: Path, inputs: list[Path], overwrite: bool) -> None:
+    """Refuse a file that no moving picture can be written to; `inputs` have to stay."""
+    kind = path.suffix.lower()
+    if kind not in KINDS:
+        raise OutputError(field, path, f"its ending must be one of {', '.join(KINDS)}")
+    if kind == ".mp4" and which("ffmpeg") is None:
+        raise OutputError(field, path, "needs the program ffmpeg, which is not installed; .gif needs nothing else")
+    check_writable(field, path, inputs)
+    check_replaceable(field, path, "picture", is_ours, overwrite)
 
-    from varcontact.plotting.style import HATCH, SLIP_INK
 
-    vertices = []
-    for column in range(slip.shape[1]):
-        changes = np.flatnonzero(np.diff(slip[:, column], prepend=False, append=False))
-        left, right = across[column], across[column + 1]
-        for low, high in up[changes].reshape(-1, 2):
-            vertices += [(left, low), (right, low), (right, high), (left, high), (left, low)]
-    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY] * (len(vertices) // 5)
-    path = Path(np.array(vertices, dtype=float).reshape(-1, 2), codes)
-    ax.add_patch(PathPatch(path, facecolor="none", edgecolor=SLIP_INK, hatch=HATCH, linewidth=0, gid="slip"))
+def _frames(history: History) -> Iterator[np.ndarray]:
+    """Each step as an image (height, width, 4) of bytes: areas and tractions over the forces, on axes that stay."""
+    along, box = _abscissa(history), box_of(np.any([sol.state > 0 for sol in history], axis=0), history.grid)
+    draw, largest = (draw_line_traction if history.scene.line else draw_areas), 0.0
+    for field in map(finest_fields, history):
+        largest = max(largest, float(np.hypot(*field.traction).max()))
+        if history.scene.line and np.all(np.isfinite(field.bound)):
+            largest = max(largest, float(field.bound.max()))
+    with styled():
+        figure, (above, below) = new_figure(2, 1, (COLUMN * 1.4, 4.8), height_ratios=(2.2, 1))
+        canvas: Any = figure.canvas
+        _draw_forces(below, history, along)
+        mark = below.axvline(along.values[0], color="k", linewidth=0.8)
+        for k, sol in enumerate(history):
+            above.clear()
+            draw(above, sol, box, largest)
+            above.set_title(f"Tangential traction on body 1, step {k}{corrected(finest_fields(sol))}")
+            mark.set_xdata([along.values[k]] * 2)
+            if k == 0:
+                settle(figure)
+                figure.set_layout_engine("none")
+            canvas.draw()
+            yield np.array(canvas.buffer_rgba())
+
+
+def _gif(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
+    from PIL import Image
+
+    first = next(frames)
+    need("the moving picture", 2.0 * count * first[..., 0].size, "a history of fewer steps would fit")
+    images = (
+        Image.fromarray(each).convert("RGB").quantize(dither=Image.Dither.NONE) for each in chain([first], frames)
+    )
+    made = io.BytesIO()
+    options: dict[str, Any] = {"save_all": True, "append_images": images, "loop": 0, "comment": MARK.encode()}
+    next(images).save(made, format="GIF", duration=round(1000 / fps), **options)
+    return made.getvalue()
+
+
+def _film(frames: Iterator[np.ndarray], count: int, fps: float) -> bytes:
+    """By ffmpeg, which takes frame by frame, whatever their `count`."""
+    first = next(frames)
+    height, width = first.shape[:2]
+    given = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", f"{width}x{height}", "-framerate", f"{fps:g}"]
+    wanted = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", "-metadata", f"comment={MARK}"]
+    with tempfile.TemporaryDirectory() as folder:
+        film = Path(folder) / "film.mp4"
+        command = ["ffmpeg", "-loglevel", "error", *given, "-i", "-", *wanted, str(film)]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdin is not None
+            with suppress(BrokenPipeError):  # it says below what was wrong
+                for frame in chain([first], frames):
+                    process.stdin.write(frame.tobytes())
+            _, said = process.communicate()
+        if process.returncode != 0:
+            words = said.decode(errors="replace").strip().split("\n")[-1]
+            raise OutputError("path", "film.mp4", f"cannot be drawn (ffmpeg: {words})")
+        return film.read_bytes()

@@ -6,13 +6,24 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from varcontact import checks
 from varcontact.errors import SceneError
+from varcontact.plotting.fields import FIELDS, draw_areas, draw_field, shape_of
 from varcontact.plotting.line import draw_line_field, draw_line_traction
-from varcontact.plotting.maps import FIELDS, draw_areas, draw_field, shape_of
 from varcontact.plotting.section import draw_section, row_of
-from varcontact.plotting.style import COLUMN, PAGE, TRACTION_COLOUR, figure_of, new_figure, settle, styled
+from varcontact.plotting.style import (
+    COLUMN,
+    PAGE,
+    TRACTION_COLOUR,
+    check_axes,
+    figure_of,
+    figure_size,
+    new_figure,
+    settle,
+    styled,
+)
 from varcontact.scene.friction import BRANCHES, Law, kind_of
 
 if TYPE_CHECKING:
@@ -33,98 +44,36 @@ def plot(
     figsize: tuple[float, float] | None = None,
     y: float | None = None,
 ) -> Figure:
-    """The picture of a solution, see `Solution.plot`.
-
-    Parameters
-    ----------
-    sol : Solution
-    what : str or sequence of str, optional
-        Of `PANELS`.
-    ax : Axes, optional
-        For one panel.
-    figsize : pair of float, optional
-        [inch]
-    y : float, optional
-        Of the section [length].
-
-    Raises
-    ------
-    SceneError
-        For a panel that there is not, several panels in one `ax`, a size that is none, or a `y` off the grid.
-    """
-    names = _names(sol, what, ax)
+    """The picture of a solution, see `Solution.plot`."""
+    names, line = _names(sol, what, ax), sol.scene.line
     if y is not None:
         row_of(sol, y)
         if "section" not in names:
             raise SceneError("y", y, 'left out, or with the panel "section"')
-    size = None if figsize is None else figure_size(figsize)
     with styled():
         if ax is not None:
+            figure_size(figsize, (1.0, 1.0))
             _draw(ax, sol, names[0], y)
             return figure_of(ax)
-        return _stacked(sol, names, size) if sol.scene.line else _in_rows(sol, names, size, y)
-
-
-def _stacked(sol: Solution, names: list[str], size: tuple[float, float] | None) -> Figure:
-    """Panels of a line contact, below each other over the same abscissa."""
-    figure, axes = new_figure(len(names), 1, size or (1.3 * COLUMN, 0.4 + 2.1 * len(names)), sharex=True)
-    for panel, name in zip(axes, names, strict=True):
-        _draw(panel, sol, name, None)
-    _one_legend(axes)
-    return figure
-
-
-def _in_rows(sol: Solution, names: list[str], size: tuple[float, float] | None, y: float | None) -> Figure:
-    """Panels of one height, three to a row."""
-    rows, columns, shape = -(-len(names) // 3), min(len(names), 3), shape_of(sol)
-    width = COLUMN if columns == 1 else PAGE / 3 * columns
-    side = width / columns - (0.7 if columns == 1 else 1.05)  # beside which there are labels and a colour bar
-    figure, axes = new_figure(rows, columns, size or (width, rows * (shape * side + 1.3)))
-    for panel, name in zip(axes, names, strict=False):
-        panel.set_box_aspect(shape)
-        _draw(panel, sol, name, y)
-    for panel in axes[len(names) :]:
-        panel.set_axis_off()
-    settle(figure)
-    return figure
-
-
-def figure_size(value: Any) -> tuple[float, float]:
-    """Width and height of a figure, checked.
-
-    Parameters
-    ----------
-    value : pair of float
-        [inch]
-
-    Raises
-    ------
-    SceneError
-        If they are not two lengths from 0.5 to 100 inches.
-    """
-    sizes = checks.numbers("figsize", value)
-    if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
-        raise SceneError("figsize", value, "(width, height) in inches, each from 0.5 to 100")
-    return float(sizes[0]), float(sizes[1])
-
-
-def check_axes(ax: Any) -> None:
-    """Refuse what nothing can be drawn in.
-
-    Parameters
-    ----------
-    ax : object
-        None, or axes.
-
-    Raises
-    ------
-    SceneError
-        If it is neither.
-    """
-    from matplotlib.axes import Axes
-
-    if ax is not None and not isinstance(ax, Axes):
-        raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
+        if line:  # below each other over the same abscissa
+            size = figure_size(figsize, (1.3 * COLUMN, 0.4 + 2.1 * len(names)))
+            figure, axes = new_figure(len(names), 1, size, sharex=True)
+        else:  # panels of one height, three to a row
+            rows, columns, shape = -(-len(names) // 3), min(len(names), 3), shape_of(sol)
+            width = COLUMN if columns == 1 else PAGE / 3 * columns
+            side = width / columns - (0.7 if columns == 1 else 1.05)  # beside which there are labels and a colour bar
+            figure, axes = new_figure(rows, columns, figure_size(figsize, (width, rows * (shape * side + 1.3))))
+        for panel, name in zip(axes, names, strict=False):
+            if not line:
+                panel.set_box_aspect(shape)
+            _draw(panel, sol, name, y)
+        for panel in axes[len(names) :]:
+            panel.set_axis_off()
+        if line:
+            _one_legend(axes)
+        else:
+            settle(figure)
+        return figure
 
 
 def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
@@ -142,9 +91,8 @@ def _names(sol: Solution, what: Any, ax: Any) -> list[str]:
         if name not in ("pressure", "distance", "section") and sol.scene.motion is None:
             raise SceneError("what", name, "pressure, distance or section, where there is no motion")
         if name == "power_density" and np.isnan(sol.power_density).all():
-            raise SceneError(
-                "what", name, f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
-            )
+            allowed = f"another panel: {sol.plan.tangential} has no moment, and so no power of spin"
+            raise SceneError("what", name, allowed)
     if not names or (ax is not None and len(names) > 1):
         raise SceneError("what", what, "one panel" + (" for one ax" if ax is not None else " at least"))
     return names
@@ -179,29 +127,18 @@ def _one_legend(axes: list[Axes]) -> None:
 
 
 def plot_passes(sol: Solution) -> Figure:
-    """Change and residual of the whole against the passes, see `Solution.plot_passes`.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """Change and residual of the whole against the passes, see `Solution.plot_passes`."""
     if not sol.passes:
-        found = f"coupling {sol.plan.coupling}, no passes"
-        raise SceneError(
-            "solution",
-            found,
-            "of a coupling loop, or under a law of friction",
-            message=f"solution has no passes to plot (coupling {sol.plan.coupling}); coupling loops "
-            "(panagiotopoulos, joint) and laws of friction have them",
-        )
+        found, allowed = f"coupling {sol.plan.coupling}, no passes", "of a coupling loop, or under a law of friction"
+        have = "coupling loops (panagiotopoulos, joint) and laws of friction have them"
+        message = f"solution has no passes to plot (coupling {sol.plan.coupling}); {have}"
+        raise SceneError("solution", found, allowed, message=message)
     if isinstance(sol.scene.friction, Law):
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:
         shown = f"{sol.plan.coupling}, K = {sol.scene.bodies.K:.3g}"
         changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
     with styled():
-        from matplotlib.ticker import MaxNLocator
-
         figure, (ax,) = new_figure(1, 1, (COLUMN, 2.6))
         changes, residuals = np.array(sol.passes).T
         passes = np.arange(1, len(residuals) + 1)

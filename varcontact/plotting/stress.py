@@ -6,18 +6,30 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.plotting.quantities import Measure, measure_of
-from varcontact.plotting.style import COLUMN, colour_bar, figure_of, legend_below, new_figure, settle, styled
+from varcontact.plotting.style import (
+    COLUMN,
+    check_axes,
+    colour_bar,
+    figure_of,
+    figure_size,
+    legend_below,
+    new_figure,
+    readable_ticks,
+    settle,
+    styled,
+)
+from varcontact.plotting.unit_labels import Measure, measure_of
+from varcontact.results.stress import BODIES, FARTHEST, SubsurfaceStress, one_solution, stress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.results.solution import Solution
-    from varcontact.results.stress import SubsurfaceStress
 
 STRESSES = {
     "von_mises": "Von Mises stress",
@@ -77,22 +89,15 @@ def plot_stress(
         For what is no Solution with contact, a quantity or a plane that does not exist, a depth that is not positive,
         a place that does not belong to the plane, or another plane than "xz" in line contact.
     """
-    from matplotlib.ticker import MaxNLocator
-
-    from varcontact.plotting.solution import check_axes, figure_size
-    from varcontact.plotting.ticks import readable_ticks
-    from varcontact.results.stress import one_solution
-
     if not one_solution(sol).pressure.any():
-        raise SceneError(
-            "solution", sol, "with contact", message="solution: there is no contact, so nothing is stressed"
-        )
+        message = "solution: there is no contact, so nothing is stressed"
+        raise SceneError("solution", sol, "with contact", message=message)
     checks.choice("quantity", quantity, [*STRESSES, *COMPONENTS])
     check_axes(ax)
-    size = (COLUMN * 1.25, COLUMN) if figsize is None else figure_size(figsize)
+    size = figure_size(figsize, (COLUMN * 1.25, COLUMN))
     cut = _cut(sol, plane, x, y, depth, body)
-    signed = quantity in COMPONENTS
-    values = [_stress_value(part, quantity) for part in cut.parts]
+    signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
+    values = [_values(part, quantity) for part in cut.parts]
     everything = np.concatenate([part.ravel() for part in values])
     lengths = measure_of(sol.scene, "length", np.concatenate([cut.parts[0].points[i].ravel() for i in cut.axes]))
     stresses = measure_of(sol.scene, "pressure", everything)
@@ -105,16 +110,13 @@ def plot_stress(
             first, second = (lengths(part.points[i]) for i in cut.axes)
             image = ax.contourf(first, second, stresses(value), levels, cmap="RdBu_r" if signed else "viridis")
             ax.contour(first, second, stresses(value), levels[::2], colors="k", linewidths=0.3, linestyles="solid")
-        colour_bar(ax, image, stresses.label(_stress_name(quantity)))
-        if plane == "xy":
-            _draw_outline(ax, sol, lengths)
-        else:
-            _draw_surface(ax, sol, cut.axes[0], lengths)
+        colour_bar(ax, image, stresses.label(name))
+        _draw_contact(ax, sol, plane, lengths)
         _mark_largest(ax, cut, values, lengths, stresses)
-        names = ("x", "y", "z, up into body 1")
-        ax.set_xlabel(lengths.label(names[cut.axes[0]]))
-        ax.set_ylabel(lengths.label(names[cut.axes[1]]))
-        ax.set_title(_stress_name(quantity) + cut.place(lengths))
+        labels = ("x", "y", "z, up into body 1")
+        ax.set_xlabel(lengths.label(labels[cut.axes[0]]))
+        ax.set_ylabel(lengths.label(labels[cut.axes[1]]))
+        ax.set_title(name + (f"{cut.words}{lengths.text(cut.at)}" if cut.words else ""))
         readable_ticks(ax)
         ax.set_aspect("equal")
         legend_below(ax, columns=1)
@@ -124,60 +126,43 @@ def plot_stress(
 
 @dataclass(frozen=True)
 class _Cut:
-    """Where a stress is shown: the fields there, the two axes of the picture, and the words for the third."""
+    """Where a stress is shown: the fields there, the two axes of the picture, and the place on the third in words."""
 
     parts: tuple[SubsurfaceStress, ...]
     axes: tuple[int, int]
     at: float
     words: str
 
-    def place(self, lengths: Measure) -> str:
-        """For a title."""
-        return f"{self.words}{lengths.text(self.at)}" if self.words else ""
-
 
 def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _Cut:
     """The stresses in a plane."""
-    from varcontact.results.stress import BODIES, stress
-
     plane = checks.choice("plane", plane, PLANES)
     if sol.scene.line and plane != "xz":
         raise SceneError("plane", plane, '"xz" in line contact, which is the same in all sections')
     for name, value, others in (("x", x, "yz"), ("y", y, "xz")):
         if value is not None and plane != others:
             raise SceneError(name, value, f'left out, or with plane = "{others}"')
-    along, across = _abscissae(sol, 1), _abscissae(sol, 0)
-    (dx, dy) = sol.grid.sides
+    along, across = _abscissae(sol, 0), _abscissae(sol, 1)
+    axis = 1 if plane == "yz" else 0
+    length = _cells(sol, axis).size * sol.grid.sides[axis]
+    if depth is not None:
+        depth = checks.moderate("depth", checks.positive("depth", depth), most=FARTHEST)
     if plane == "xy":
         if isinstance(body, bool) or not isinstance(body, (int, str)) or body not in BODIES:
             raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
-        length = _cells(sol, 1).size * dx
-        below = 0.25 * length if depth is None else _coordinate("depth", checks.positive("depth", depth))
-        first, second = np.meshgrid(along, across)
-        side = BODIES[body]
+        side, below = BODIES[body], 0.25 * length if depth is None else depth
         z = below if side == 1 else -below
-        field = stress(sol, [first, second, np.full_like(first, z)], side)
-        return _Cut((field,), (0, 1), z, " at z = ")
-    places, length, axis = (
-        (along, _cells(sol, 1).size * dx, 0) if plane == "xz" else (across, _cells(sol, 0).size * dy, 1)
-    )
-    depth = 0.75 * length if depth is None else _coordinate("depth", checks.positive("depth", depth))
-    given = (x, y)[1 - axis]
-    at = _largest_place(sol)[1 - axis] if given is None else _coordinate("xy"[1 - axis], given)
+        first, second = np.meshgrid(along, across)
+        return _Cut((stress(sol, [first, second, np.full_like(first, z)], side),), (0, 1), z, " at z = ")
+    depth = 0.75 * length if depth is None else depth
+    third, given = "yx"[axis], (y, x)[axis]
+    at = _largest_place(sol)[1 - axis] if given is None else checks.moderate(third, given, most=FARTHEST)
     fields = []
     for side, sign in ((1, 1.0), (2, -1.0)):
-        z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, places, indexing="ij")
+        z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, (along, across)[axis], indexing="ij")
         points = [place, np.full_like(z, at), z] if axis == 0 else [np.full_like(z, at), place, z]
         fields.append(stress(sol, points, side))
-    words = "" if sol.scene.line else f" at {'xy'[1 - axis]} = "
-    return _Cut(tuple(fields), (axis, 2), at, words)
-
-
-def _coordinate(name: str, value: Any) -> float:
-    """Of points at which there are stresses."""
-    from varcontact.results.stress import FARTHEST
-
-    return checks.moderate(name, value, most=FARTHEST)
+    return _Cut(tuple(fields), (axis, 2), at, "" if sol.scene.line else f" at {third} = ")
 
 
 def _largest_place(sol: Solution) -> tuple[float, float]:
@@ -190,36 +175,34 @@ def _largest_place(sol: Solution) -> tuple[float, float]:
 
 
 def _cells(sol: Solution, axis: int) -> np.ndarray:
-    """Numbers of the columns (`axis` 1) or rows (0) from the first to the last with contact."""
-    contact = np.flatnonzero((sol.pressure > 0).any(axis=1 - axis))
+    """Numbers of the columns (`axis` 0) or rows (1) from the first to the last with contact."""
+    contact = np.flatnonzero((sol.pressure > 0).any(axis=axis))
     return np.arange(contact[0], contact[-1] + 1)
 
 
 def _abscissae(sol: Solution, axis: int) -> np.ndarray:
     """Coordinates below element centres, half a contact's length beyond it on both sides; `axis` as of `_cells`."""
-    side, first = (sol.grid.sides[0], sol.grid.x[0]) if axis == 1 else (sol.grid.sides[1], sol.grid.y[0])
+    side, first = sol.grid.sides[axis], (sol.grid.x, sol.grid.y)[axis][0]
     cells = _cells(sol, axis)
     every = max(1, int(np.ceil(cells.size / ACROSS)))
     beyond = (cells.size // 2 + 1) // every * every
     return np.asarray(first + np.arange(cells[0] - beyond, cells[-1] + beyond + 1, every) * side)
 
 
-def _draw_surface(ax: Axes, sol: Solution, axis: int, lengths: Measure) -> None:
-    """The surface, and the contact on it as a bar."""
-    places = (sol.grid.x, sol.grid.y)[axis][_cells(sol, 1 - axis)]
-    half = sol.grid.sides[axis] / 2
-    ax.axhline(0, color="0.35", linewidth=0.6)
+def _draw_contact(ax: Axes, sol: Solution, plane: str, lengths: Measure) -> None:
+    """The contact: its outline from above, or a bar on the surface."""
+    if plane == "xy":
+        x, y = lengths(sol.grid.x), lengths(sol.grid.y)
+        inside = (sol.pressure > 0).astype(float)
+        for colour, width, style in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
+            ax.contour(x, y, inside, [0.5], colors=colour, linewidths=width, linestyles=style)
+        ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
+        return
+    axis = "xy".index(plane[0])
+    places, half = (sol.grid.x, sol.grid.y)[axis][_cells(sol, axis)], sol.grid.sides[axis] / 2
     ends = lengths([places[0] - half, places[-1] + half])
+    ax.axhline(0, color="0.35", linewidth=0.6)
     ax.plot(ends, [0, 0], color="k", linewidth=2.5, solid_capstyle="butt", label="contact")
-
-
-def _draw_outline(ax: Axes, sol: Solution, lengths: Measure) -> None:
-    """The contact above or below."""
-    shape = sol.pressure > 0
-    x, y = lengths(sol.grid.x), lengths(sol.grid.y)
-    for colour, width, style in (("w", 1.8, "solid"), ("k", 0.9, "dashed")):  # black on white: seen on all colours
-        ax.contour(x, y, shape.astype(float), [0.5], colors=colour, linewidths=width, linestyles=style)
-    ax.plot([], [], color="k", linewidth=0.9, linestyle="dashed", label="contact")
 
 
 def _mark_largest(ax: Axes, cut: _Cut, values: list[np.ndarray], lengths: Measure, stresses: Measure) -> None:
@@ -229,25 +212,17 @@ def _mark_largest(ax: Axes, cut: _Cut, values: list[np.ndarray], lengths: Measur
     points = [float(each.flat[place]) for each in cut.parts[part].points]
     value = float(values[part].flat[place])
     first, second = (points[i] for i in cut.axes)
-    names = ["xyz"[i] for i in cut.axes]
-    where = (
-        f"({names[0]}, {names[1]}) = ({lengths(first) + 0.0:.3g}, {lengths(second) + 0.0:.3g}) {lengths.unit}".rstrip()
-    )
+    names = ", ".join("xyz"[i] for i in cut.axes)
+    where = f"({names}) = ({lengths(first) + 0.0:.3g}, {lengths(second) + 0.0:.3g}) {lengths.unit}".rstrip()
     words = "largest" if value > 0 or value == 0 else "largest in size"
     label = f"{words}: {stresses.text(value, 4)} at {where}"
-    look: dict[str, Any] = {"color": "w", "marker": "+", "markersize": 8, "markeredgewidth": 2.6, "ls": ""}
-    ax.plot(lengths(first), lengths(second), **look, clip_on=False)
-    ax.plot(
-        lengths(first), lengths(second), **look | {"color": "k", "markeredgewidth": 1.2}, label=label, clip_on=False
-    )
+    look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
+    ax.plot(lengths(first), lengths(second), color="w", markeredgewidth=2.6, **look)
+    ax.plot(lengths(first), lengths(second), color="k", markeredgewidth=1.2, label=label, **look)
 
 
-def _stress_value(field: SubsurfaceStress, quantity: str) -> np.ndarray:
+def _values(field: SubsurfaceStress, quantity: str) -> np.ndarray:
     if quantity in STRESSES:
         return np.asarray(getattr(field, quantity))
     i, j = ("xyz".index(letter) for letter in quantity)
     return np.asarray(field.stress[i, j])
-
-
-def _stress_name(quantity: str) -> str:
-    return STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")

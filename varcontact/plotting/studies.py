@@ -1,24 +1,193 @@
-"""Pictures of studies: a comparison of methods, and a refinement of the grid."""
+"""Pictures of studies: creep-force curves, comparisons of methods, refinements of the grid, and tradeoffs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
+from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.plotting.style import MARKERS, PAGE, colour, legend_below, new_figure, settle, styled
+from varcontact.plotting.fields import is_shift
+from varcontact.plotting.style import (
+    COLUMN,
+    PAGE,
+    check_axes,
+    colour,
+    figure_of,
+    figure_size,
+    legend_below,
+    marker,
+    new_figure,
+    readable_decades,
+    readable_ticks,
+    settle,
+    styled,
+)
+from varcontact.plotting.unit_labels import Measure, measure, measure_of
+from varcontact.results.solution import Solution
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from varcontact.study.convergence import Convergence
+    from varcontact.study.tradeoff import Tradeoff
 
-
-LEAST = 1e-16
+CREEPAGES = {"vx": ("longitudinal creepage", "1"), "vy": ("lateral creepage", "1"), "spin": ("spin", "spin")}
+SHIFTS = {"vx": ("shift along x", "length"), "vy": ("shift along y", "length"), "spin": ("rotation", "1")}
+STYLES = ("-", "--", ":")
+LEAST_DISTANCE = 1e-16
 """Distances below are rounding, and drawn here."""
+LEAST_ERROR = 1e-5
+"""Errors in per cent of the unit below which the references' own bars are all that is seen: drawn here."""
+MOST_ERROR = 100.0
+"""Errors in per cent above which a method is of no use: not drawn."""
+
+
+def plot_curve(
+    solutions: Sequence[Solution] | Mapping[str, Sequence[Solution]] | xr.Dataset,
+    *,
+    against: str = "auto",
+    normalised: bool = True,
+    ax: Axes | None = None,
+    figsize: tuple[float, float] | None = None,
+) -> Figure:
+    """Creep-force curves: the tangential forces, with the sign turned, against a creepage.
+
+    Parameters
+    ----------
+    solutions : sequence of Solution, or dict of str to such, or xarray.Dataset
+        As `scan` gives them; several curves by name; or as `creep_curve` gives them, whose values are plain numbers
+        without units.
+    against : str
+        "vx", "vy" or "spin" (of a shift ux, uy or the rotation); "auto": the one that changes most.
+    normalised : bool
+        Whether forces are shown as parts of what friction can carry, ``sum(f pz) dx dy`` (without slip: of the normal
+        force).
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if not given.
+    figsize : pair of float, optional
+        Of a new figure [inch].
+
+    Returns
+    -------
+    matplotlib Figure
+        Outside pyplot: a notebook shows it, ``savefig`` writes it; for a window give an `ax` of pyplot.
+
+    Raises
+    ------
+    SceneError
+        For what are no solutions with a motion, or not all rolling or all shifts, or a creepage that there is not.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(), grid=vc.Grid(nx=10, ny=10), units=vc.SI)
+    >>> curve = vc.scan(scene, [(vx, 0.0, 0.0) for vx in (0.0, 1e-3, 2e-3, 6e-3)])
+    >>> figure = vc.plot_curve(curve)
+    >>> figure.axes[0].get_xlabel()
+    'longitudinal creepage [$10^{-3}$]'
+    """
+    normalised = checks.flag("normalised", normalised)
+    check_axes(ax)
+    size = figure_size(figsize, (COLUMN * 1.15, 2.9))
+    read = _of_dataset if hasattr(solutions, "data_vars") else _of_solutions
+    curves, x_label, force, limit = read(solutions, against, normalised)
+    largest = np.nanmax([np.nanmax(np.abs(forces), axis=0) for _, forces in curves.values()], axis=0)
+    shown = tuple(i for i in (0, 1) if largest[i] > 1e-6 * largest.max()) or (0,)
+    several = len(curves) > 1
+    y_label = f"$-F_{'xy'[shown[0]]}$" if "" not in curves and len(shown) == 1 else "tangential force"
+    with styled():
+        if ax is None:
+            _, (ax,) = new_figure(1, 1, size)
+        for i, (name, (x, forces)) in enumerate(curves.items()):
+            _draw_curve(ax, x, forces, name, i if several else None, shown)
+        if normalised:
+            ax.axhline(1.0, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
+        ax.axhline(0.0, color="k", linewidth=0.5)
+        ax.set(xlabel=x_label, ylabel=f"{y_label} / {limit}" if normalised else force.label(y_label))
+        readable_ticks(ax)
+        legend_below(ax, columns=2)
+        settle(figure_of(ax))
+    return figure_of(ax)
+
+
+Curves = dict[str, tuple[np.ndarray, np.ndarray]]
+"""By name, what is along x and the forces (n, 2) with the sign turned, as shown."""
+
+
+def _of_solutions(solutions: Any, against: str, normalised: bool) -> tuple[Curves, str, Measure, str]:
+    """Curves, the label along x, how forces are shown, and the name of what they are divided by."""
+    given = dict(solutions) if isinstance(solutions, Mapping) else {"": solutions}
+    allowed = "a list of solutions that all roll or all shift, as scan gives them, or a dict of such by name"
+    for curve in given.values():
+        if not isinstance(curve, Sequence) or not curve or not all(isinstance(sol, Solution) for sol in curve):
+            raise SceneError("solutions", solutions, allowed)
+    every = [sol for curve in given.values() for sol in curve]
+    if any(sol.motion is None for sol in every) or len({is_shift(sol) for sol in every}) != 1:
+        raise SceneError("solutions", solutions, allowed)
+    name, scene = checks.choice("against", against, ("auto", *CREEPAGES)), every[0].scene
+    if name == "auto":  # the one that changes most, spin by what it does at the edge of the contact
+        reach = max(max(abs(end) for end in sol.grid.box[:2]) for sol in every)
+        creepages = np.array([sol.creepage for sol in every]) * (1.0, 1.0, reach)
+        spread = np.nan_to_num(np.nanmax(creepages, axis=0) - np.nanmin(creepages, axis=0))
+        name = list(CREEPAGES)[int(np.argmax(spread))]
+    words, quantity = (SHIFTS if is_shift(every[0]) else CREEPAGES)[name]
+    values = [getattr(sol, name) for sol in every]
+    along = measure("1", None, values) if quantity == "1" else measure_of(scene, quantity, values)
+    force = Measure(1.0, "") if normalised else measure_of(scene, "force", [sol.force for sol in every])
+    curves = {}
+    for label, curve in given.items():
+        forces = np.array([-sol.force / (_limit(sol) if normalised else 1.0) for sol in curve])
+        curves[str(label)] = along([getattr(sol, name) for sol in curve]), force(forces)
+    limit = "normal force" if scene.no_slip or scene.frictionless else "friction limit"
+    return curves, along.label(words), force, limit
+
+
+def _limit(sol: Solution) -> float:
+    """What friction can carry; without a limit the normal force."""
+    limit = float(np.sum(sol.traction_bound) * sol.grid.area)
+    return limit if 0 < limit < np.inf else sol.normal_force
+
+
+def _of_dataset(found: Any, against: str, normalised: bool) -> tuple[Curves, str, Measure, str]:
+    """The same of the curves of `creep_curve`, one for each method."""
+    if not {"Fx", "Fy", *CREEPAGES} <= {str(name) for name in found.variables} or found.Fx.dims != ("theory", "point"):
+        raise SceneError("solutions", type(found), message="solutions: not a dataset of creep_curve")
+    limit = float(found.attrs.get("limit", np.nan))
+    if normalised and not limit > 0:
+        message = "normalised: these curves have no single limit of friction; give normalised=False"
+        raise SceneError("normalised", normalised, message=message)
+    if against == "auto":  # lengths are unknown here: creepages come before the spin
+        moving = [name for name in ("vx", "vy") if np.ptp(found[name].values) > 0] or ["spin"]
+        against = max(moving, key=lambda name: float(np.ptp(found[name].values)))
+    along = measure("1", None, found[against].values)
+    forces = -np.stack([found.Fx.values, found.Fy.values], axis=-1) / (limit if normalised else 1.0)
+    x = along(found[against].values)
+    curves = {str(label): (x, each) for label, each in zip(found.theory.values, forces, strict=True)}
+    return curves, along.label(CREEPAGES[against][0]), Measure(1.0, ""), "friction limit"
+
+
+def _draw_curve(
+    ax: Axes, x: np.ndarray, forces: np.ndarray, label: str, number: int | None, components: tuple[int, ...]
+) -> None:
+    """A line for each direction in which there are forces, and for both together; `number` is that of the curve."""
+    lines = [(f"$-F_{'xy'[i]}$", forces[:, i]) for i in components]
+    if len(components) == 2:
+        lines.append(("$|F|$", np.hypot(*forces.T)))
+    for j, (part, values) in enumerate(lines):
+        k = j if number is None else number
+        words = f"{label}: {part}" if label and len(lines) > 1 else label or part
+        look: dict[str, Any] = {"marker": marker(k), "linestyle": STYLES[j], "color": colour(k)}
+        ax.plot(x, values, markevery=max(1, len(x) // 12), label=words, **look)
 
 
 def plot_comparison(table: pd.DataFrame) -> Figure:
@@ -35,8 +204,6 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
     """
     import pandas as pd
 
-    from varcontact.plotting.ticks import readable_decades
-
     if not (isinstance(table, pd.DataFrame) and "traction_distance" in table):
         raise SceneError("table", table, "a table that compare made")
     measured = table[table["traction_distance"].notna()]
@@ -44,10 +211,10 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
         figure, (ax,) = new_figure(1, 1, (0.75 * PAGE, 3.2))
         for i, (method, rows) in enumerate(measured.groupby("method", sort=False)):
             seconds = rows["normal_seconds"] + rows["tangential_seconds"]
-            error = np.maximum(rows["traction_distance"], LEAST)
+            error = np.maximum(rows["traction_distance"], LEAST_DISTANCE)
             look: dict[str, Any] = {
                 "color": colour(i),
-                "marker": MARKERS[i % len(MARKERS)],
+                "marker": marker(i),
                 "linestyle": "",
                 "alpha": 0.85,
             }
@@ -59,8 +226,8 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
                 ax.plot(seconds[failed], error[failed], **look, markerfacecolor="none", label=words)
         ax.set(xscale="log", yscale="log", xlabel="time of normal and tangential problem [s]")
         ax.set_ylabel("distance from the best tractions /\nlargest traction bound")
-        ax.set_title(f"Each point is a scene; what is below {LEAST:.0e} is drawn there")
-        ax.set_ylim(bottom=LEAST / 3)
+        ax.set_title(f"One point per scene (values below {LEAST_DISTANCE:.0e} plotted at {LEAST_DISTANCE:.0e})")
+        ax.set_ylim(bottom=LEAST_DISTANCE / 3)
         readable_decades(ax)
         ax.grid(visible=True)
         if not measured.empty:
@@ -69,21 +236,11 @@ def plot_comparison(table: pd.DataFrame) -> Figure:
 
 
 def plot_convergence(study: Convergence) -> Figure:
-    """Picture of a study of convergence: a panel for each quantity with a limit, a colour for each method.
+    """A panel for each quantity with a limit, a colour for each method.
 
     Small points are single solves, large ones means over the offsets, each by its distance from the extrapolated
     value; the line has the fitted order. What is below the level of the shade is within the error of that value.
-
-    Parameters
-    ----------
-    study : Convergence
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
-    from varcontact.plotting.ticks import readable_decades
-
     limits = [row for row in study.limits.to_dict("records") if np.isfinite(row["order"])]
     names = list(dict.fromkeys(row["quantity"] for row in limits))
     methods = list(dict.fromkeys(study.runs["method"]))
@@ -96,7 +253,7 @@ def plot_convergence(study: Convergence) -> Figure:
                 _draw_limit(ax, study, row, methods.index(row["method"]))
             cells = sorted(set(study.runs["cells"]))
             ax.set(xscale="log", yscale="log", title=name, xlabel="elements across the contact")
-            ax.set_xticks(cells, labels=_apart(cells, columns))
+            ax.set_xticks(cells, labels=_separate_labels(cells, columns))
             readable_decades(ax)
             ax.xaxis.minorticks_off()
             ax.grid(visible=True)
@@ -106,12 +263,18 @@ def plot_convergence(study: Convergence) -> Figure:
         for ax in axes[::columns]:
             ax.set_ylabel("distance from\nextrapolated value")
         if names:
-            figure.legend(handles=_key(), ncols=4, loc="outside upper left")
+            key = [
+                Line2D([], [], color="0.4", marker=".", markersize=3, ls="", alpha=0.5, label="single solve"),
+                Line2D([], [], color="0.4", marker="o", ls="", label="mean of a grid"),
+                Line2D([], [], color="0.4", ls="--", label="fitted order"),
+                Patch(color="0.4", alpha=0.15, linewidth=0, label="error of the extrapolated value"),
+            ]
+            figure.legend(handles=key, ncols=4, loc="outside upper left")
         settle(figure)
     return figure
 
 
-def _apart(cells: list[int], columns: int) -> list[str]:
+def _separate_labels(cells: list[int], columns: int) -> list[str]:
     """Numbers of elements as labels on a logarithmic axis, without those that would touch the one before."""
     room = 0.11 if columns > 1 else 0.06
     spread = np.log(cells[-1] / cells[0]) if len(cells) > 1 else 1.0
@@ -124,19 +287,6 @@ def _apart(cells: list[int], columns: int) -> list[str]:
     return labels
 
 
-def _key() -> list[Any]:
-    """What the points, lines and shades of a panel are, whatever their colour."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    return [
-        Line2D([], [], color="0.4", marker=".", markersize=3, ls="", alpha=0.5, label="single solve"),
-        Line2D([], [], color="0.4", marker="o", ls="", label="mean of a grid"),
-        Line2D([], [], color="0.4", ls="--", label="fitted order"),
-        Patch(color="0.4", alpha=0.15, linewidth=0, label="error of the extrapolated value"),
-    ]
-
-
 def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) -> None:
     """Errors of one quantity by one method."""
     name, method, value = row["quantity"], row["method"], row["value"]
@@ -147,9 +297,52 @@ def _draw_limit(ax: Axes, study: Convergence, row: dict[str, Any], number: int) 
     ax.plot(runs["cells"], (runs[name] - value).abs(), ".", **look, alpha=0.4, markersize=3)
     label = f"{method}, order {row['order']:.1f} ({row['order_low']:.1f} to {row['order_high']:.1f})"
     label = label if row["reason"] == "" else f"{method}, {row['reason']}"
-    ax.plot(cells, errors, MARKERS[number % len(MARKERS)], **look, label=label)
+    ax.plot(cells, errors, marker(number), **look, label=label)
     middle = np.exp(np.mean(np.log(np.maximum(errors, 1e-300)) + row["order"] * np.log(cells)))
     if row["reason"] == "":
         ax.plot(cells, middle / cells ** row["order"], "--", **look, linewidth=0.9)
     if np.isfinite(row["error"]):
         ax.axhspan(0, row["error"], **look, alpha=0.12, linewidth=0)
+
+
+def plot_tradeoff(study: Tradeoff) -> Figure:
+    """Errors of methods over processor seconds: the largest of each class of scenes, and the front; a panel a class."""
+    classes = study.classes
+    kinds = list(dict.fromkeys(classes["kind"] if len(classes) else []))
+    families = list(dict.fromkeys(classes["family"] if len(classes) else []))
+    columns = min(max(len(kinds), 1), 3)
+    rows = -(-max(len(kinds), 1) // columns)
+    with styled():
+        figure, axes = new_figure(rows, columns, (PAGE, 1.2 + 2.3 * rows))
+        for ax, kind in zip(axes, kinds, strict=False):
+            part = study.classes[study.classes["kind"] == kind]
+            for family, methods in part.groupby("family", sort=False):
+                error = np.maximum(100 * methods["largest_error"], LEAST_ERROR)
+                ax.plot(methods["processor_seconds"], error, **_look(families, str(family)))
+            front = study.front(kind)
+            error = np.maximum(100 * front["largest_error"], LEAST_ERROR)
+            ax.plot(front["processor_seconds"], error, color="0.3", lw=0.8, zorder=0)
+            ax.set(xscale="log", yscale="log", title=kind)
+            ax.set_ylim(top=min(ax.get_ylim()[1], MOST_ERROR))
+            readable_decades(ax)
+            ax.grid(visible=True)
+        for ax in axes[len(kinds) :]:
+            ax.set_axis_off()
+        for ax in axes[::columns]:
+            ax.set_ylabel("largest error [%]")
+        for ax in axes[max(len(kinds) - columns, 0) : len(kinds)]:
+            ax.set_xlabel("processor time [s]")
+        if kinds:
+            key = [Line2D([], [], label=family, **_look(families, family)) for family in families]
+            key.append(Line2D([], [], color="0.3", lw=0.8, label="front"))
+            figure.legend(handles=key, ncols=3, loc="outside lower left")
+        settle(figure)
+    return figure
+
+
+def _look(families: list[str], family: str) -> dict[str, Any]:
+    """Hollow where the grid was found for an accuracy."""
+    if family == "accuracy":
+        return {"color": "k", "marker": "o", "markerfacecolor": "none", "markersize": 6.0, "linestyle": ""}
+    number = families.index(family)
+    return {"color": colour(number), "marker": marker(number), "markersize": 3.5, "linestyle": ""}

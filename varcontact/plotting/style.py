@@ -1,14 +1,29 @@
-"""How all pictures look: the style file, the colours, sizes in print, and legends that cover nothing."""
+"""How all pictures look, and their files: the style, figures, sizes in print, ticks, and legends that cover nothing."""
 
 from __future__ import annotations
 
+import io
+import mmap
+import re
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from shutil import which
+from typing import Any
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+import matplotlib as mpl
+import numpy as np
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, Locator, LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.transforms import ScaledTranslation
+
+from varcontact import checks
+from varcontact.errors import OutputError, SceneError
+from varcontact.system.files import check_replaceable, check_writable, first_line, write_whole
 
 COLUMN, PAGE = 3.54, 7.48
 """Widths of one column and of a page of two columns of a journal [inch]: 90 and 190 mm."""
@@ -17,106 +32,95 @@ STICK_COLOUR, SLIP_COLOUR, TRACTION_COLOUR = "#cfe3f3", "#f6d3b8", "#17365d"
 SLIP_INK, BOUND_COLOUR, LATERAL_COLOUR = "#c98a5a", "0.45", "#D55E00"
 HATCH = "//////"
 """Of slip: its colour and that of stick are the same grey in print."""
+SLIP_LOOK: dict[str, Any] = {"facecolor": SLIP_COLOUR, "edgecolor": SLIP_INK, "hatch": HATCH, "linewidth": 0}
+STICK_LOOK: dict[str, Any] = {"facecolor": STICK_COLOUR, "linewidth": 0}
 
 ROLLING = {1: ", rolling to the right", -1: ", rolling to the left"}
 MARKERS = "os^vDP*X<>hd"
 
+DIGIT = 0.66
+"""Width of a digit, in parts of the size of letters."""
+
+FIELD = "--plot"
+MARK = "Drawn by varcontact"
+"""What a picture says of itself, so that a later run may draw it again in the same file."""
+_SIGNED = {"png": "Software", "pdf": "Creator", "svg": "Creator", "ps": "Creator", "eps": "Creator"}
+"""Where pictures of each kind can say it; those of other kinds cannot."""
+
+
+class Picture(Figure):
+    """A figure outside pyplot's registry: a loop of pictures fills no memory, and a notebook shows each once."""
+
+    def _repr_png_(self) -> bytes:
+        image = io.BytesIO()
+        self.savefig(image, format="png")
+        return image.getvalue()
+
 
 def styled() -> AbstractContextManager[None]:
     """The style file, for what is drawn within."""
-    from matplotlib import style
-
     context: AbstractContextManager[None] = style.context("varcontact.plotting.journal")
     return context
 
 
 def colour(number: int) -> str:
-    """One of the style's colours, which come round again; call it within `styled`.
-
-    Parameters
-    ----------
-    number : int
-        From 0.
-    """
-    import matplotlib as mpl
-
+    """One of the style's colours, which come round again; call it within `styled`."""
     colours: list[str] = mpl.rcParams["axes.prop_cycle"].by_key()["color"]
     return colours[number % len(colours)]
 
 
+def marker(number: int) -> str:
+    return MARKERS[number % len(MARKERS)]
+
+
+def empty_figure(figsize: tuple[float, float]) -> Picture:
+    """A figure without axes; call it within `styled`."""
+    figure = Picture(figsize=figsize, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def new_figure(rows: int, columns: int, figsize: Any, **options: Any) -> tuple[Figure, list[Axes]]:
-    """A figure and its axes, row by row; call it within `styled`.
-
-    Parameters
-    ----------
-    rows, columns : int
-    figsize : pair of float
-        Width and height [inch].
-    **options
-        Of `matplotlib.figure.Figure.subplots`.
-    """
-    from varcontact.plotting.picture import empty_figure
-
+    """A figure and its axes, row by row, with options of `Figure.subplots`; call it within `styled`."""
     figure = empty_figure(figsize)
     return figure, list(figure.subplots(rows, columns, squeeze=False, **options).flat)
 
 
 def settle(figure: Figure) -> None:
-    """Lay a figure out: one pass is not enough for panels of a given shape, and a file is written after one.
-
-    Parameters
-    ----------
-    figure : Figure
-    """
+    """Lay a figure out: one pass is not enough for panels of a given shape, and a file is written after one."""
     figure.draw_without_rendering()
 
 
 def figure_of(ax: Axes) -> Figure:
-    """The figure that axes belong to.
-
-    Parameters
-    ----------
-    ax : Axes
-    """
+    """The figure that axes belong to."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     return figure
 
 
-def slip_patch(**options: Any) -> Any:
-    """A patch in the colour and hatching of slip, for a legend.
-
-    Parameters
-    ----------
-    **options
-        Of `matplotlib.patches.Patch`.
-    """
-    from matplotlib.patches import Patch
-
-    return Patch(facecolor=SLIP_COLOUR, edgecolor=SLIP_INK, hatch=HATCH, linewidth=0, **options)
+def figure_size(value: Any, default: tuple[float, float]) -> tuple[float, float]:
+    """Width and height of a figure [inch], checked; the default for None."""
+    if value is None:
+        return default
+    sizes = checks.numbers("figsize", value)
+    if sizes.shape != (2,) or not np.all((sizes >= 0.5) & (sizes <= 100)):
+        raise SceneError("figsize", value, "(width, height) in inches, each from 0.5 to 100")
+    return float(sizes[0]), float(sizes[1])
 
 
-def area_patches() -> list[Any]:
+def check_axes(ax: Any) -> None:
+    """Refuse what nothing can be drawn in."""
+    if ax is not None and not isinstance(ax, Axes):
+        raise SceneError("ax", ax, "Axes of matplotlib, for one panel")
+
+
+def area_patches() -> list[Patch]:
     """Entries of a legend for stick and slip."""
-    from matplotlib.patches import Patch
-
-    return [Patch(facecolor=STICK_COLOUR, linewidth=0, label="stick"), slip_patch(label="slip")]
+    return [Patch(label="stick", **STICK_LOOK), Patch(label="slip", **SLIP_LOOK)]
 
 
 def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 3) -> None:
-    """A legend below axes and their labels, whatever the size of the letters.
-
-    Parameters
-    ----------
-    ax : Axes
-        With their labels.
-    handles : sequence of Artist, optional
-        All that have a label, if not given.
-    columns : int
-        Entries beside each other.
-    """
-    from matplotlib.transforms import ScaledTranslation
-
+    """A legend below axes and their labels, of all that have a label if no `handles` are given."""
     found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
     if not found:
         return
@@ -139,28 +143,99 @@ def legend_below(ax: Axes, handles: Sequence[Any] | None = None, columns: int = 
 
 
 def legend_beside(ax: Axes, handles: Sequence[Any] | None = None) -> None:
-    """A legend to the right of axes.
-
-    Parameters
-    ----------
-    ax : Axes
-    handles : sequence of Artist, optional
-        All that have a label, if not given.
-    """
+    """A legend to the right of axes, of all that have a label if no `handles` are given."""
     found = list(ax.get_legend_handles_labels()[0] if handles is None else handles)
     if found:
         ax.legend(handles=found, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False)
 
 
 def colour_bar(ax: Axes, image: Any, label: str) -> None:
-    """A colour bar to the right of axes, as high as they are.
-
-    Parameters
-    ----------
-    ax : Axes
-    image : ScalarMappable
-    label : str
-    """
-    from varcontact.plotting.ticks import readable_numbers
-
+    """A colour bar to the right of axes, as high as they are."""
     figure_of(ax).colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label, format=readable_numbers())
+
+
+class RoomyLocator(MaxNLocator):
+    """As many round ticks as have room for their labels, which matplotlib's own takes to be of three digits."""
+
+    def __call__(self) -> Sequence[float]:
+        """Ticks for the axis as long as it is drawn."""
+        axis: Any = self.axis
+        letter = float(axis.majorTicks[0].label1.get_fontsize())
+        length = axis.axes.bbox.width * 72 / axis.axes.get_figure(root=True).dpi
+        low, high = sorted(axis.get_view_interval())
+        ticks: Sequence[float] = ()
+        for most in range(8, 0, -1):
+            self.set_params(nbins=most)
+            ticks = super().__call__()
+            shown = [tick for tick in ticks if low <= tick <= high]
+            texts = axis.get_major_formatter().format_ticks(shown)
+            labels = [re.sub(r"\\mathdefault|[${}]", "", text) for text in texts]
+            widest = DIGIT * letter * max(map(len, labels), default=0)
+            if len(shown) < 2 or widest + letter <= length * (shown[1] - shown[0]) / (high - low):
+                break
+        return ticks
+
+
+def readable_numbers() -> ScalarFormatter:
+    """Labels of a few digits, with a power of ten beside the axis where there would be more."""
+    formatter = ScalarFormatter(useMathText=True)
+    formatter.set_powerlimits((-4, 5))
+    return formatter
+
+
+def readable_ticks(ax: Axes) -> None:
+    """Round and few ticks along x, and short numbers along both axes."""
+    ax.xaxis.set_major_locator(RoomyLocator(steps=[1, 2, 5, 10], min_n_ticks=1))
+    ax.xaxis.set_major_formatter(readable_numbers())
+    ax.yaxis.set_major_formatter(readable_numbers())
+
+
+def readable_decades(ax: Axes) -> None:
+    """Powers of ten along logarithmic axes, as many as have room; finer ticks where fewer than two are in sight."""
+    for axis, scale, most in ((ax.xaxis, ax.get_xscale(), 6), (ax.yaxis, ax.get_yscale(), 8)):
+        if scale == "log" and not isinstance(axis.get_major_locator(), FixedLocator):
+            axis.set_minor_formatter(NullFormatter())
+            low, high = np.log10(axis.get_view_interval())
+            if np.floor(high) > np.ceil(low):
+                axis.set_major_locator(LogLocator(numticks=most))
+            else:
+                axis.set_major_locator(_within_a_decade(low, high))
+                axis.set_major_formatter(readable_numbers())
+
+
+def _within_a_decade(low: float, high: float) -> Locator:
+    """Ticks at 1, 2 and 5 times powers of ten; where fewer than two are in sight, those of a linear axis."""
+    seen = [s * 10.0**k for k in range(int(np.floor(low)), int(np.ceil(high)) + 1) for s in (1, 2, 5)]
+    seen = [tick for tick in seen if low <= np.log10(tick) <= high]
+    return FixedLocator(seen) if len(seen) > 1 else MaxNLocator(nbins=4, steps=[1, 2, 5, 10])
+
+
+def check_picture(path: Path, inputs: list[Path], overwrite: bool) -> None:
+    """Refuse a picture that could not, or must not, be written, before any work is done for it.
+
+    `inputs` are files that have to stay; `overwrite` is for a file that is no picture which varcontact drew.
+    """
+    mpl.use("Agg")
+    check_writable(FIELD, path, inputs)
+    kinds = set(FigureCanvasAgg.get_supported_filetypes())
+    if which(mpl.rcParams["pgf.texsystem"]) is None:
+        kinds.discard("pgf")  # LaTeX draws it
+    if path.suffix[1:].lower() not in kinds:
+        raise OutputError(FIELD, path, f"its ending must be one of {', '.join('.' + kind for kind in sorted(kinds))}")
+    check_replaceable(FIELD, path, "picture", is_ours, overwrite)
+
+
+def write_picture(figure: Figure, path: Path) -> None:
+    """Write a figure in the format of the path's ending, whole or not at all."""
+    picture, kind = io.BytesIO(), path.suffix[1:].lower()
+    try:
+        figure.savefig(picture, format=kind, dpi=300, metadata={_SIGNED[kind]: MARK} if kind in _SIGNED else None)
+    except (OSError, RuntimeError, ValueError) as error:  # pgf without LaTeX, for one
+        raise OutputError(FIELD, path, f"cannot be drawn ({first_line(error)})") from None
+    write_whole(FIELD, path, picture.getvalue())
+
+
+def is_ours(path: Path) -> bool:
+    """Whether a picture says that varcontact drew it."""
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return content.find(MARK.encode()) >= 0

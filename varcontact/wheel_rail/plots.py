@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from varcontact.plotting.maps import box_of
-from varcontact.plotting.quantities import measure
-from varcontact.plotting.style import PAGE, colour, colour_bar, legend_below, new_figure, settle, styled
+from varcontact.plotting.fields import box_of
+from varcontact.plotting.style import PAGE, colour, colour_bar, empty_figure, legend_below, new_figure, settle, styled
+from varcontact.plotting.unit_labels import measure
 from varcontact.scene.units import MM_N
 
 if TYPE_CHECKING:
@@ -72,8 +72,6 @@ def plot_profile(profile: Profile) -> Figure:
 
 def plot_wheel_on_rail(solution: WheelRailSolution) -> Figure:
     """Rail and wheel, seen in the direction of travel, and the patches at their place; pressure and tractions."""
-    from varcontact.plotting.picture import empty_figure
-
     count = len(solution.patches)
     with styled():
         figure = empty_figure((PAGE, 2.4 + 2.6 * count))

@@ -1,0 +1,198 @@
+"""The parts of Newton's method without a matrix, each against a dense computation."""
+
+import numpy as np
+import pytest
+
+from varcontact.elasticity.operators import influence_operator
+from varcontact.scene.grid import Grid
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.driver import point
+from varcontact.solvers.newton.gcr import FEWEST, MOST, Forces, gcr, most_directions
+from varcontact.solvers.newton.globalisation import balanced, forward_backward_forward, next_damping
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean
+from varcontact.solvers.newton.kernel import kernel, parzen, unit
+from varcontact.solvers.newton.tangential import ScaledTangential
+
+
+@pytest.fixture(params=["ellipse", "strip", "row", "single"])
+def scaled(request, tangential_problem):
+    """A tangential problem of rolling with a prescribed force, in its own units."""
+    problem = tangential_problem(3, shape=request.param, rolling=True, step=1.0, carried=0.5, friction=0.3)
+    return ScaledTangential.of(problem, Settings())
+
+
+def matrix_of(conditions):
+    """M as the kernel has it, on the whole box."""
+    size = conditions.known.size
+    fields = np.eye(size, dtype=np.float32).reshape(size, *conditions.known.shape)
+    return np.array([conditions.kernel(field).ravel() for field in fields]).T.astype(float)
+
+
+def test_products_are_those_of_the_matrix(scaled):
+    """Of the operator, in its unit, to single precision."""
+    conditions, operator = scaled.conditions, scaled.problem.operator.grid_operator
+    rng = np.random.default_rng(0)
+    traction = rng.normal(size=scaled.problem.rigid_shift.shape)
+    found = scaled.box.values(conditions.kernel(scaled.box.field(traction).astype(np.float32))) * unit(operator)
+    np.testing.assert_allclose(found, scaled.problem.operator.apply(traction), atol=2e-6 * np.abs(found).max())
+    assert kernel(operator, scaled.box.shape) is conditions.kernel, "remembered"
+
+
+def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
+    """By differences, and with their right-hand sides Newton's step."""
+    conditions, rng = scaled.conditions, np.random.default_rng(1)
+    matrix = matrix_of(conditions)
+    traction = conditions.projected(rng.normal(size=conditions.known.shape))
+    step = rng.normal(size=traction.shape) * conditions.contact
+
+    def natural(traction):
+        shift = conditions.known + (matrix @ traction.ravel()).reshape(traction.shape)
+        return traction - conditions.projected(traction - shift), shift
+
+    error, shift = natural(traction)
+    system = conditions.linearised(traction, shift, traction - shift, 0.0)
+    change = (natural(traction + 1e-7 * step)[0] - natural(traction - 1e-7 * step)[0]) / 2e-7
+    image = (matrix @ step.ravel()).reshape(step.shape)
+    np.testing.assert_allclose(system.rows(image, step), change, atol=1e-4 * np.abs(change).max())
+    np.testing.assert_allclose(system.right, -error * conditions.contact, atol=1e-12)
+    for i in range(len(traction)):
+        uniform = np.zeros_like(traction)
+        uniform[i] = 1.0
+        np.testing.assert_allclose(system.border(i), system.rows(uniform, 0 * uniform) * conditions.contact, atol=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.5])
+def test_gcr_solves_newtons_equations_with_forces(scaled, damping):
+    """Against the dense system; M times the step comes without a product."""
+    conditions, rng = scaled.conditions, np.random.default_rng(2)
+    at = point(
+        conditions,
+        conditions.projected(rng.normal(size=conditions.known.shape)),
+        np.zeros((len(conditions.known), 1, 1)),
+    )
+    system = conditions.linearised(at.traction, at.shift, at.traction - at.shift, damping)
+    forces = conditions.forces
+    step = gcr(system, forces, forces.lacking(at.traction), 1e-4)
+    image = conditions.kernel(step.traction.astype(np.float32))
+    np.testing.assert_allclose(step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3))
+    rows = system.rows(image.astype(float), step.traction)
+    for i in forces.components:
+        rows = rows + step.rigid[i] * system.border(i)
+    size = np.linalg.norm(system.right)
+    assert np.linalg.norm((rows - system.right) * conditions.contact) < 2e-3 * size
+    assert np.abs(forces.lacking(at.traction + step.traction)).max(initial=0.0) < 2e-3 * size
+
+
+def test_few_iterations_where_all_sticks(tangential_problem):
+    """In rolling and in a shift, on long elements and short ones: the circulant is nearly the inverse."""
+    for ratio, rolling in ((1, True), (1, False), (2, True), (3, True)):
+        scaled = ScaledTangential.of(
+            tangential_problem(ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0), Settings()
+        )
+        conditions = scaled.conditions
+        system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known, 0.0)
+        none = Forces((), np.zeros(0), 1.0)
+        step = gcr(system, none, np.zeros(0), 1e-2)
+        assert step.iterations <= 8
+
+
+def test_tsengs_steps_converge(tangential_problem):
+    """Wherever M is monotone: the natural map's residual falls and falls."""
+    scaled = ScaledTangential.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Settings())
+    conditions = scaled.conditions
+    at = point(conditions, 0 * conditions.known, np.zeros((2, 1, 1)))
+    sizes = []
+    for _ in range(4):
+        at = forward_backward_forward(at, scaled.shift, conditions.projected, conditions.forces, 20)
+        error = at.traction - conditions.projected(at.traction - at.shift)
+        sizes.append(np.linalg.norm(error) + np.linalg.norm(conditions.forces.lacking(at.traction)))
+    assert np.all(np.diff(sizes) < 0)
+    assert sizes[-1] < 1e-3 * sizes[0]
+
+
+@pytest.mark.parametrize("part", [0.3, 0.999])
+def test_balance(tangential_problem, part):
+    """After it the tractions of the natural map have the forces, however far the rigid shifts have to go."""
+    for seed in (0, 4, 6):  # an ellipse, wavy pressures, strips
+        conditions = ScaledTangential.of(tangential_problem(seed, carried=part, friction=1e-3), Settings()).conditions
+        at = balanced(conditions, point(conditions, 0 * conditions.known, np.zeros((len(conditions.known), 1, 1))))
+        sums = conditions.forces.of(conditions.projected(at.traction - at.shift))
+        np.testing.assert_allclose(
+            sums, conditions.forces.sums, rtol=1e-6, atol=1e-6 * np.abs(conditions.forces.sums).max()
+        )
+
+
+def test_damping_grows_where_steps_fail_and_goes_where_they_do_not():
+    assert next_damping(0.0, 1.0, 0.1) == 0.0
+    assert 0 < next_damping(0.0, 0.3, 0.8) < next_damping(0.5, 1.0, 0.95) <= next_damping(100.0, 0.01, 1.0)
+    assert next_damping(0.5, 1.0, 0.1) == 0.1 and next_damping(0.02, 1.0, 0.1) == 0.0
+
+
+def test_from_coarse_to_fine():
+    """Sums and means over two by two; what is linear stays so, next to elements out of contact, too."""
+    field = np.arange(15.0).reshape(3, 5)
+    assert halved(field).sum() == field.sum() and halved(field).shape == (2, 3)
+    contact = np.ones((6, 8), dtype=bool)
+    contact[0] = False
+    x = np.broadcast_to(np.arange(8.0), (6, 8))
+    means = halved_mean(x, contact)
+    np.testing.assert_array_equal(means, np.broadcast_to([0.5, 2.5, 4.5, 6.5], (3, 4)))
+    fine = doubled(means, halved(contact.astype(float)) > 0, (6, 8))
+    np.testing.assert_allclose(fine[:, 1:-1], x[:, 1:-1])
+    reached = doubled(np.ones((2, 2)), np.array([[True, False], [True, True]]), (3, 4))
+    np.testing.assert_array_equal(reached == 0, [[False, False, False, True], [False] * 4, [False] * 4])
+    np.testing.assert_array_equal(reached[reached != 0], 1.0)
+
+
+@pytest.mark.parametrize("lag", [None, 0.7])
+def test_strips_of_twice_the_width(lag):
+    """The kernel of coarser strips is that of a lattice of them, also of a difference, which lacks the constant."""
+
+    def operator(dx, n):
+        return influence_operator(
+            Grid(nx=n, dx=dx, x0=0.0), "xy", "xy", nu=0.3, depth=50.0, lag=None if lag is None else lag * dx
+        )
+
+    fine, coarse = operator(0.1, 65), operator(0.2, 33)
+    found = kernel(fine, (1, 33), halvings=1).numbers * unit(fine) * 2
+    exact = kernel(coarse, (1, 33)).numbers * unit(coarse)
+    np.testing.assert_allclose(found, exact, atol=1e-3 * np.abs(exact).max())
+    plain = kernel(fine, (1, 33)).numbers * unit(fine) * 2
+    assert lag is not None or np.abs(plain - exact).max() > 0.05 * np.abs(exact).max(), "the constant counts"
+
+
+def test_from_coarse_to_fine_along_a_line():
+    field = np.arange(5.0)[None]
+    np.testing.assert_array_equal(halved(field), [[1.0, 5.0, 4.0]])
+    np.testing.assert_allclose(doubled(halved(field) / 2, np.ones((1, 3), bool), (1, 6))[0, 1:3], [1.0, 2.0])
+
+
+def test_box_of_elements(tangential_problem):
+    """Fields on the box and back; zero where there is no element."""
+    operator = tangential_problem(3, shape="holes").operator
+    box = Box.around(operator)
+    values = np.random.default_rng(0).normal(size=(2, operator.elements.size))
+    field = box.field(values)
+    np.testing.assert_array_equal(box.values(field), values)
+    assert np.count_nonzero(field) == values.size
+    whole = np.zeros((2, *operator.grid_operator.shape))
+    whole.reshape(2, -1)[:, operator.elements] = values
+    rows, columns = np.flatnonzero(whole[0].any(axis=1)), np.flatnonzero(whole[0].any(axis=0))
+    np.testing.assert_array_equal(field, whole[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
+
+
+def test_the_window_keeps_the_symbol_positive(tangential_problem):
+    """Of a shift, on long elements, where the cut kernel's symbol is negative; and it is one in the middle."""
+    problem = tangential_problem(1, shape="needle", rolling=False)
+    symbol = kernel(problem.operator.grid_operator, Box.around(problem.operator).shape).circulant.symbol.real
+    assert symbol[0].min() > 0 and symbol[2].min() > 0
+    np.testing.assert_allclose(parzen(np.array([0.0, 0.5, 1.0, -0.5])), [1.0, 0.25, 0.0, 0.25])
+    assert not kernel(problem.operator.grid_operator, problem.operator.grid_operator.shape).circulant.rolling
+    rolling = tangential_problem(1, shape="needle", rolling=True, step=1.0).operator.grid_operator
+    assert kernel(rolling, rolling.shape).circulant.rolling == 1
+
+
+def test_the_number_of_directions_is_bounded():
+    """Few for very many unknowns; more where they cost nothing; hardly more than there are unknowns."""
+    assert most_directions(10**6) == FEWEST and most_directions(1000) == MOST
+    assert 36 < most_directions(36) < 100

@@ -1,0 +1,335 @@
+"""Histories as files to which steps are added.
+
+A step is written behind the last one and forced to the disk, and only then counted: whatever ends the program in
+between, and whoever reads beside it, the file holds every finished step and no other. Nothing else of the file changes,
+and nothing of it is kept in memory.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import operator
+import os
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, overload
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.errors import OutputError, SceneError
+from varcontact.io.records import (
+    COUNT_AT,
+    HISTORY_FORMAT,
+    MAGIC,
+    SERIES,
+    count_of,
+    first_step,
+    next_step,
+    storing,
+)
+from varcontact.io.scene_toml import scene_from, scene_to
+from varcontact.io.solution import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
+from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
+from varcontact.results.history import History
+from varcontact.results.plan import Plan
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
+from varcontact.scene.scene import Scene
+from varcontact.system.files import (
+    PATIENCE,
+    check_ending,
+    check_replaceable,
+    check_writable,
+    first_line,
+    only_writer,
+    reading,
+    replacing,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Stored(Sequence[Solution]):
+    """The steps of a history in a file."""
+
+    path: Path
+    scene: Scene
+    plan: Plan
+    settings: dict[str, Any]  # tolerance, polish, and what the steps are refined to, if they are
+    measured: Callable[[int, Solution | None, Solution], Solution] | None = None
+
+    @classmethod
+    @contextmanager
+    def recording(cls, path: Path, scene: Scene, plan: Plan, settings: dict[str, Any]) -> Iterator[Stored]:
+        """A file to add to, by nobody else meanwhile: a new one, or one with the first steps of the same history."""
+        check_ending("store", path, ".nc")
+        check_writable("store", path)
+        stored = cls(path, scene, plan, settings)
+        with only_writer("store", path):
+            stored._check_same_history()
+            yield stored
+
+    def _check_same_history(self) -> None:
+        path = self.path
+        if not path.exists() or path.stat().st_size == 0:
+            return
+        if not is_history(path):
+            raise OutputError("store", path, "exists already and holds no history")
+        other = _stored(path)
+        with _file(path) as file:
+            if len(other) and "power_density" not in file.variables:
+                raise OutputError("store", path, "was written by an earlier version, and can be read only")
+        if _identity(self) != _identity(other) or not _same_start(self.scene, other.scene):
+            raise OutputError("store", path, "holds the history of another scene, or by other methods")
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of all steps."""
+        with _file(self.path) as file, reading(self.path):
+            return Grid(**json.loads(file.grid))
+
+    def __len__(self) -> int:
+        try:
+            with self.path.open("rb") as file:
+                file.seek(COUNT_AT)
+                return int.from_bytes(file.read(4), "big")
+        except FileNotFoundError:
+            return 0
+
+    @overload
+    def __getitem__(self, k: int) -> Solution: ...
+
+    @overload
+    def __getitem__(self, k: slice) -> list[Solution]: ...
+
+    def __getitem__(self, k: int | slice) -> Solution | list[Solution]:
+        count = len(self)
+        if isinstance(k, slice):
+            return [self[each] for each in range(*k.indices(count))]
+        k = operator.index(k)
+        if not -count <= k < count:
+            raise IndexError(f"step {k} of a history of {count}")
+        k %= count
+        sol = self._read(k)
+        if self.measured is None:
+            return replace(sol, note=AS_STORED)
+        before = self._read(k - 1) if k > 0 else None
+        with self._damaged_in(k):
+            return self.measured(k, before, sol)
+
+    def _read(self, k: int) -> Solution:
+        """Step k as it is in the file."""
+        with _file(self.path) as file, self._damaged_in(k):
+            grid = Grid(**json.loads(file.grid))
+            names = (*ON_ELEMENTS, "approach", "creepage")
+            fields = {name: _native(file.variables[name][k]) for name in names if name in file.variables}
+            parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
+            record = json.loads(file.variables["record"][k].tobytes())
+            approach, creepage = float(fields.pop("approach")), fields.pop("creepage")
+            sol = assembled(self.scene.step(k, grid), grid, self.plan, fields, approach, creepage, record)
+            sol = with_pressure(sol, _native(file.variables[PRESSURE][k]) if PRESSURE in file.variables else None)
+            if "refinement" in record:
+                sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
+            return sol
+
+    def _damaged_in(self, k: int) -> AbstractContextManager[None]:
+        """Errors become those of a file that is damaged in step k."""
+        return reading(self.path, f"is damaged in step {k}")
+
+    def series(self, name: str) -> np.ndarray:
+        """A number or a few of each step, those called `name` in the file."""
+        if len(self) == 0:
+            return np.zeros((0, *(np.zeros(3 if name == "creepage" else 2).shape if SERIES[name][0] else ())))
+        with _file(self.path) as file, reading(self.path):
+            if name != "friction_work" or "power_density" in file.variables:
+                return _native(file.variables[name][:])
+        return np.array([sol.friction_work for sol in self])  # an earlier version's was of another slip
+
+    def put(self, k: int, sol: Solution) -> None:
+        """Add the next step."""
+        count = len(self)
+        if count != k:
+            reason = f"has {count} steps where this run has written {k}: something else has changed it"
+            raise OutputError("store", self.path, reason)
+        if k == 0:
+            with replacing("store", self.path) as file:
+                file.write(first_step(self.scene, self.plan, self.settings, sol))
+            return
+        with _file(self.path) as header:
+            begin = int(header.first_step)
+        step = next_step(self.scene, self.plan, self.settings, sol)
+        with storing(self.path), self.path.open("r+b") as file:
+            file.seek(begin + k * len(step))
+            file.write(step)
+            file.truncate()
+            file.flush()
+            os.fsync(file.fileno())
+            file.seek(COUNT_AT)
+            file.write(count_of(k + 1))
+
+
+def save(history: History, path: str | Path, overwrite: bool = False) -> None:
+    """Write a history to a file, whole or not at all."""
+    path = checks.file_name("path", path)
+    check_history_file("path", path, overwrite)
+    _check_any(history, "path", path)
+    with only_writer("path", path, PATIENCE), replacing("path", path) as file:
+        _write(history, file)
+
+
+def check_history_file(field: str, path: Path, overwrite: bool) -> None:
+    """Refuse a file to which no history may be written, see `save`."""
+    check_ending(field, path, ".nc")
+    check_writable(field, path)
+    check_replaceable(field, path, "history", _is_whole, overwrite)
+
+
+def is_history(path: Path) -> bool:
+    """Whether the file at `path`, which exists, is classic netCDF, as histories are."""
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a file holds a history that can be read."""
+    try:
+        return is_history(path) and len(_stored(path)) > 0
+    except OutputError:
+        return False
+
+
+def load_history(path: Path) -> History:
+    """A history from its file, each step as it is stored."""
+    stored = _stored(path)
+    return History(stored.scene, stored.grid, stored, stored.settings)
+
+
+def dataset(history: History) -> xr.Dataset:
+    """A `history` as an xarray dataset, see `History.to_xarray`."""
+    import xarray as xr
+
+    _check_any(history, "history", "to_xarray")
+    source: Any
+    if isinstance(history.solutions, Stored):
+        source = history.solutions.path
+    else:
+        source = io.BytesIO()
+        _write(history, source)
+        source.seek(0)
+    data = xr.open_dataset(source, engine="scipy")
+    words = {name: data[name].astype(str).values for name in ("component", "rigid")}
+    steps = {"step": np.arange(len(history)), "rolled": ("step", history.rolled)}
+    return data.drop_vars("start", errors="ignore").assign_coords(words | steps)
+
+
+def _check_any(history: History, field: str, value: object) -> None:
+    if len(history) == 0:
+        raise OutputError(field, value, "no step of the history is finished")
+
+
+def _write(history: History, file: BinaryIO) -> None:
+    """Write the whole file, of which no more than a step is in memory at a time."""
+    steps = history.solutions
+    if isinstance(steps, Stored):
+        with steps.path.open("rb") as source:
+            shutil.copyfileobj(source, file)
+        return
+    plan = steps[0].plan
+    file.write(first_step(history.scene, plan, history.settings, steps[0]))
+    for k in range(1, len(steps)):
+        file.write(next_step(history.scene, plan, history.settings, steps[k]))
+    file.seek(COUNT_AT)
+    file.write(count_of(len(steps)))
+
+
+@contextmanager
+def _file(path: Path) -> Iterator[Any]:
+    """A file of ours, open; nothing of it is in memory but what is asked for."""
+    file = _opened(path)
+    try:
+        yield _Header(file)
+    finally:
+        file.close()
+
+
+def _opened(path: Path) -> Any:
+    """The file by scipy, which maps it before it reads how many steps there are: another may be added in between."""
+    from scipy.io import netcdf_file
+
+    while True:
+        size = _size(path)
+        try:
+            return netcdf_file(path, "r", mmap=True)
+        except Exception as error:  # whatever scipy makes of damaged bytes
+            if _size(path) in (size, 0):
+                raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+
+
+def _size(path: Path) -> int:
+    """Bytes of a file; none where there is no file."""
+    return path.stat().st_size if path.exists() else 0
+
+
+class _Header:
+    """Attributes of a file as text, and its variables."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    @property
+    def variables(self) -> Any:
+        return self._file.variables
+
+    def __getattr__(self, name: str) -> str:
+        return bytes(getattr(self._file, name)).decode()
+
+
+def _stored(path: Path) -> Stored:
+    """What is in a file."""
+    with _file(path) as file:
+        if getattr(file._file, "format", b"") != HISTORY_FORMAT.encode():
+            raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
+        with reading(path):
+            scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
+            settings = json.loads(file.settings)
+            settings["tol"] = checks.positive("tol", settings["tol"])
+            settings["polish"] = checks.flag("polish", settings["polish"])
+            if "start" in file.variables:
+                start = solution_from_bytes(path, np.array(file.variables["start"][:]).tobytes())
+                scene = replace(scene, motion=replace(_motion(scene), start=start))
+            _motion(scene)
+    return Stored(path, scene, plan, settings)
+
+
+def _identity(stored: Stored) -> str:
+    """What has to be the same where a history goes on."""
+    methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
+    return json.dumps([scene_to(stored.scene), methods, stored.settings])
+
+
+def _same_start(one: Scene, other: Scene) -> bool:
+    first, second = _motion(one).start, _motion(other).start
+    if first is None or second is None:
+        return first is second
+    fields = ("pressure", "traction")
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in fields)
+
+
+def _motion(scene: Scene) -> Transient:
+    if not isinstance(scene.motion, Transient):
+        raise SceneError("motion", scene.motion, "a Transient")
+    return scene.motion
+
+
+def _native(values: Any) -> np.ndarray:
+    """A copy in the machine's own order of bytes."""
+    array = np.array(values)
+    return array.astype(array.dtype.newbyteorder("="))

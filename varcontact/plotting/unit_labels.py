@@ -1,0 +1,114 @@
+"""Numbers and units on the axes of pictures: prefixes by size where the units are metric, as given where not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from varcontact.scene.scene import Scene
+from varcontact.scene.units import Units
+
+_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
+_NEWTONS = {"N": 1.0, "kN": 1e3, "MN": 1e6}
+
+_POWERS = {
+    "length": (0, 1),
+    "force": (1, 0),
+    "pressure": (1, -2),
+    "moment": (1, 1),
+    "spin": (0, -1),
+    "line force": (1, -1),
+}
+"""Powers of force and of length in each quantity."""
+
+_SYMBOLS = {(0, 1): "m", (1, 0): "N", (1, -2): "Pa", (1, 1): "N m", (1, -1): "N/m"}
+"""What takes prefixes."""
+
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A quantity as it is shown: its numbers times `factor` are in `unit`, which is empty where the scene names none.
+
+    Examples
+    --------
+    >>> measure("pressure", Units(length="m", force="N"), 1.2e9)
+    Measure(factor=1e-06, unit='MPa')
+    >>> measure("length", Units(length="mm", force="N"), [0.004, -0.002])
+    Measure(factor=1000.0, unit='µm')
+    >>> measure("pressure", Units(length="in", force="lbf"), 100.0).label("pressure")
+    'pressure [lbf/in^2]'
+    >>> measure("1", None, 0.004).label("creepage")
+    'creepage [$10^{-3}$]'
+    """
+
+    factor: float
+    unit: str
+
+    def __call__(self, values: Any) -> np.ndarray:
+        """The numbers to be shown of `values` in the scene's units."""
+        return np.asarray(values) * self.factor
+
+    def label(self, name: str) -> str:
+        """`name` with the unit in brackets."""
+        return f"{name} [{self.unit}]" if self.unit else name
+
+    def text(self, value: float, digits: int = 3) -> str:
+        """A `value` in the scene's units as text, of so many `digits`, with its unit."""
+        if self.unit.startswith("$10"):  # without its power
+            return f"{value + 0.0:.{digits}g} {self.unit.partition('$ ')[2]}".rstrip()
+        return f"{value * self.factor + 0.0:.{digits}g} {self.unit}".rstrip()
+
+
+def measure(quantity: str, units: Units | None, values: Any, line: bool = False) -> Measure:
+    """How values in the units of a scene are shown: the largest has the prefix that fits.
+
+    `quantity` is "length", "force", "pressure", "moment", "spin", "line force" (force by length) or "1"; in a `line`
+    contact forces and moments are per unit length.
+    """
+    if units is None or quantity not in _POWERS:
+        return _by_thousands("", values)
+    force, length = _POWERS[quantity]
+    if line and quantity in ("force", "moment"):
+        length -= 1
+    if units.length not in _METRES or units.force not in _NEWTONS:
+        return _by_thousands(units.of(quantity, line).replace("$", r"\$"), values)  # a dollar, and no formula
+    base = _NEWTONS[units.force] ** force * _METRES[units.length] ** length
+    symbol = _SYMBOLS.get((force, length))
+    if symbol is None:  # spin
+        return _by_thousands("1/m", base * np.asarray(values), base)
+    largest = base * _largest(values)
+    fitting = [  # MPa up to 10 GPa, as is usual, and no kilometres
+        prefix
+        for prefix, size in _PREFIXES.items()
+        if largest >= 0.9995 * size * (10 if prefix + symbol == "GPa" else 1) and not (symbol == "m" and size > 1)
+    ]
+    prefix = "" if largest == 0 else [*fitting, "n"][0]
+    return Measure(_rounded(base / _PREFIXES[prefix]), prefix + symbol)
+
+
+def measure_of(scene: Scene, quantity: str, values: Any) -> Measure:
+    """How a quantity of a scene is shown, see `measure`."""
+    return measure(quantity, scene.units, values, scene.line)
+
+
+def _by_thousands(unit: str, values: Any, factor: float = 1.0) -> Measure:
+    """Without prefixes: very large and very small numbers by a power of a thousand, which stands with the unit."""
+    largest = _largest(values)
+    if largest == 0 or 0.1 <= largest < 1e4:
+        return Measure(factor, unit)
+    power = 3 * int(np.floor(np.log10(largest * 1.0005) / 3))
+    return Measure(_rounded(factor / 10.0**power), f"$10^{{{power}}}$ {unit}".rstrip())
+
+
+def _largest(values: Any) -> float:
+    sizes = np.abs(np.asarray(values, dtype=float))
+    return float(np.max(sizes[np.isfinite(sizes)], initial=0.0))
+
+
+def _rounded(factor: float) -> float:
+    """A power of ten without rounding errors."""
+    return float(f"{factor:.12g}")

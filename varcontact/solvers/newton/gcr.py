@@ -1,0 +1,155 @@
+"""GCR: generalised conjugate residuals, in single precision, for one Newton step and its missing rigid shifts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+FEWEST, MOST = 60, 240
+"""Directions, at most: of very large problems, and of all others."""
+ROOM = 2e7
+"""Numbers that all directions together may have, as long as they are not too few."""
+LEAST = 1e-7
+"""Length of a new direction, relative to its image, below which it consists of rounding."""
+
+
+class System(Protocol):
+    """Newton's equations at given tractions: a row for each traction component (c, ny, nx) of each element."""
+
+    @property
+    def right(self) -> np.ndarray: ...
+
+    def product(self, step: np.ndarray) -> np.ndarray:
+        """M times a step."""
+
+    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Left-hand sides for a step and M times the step."""
+
+    def border(self, component: int) -> np.ndarray:
+        """Left-hand sides for a uniform shift along one component."""
+
+    def precondition(self, right: np.ndarray) -> np.ndarray:
+        """Nearly the step that has these left-hand sides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Prescribed sums (k,) of traction components; a uniform rigid shift along each is unknown.
+
+    `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts as one, if not one.
+    """
+
+    components: tuple[int, ...]
+    sums: np.ndarray
+    weight: float
+    scale: np.ndarray | None = None
+
+    def lacking(self, traction: np.ndarray) -> np.ndarray:
+        """What tractions lack of the sums, weighted (k,)."""
+        return self.weight * (self.sums - self.of(traction))
+
+    def of(self, traction: np.ndarray) -> np.ndarray:
+        """The sums of tractions, in double precision (k,)."""
+        scale = 1.0 if self.scale is None else self.scale
+        return np.array([(traction[i] * scale).sum(dtype=float) for i in self.components])
+
+    def displacement(self, rigid: np.ndarray) -> np.ndarray:
+        """Displacements by rigid shifts (c, 1, 1), as elements count them."""
+        return rigid if self.scale is None else rigid * self.scale
+
+    def spread(self, values: np.ndarray, components: int) -> np.ndarray:
+        """Rigid shifts (c, 1, 1) from those of the prescribed forces (k,), zero elsewhere."""
+        shifts = np.zeros((components, 1, 1))
+        shifts[list(self.components), 0, 0] = values
+        return shifts
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A Newton step: changes of the tractions and of the shift E (c, ny, nx), and of the rigid shifts (c, 1, 1)."""
+
+    traction: np.ndarray
+    shift: np.ndarray
+    rigid: np.ndarray
+    iterations: int
+
+
+def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float) -> Step:
+    """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative residual.
+
+    Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the directions are kept
+    orthonormal, and M times each direction is kept: M times the step then costs no product.
+    """
+    right = system.right
+    shape, size, k = right.shape, right.size, len(lacking)
+    length = float(np.sqrt(np.vdot(right, right) + lacking @ lacking))
+    if length == 0:
+        return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
+    residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
+    most = most_directions(size)
+    directions, products = np.empty((most, size), np.float32), np.empty((most, size), np.float32)
+    images = np.empty((most, size + k), np.float32)
+    rigid, triangle, along = np.zeros((most, k)), np.zeros((most, most)), np.zeros(most)
+    bordered = _Bordered(system, forces)
+    count = 0
+    while count < most and float(np.linalg.norm(residual)) > enough:
+        direction, shifts = bordered.precondition(residual[:size].reshape(shape), residual[size:])
+        product = system.product(direction)
+        image, old = images[count], images[:count]
+        image[:size], image[size:] = bordered.rows(product, direction, shifts).ravel(), bordered.sums(direction)
+        known = old @ image
+        image -= known @ old
+        own = float(np.linalg.norm(image))
+        if not own > LEAST:
+            break
+        image /= np.float32(own)
+        directions[count], products[count] = direction.ravel(), product.ravel()
+        rigid[count], triangle[:count, count], triangle[count, count] = shifts, known, own
+        along[count] = image @ residual
+        residual -= np.float32(along[count]) * image
+        count += 1
+    parts = np.linalg.solve(triangle[:count, :count], along[:count]) * length
+    change = forces.spread(parts @ rigid[:count], shape[0])
+    single = parts.astype(np.float32)
+    traction = (single @ directions[:count]).reshape(shape).astype(float)
+    return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change, count)
+
+
+def most_directions(size: int) -> int:
+    """For a number of unknowns; rounding may take a few more than there are unknowns."""
+    return min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)
+
+
+class _Bordered:
+    """A system with the equations of prescribed forces: bordered by a column and a row for each."""
+
+    def __init__(self, system: System, forces: Forces) -> None:
+        self.system, self.forces = system, forces
+        self.borders = [system.border(i) for i in forces.components]
+        self.steps = [system.precondition(border) for border in self.borders]
+        complement = np.array([self.sums(step) for step in self.steps], dtype=float).T
+        usable = complement.size > 0 and np.isfinite(complement).all()
+        self.inverse = np.linalg.pinv(complement) if usable else np.full_like(complement, np.nan)
+
+    def sums(self, step: np.ndarray) -> np.ndarray:
+        """The forces of a step, weighted, float32."""
+        return (self.forces.weight * self.forces.of(step)).astype(np.float32)
+
+    def precondition(self, right: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nearly the step and the rigid shifts that have these left-hand sides."""
+        step = self.system.precondition(right)
+        if not self.borders:
+            return step, np.zeros(0)
+        shifts = self.inverse @ (self.sums(step) - lacking)
+        for shift, other in zip(shifts, self.steps, strict=True):
+            step = step - np.float32(shift) * other
+        return step, shifts
+
+    def rows(self, image: np.ndarray, step: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+        """Left-hand sides for a step, M times the step, and rigid shifts."""
+        rows = self.system.rows(image, step)
+        for shift, border in zip(shifts, self.borders, strict=True):
+            rows += np.float32(shift) * border
+        return rows
