@@ -15,8 +15,8 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
 from varcontact.errors import Saturated, VarcontactError
-from varcontact.solvers.newton.whole import WholeProblem, newton_whole
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
 
 SLOW = 0.2
 """A pass that leaves more than this part of the residual is slow: from then on passes are accelerated."""
@@ -131,7 +131,7 @@ def coupled_newton(disc: Discretisation, state: ContactState, settings: Settings
         return state
     chosen, operators = tangential.directions, disc.operators
     free = loading.normal_force is not None
-    problem = WholeProblem(
+    problem = CoupledProblem(
         normal=operators.normal,
         traction_to_distance=operators.traction_to_distance.between((0,), chosen),
         pressure_to_shift=disc.pressure_to_shift.between(chosen, (0,)),
@@ -154,7 +154,7 @@ def coupled_newton(disc: Discretisation, state: ContactState, settings: Settings
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
     start = RawSolution(fields, level, 0, "start")
     with settings.stats.called("newton"):
-        raw = newton_whole(problem, settings, start, lambda raw: coupled_residual(disc, found(raw)))
+        raw = newton_coupled(problem, settings, start, lambda raw: coupled_residual(disc, found(raw)))
         settings.stats.iterated("newton", raw.iterations)
     finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
     better = finite and (raw.solved or coupled_residual(disc, found(raw)) < coupled_residual(disc, state))

@@ -12,7 +12,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction import driver as defect_correction
@@ -52,9 +52,9 @@ def solve_on_grid(
             scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
             deadline,
         )  # fmt: skip
-    setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
+    workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
     solver = ContactSolver(
-        plan, tol, options.polish, SolveStats(progress), setups, options.start, certify, final, continuum, deadline
+        plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
     )
     disc, state = solve_contact(scene, defect_correction.loosely(solver) if options.refine else solver, near=near)
     try:
