@@ -135,7 +135,7 @@ class March:
         state = contact(disc, steps, state)
         check_held(scene, disc, state, steps)
         solution = finish(scene, disc, state, steps)
-        warning = "" if disc.loading.law is None or not steps.plan.rubs else stick_slip_warning(disc, state)
+        warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
         return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
 
     def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
