@@ -8,7 +8,7 @@ import pytest
 import varcontact as vc
 from tests.benchmarks.friction_work import SCENES, references, work
 from varcontact.elasticity.operators import influence_operator
-from varcontact.io import history_record
+from varcontact.io import records
 from varcontact.io.solution import with_checksum
 
 KNOWN = references()
@@ -134,8 +134,8 @@ def test_a_history_of_an_earlier_version(tmp_path, monkeypatch):
     scene, path = rolled("like", steps=4, vx=0.02), tmp_path / "old.nc"
     history = vc.solve(scene)
     with monkeypatch.context() as before:
-        series = {name: each for name, each in history_record.SERIES.items() if name != "power_density"}
-        before.setattr(history_record, "SERIES", series)
+        series = {name: each for name, each in records.SERIES.items() if name != "power_density"}
+        before.setattr(records, "SERIES", series)
         history.save(path)
     again = vc.load(path)
     assert again.dissipation == pytest.approx(history.dissipation, rel=1e-9)

@@ -9,8 +9,8 @@ import varcontact as vc
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import potential_contact
 from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.selection import select
-from varcontact.solving.start_grid import interpolated
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)
 

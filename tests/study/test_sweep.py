@@ -18,12 +18,13 @@ import pytest
 import xarray as xr
 
 import varcontact as vc
-from varcontact.io.sweep_file import RECORD
+from varcontact.io.records import record_type
 from varcontact.study import sweep as module
 from varcontact.study.parallel import START, processes, results
 
 ROOT = Path(__file__).parents[2]
 GRID = vc.Grid(nx=6, ny=6)
+RECORD = record_type({})
 OVER = {"friction": [0.2, 0.3], "motion.vx": [0.0, 0.02, 0.05, 0.1, 0.3]}
 FIGURES = ("Fx", "Fy", "Mz", "vx", "spin", "normal_force", "approach", "relative_gap", "residual")
 
@@ -421,7 +422,7 @@ def test_standing():
 
 def test_time_left_is_by_what_was_solved_now(scene, alone, tmp_path, monkeypatch):
     """Scenes that were in the store took no time."""
-    records = module.blank(10)
+    records = module.blank(10, RECORD)
     records["outcome"][:6] = 1
     assert module._standing(records, before=4, seconds=10.0).left == 20.0
     assert module._standing(records, before=6, seconds=10.0).left is None

@@ -64,7 +64,7 @@ def solve(
     as_json: AsJson = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
-    from varcontact.io.history_file import check_history_file
+    from varcontact.io.history import check_history_file
     from varcontact.io.solution import ENDINGS, check_solution_file
     from varcontact.plotting.history import check_animation
     from varcontact.plotting.style import check_picture

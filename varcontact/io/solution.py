@@ -161,7 +161,7 @@ def is_solution(path: Path) -> bool:
 
 def read(path: str | Path) -> Solution | History:
     """A solution or a history from its file, as it is stored: fields that no solution can have are refused."""
-    from varcontact.io.history_file import is_history, load_history
+    from varcontact.io.history import is_history, load_history
 
     path = checks.file_name("path", path)
     try:

@@ -123,7 +123,7 @@ class History(Sequence[Solution]):
         return self.scene.motion
 
     def _series(self, name: str, shape: tuple[int, ...] = ()) -> np.ndarray:
-        from varcontact.io.history_file import Stored
+        from varcontact.io.history import Stored
 
         if isinstance(self.solutions, Stored):
             return self.solutions.series(name)
@@ -161,7 +161,7 @@ class History(Sequence[Solution]):
 
     def to_xarray(self) -> xr.Dataset:
         """All fields and forces stacked along ``step``, with coordinates and units; from a file read when used."""
-        from varcontact.io.history_file import dataset
+        from varcontact.io.history import dataset
 
         return dataset(self)
 
@@ -180,7 +180,7 @@ class History(Sequence[Solution]):
         OutputError
             If the file cannot be written, holds something else, or its name does not end in ``.nc``.
         """
-        from varcontact.io.history_file import save
+        from varcontact.io.history import save
 
         save(self, path, overwrite)
 

@@ -26,11 +26,11 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.settings import OutOfTime
+from varcontact.solving.history import bytes_of_steps
 from varcontact.solving.on_grid import Answer, solve_on_grid
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.pipeline import peak
 from varcontact.solving.target import Target
-from varcontact.solving.transient import bytes_of_steps
 from varcontact.system import memory
 from varcontact.system.threads import one_blas_thread
 

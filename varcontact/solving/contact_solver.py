@@ -26,6 +26,7 @@ from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
 from varcontact.solving.friction_law import branch_of, under_law
+from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.pipeline import (
     check_memory,
@@ -34,7 +35,6 @@ from varcontact.solving.pipeline import (
     solve_tangential,
     without_noise,
 )
-from varcontact.solving.start_grid import interpolated
 
 
 @dataclass(frozen=True)

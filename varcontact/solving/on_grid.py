@@ -17,11 +17,11 @@ from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.finish import finish, finish_coarse
+from varcontact.solving.history import solve_transient
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.potential_contact import solve_contact
 from varcontact.solving.selection import check_fits
 from varcontact.solving.surface_noise import noise_warning
-from varcontact.solving.transient import solve_transient
 
 Answer = Solution | History
 

@@ -17,8 +17,8 @@ from varcontact.scene.scene import Scene
 from varcontact.solving.defect_correction.applicability import check_refine
 from varcontact.solving.friction_law import check_start
 from varcontact.solving.selection import select
-from varcontact.solving.series import check_saturation
 from varcontact.solving.target import Target, target_of
+from varcontact.solving.warm_start import check_saturation
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""

@@ -31,8 +31,8 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.selection import many_pressures
-from varcontact.solving.start_grid import interpolated
 
 FOUND = 1e-4
 """Residual of a pressure that only tells where the contact is, before it is solved for on parts of the elements."""

@@ -131,9 +131,9 @@ def solve(
         "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
         friction and "gap" beyond. The report says what is left out.
     refine : {"continuum"}, optional
-        Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
-        on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
-        In a history each step goes on from the field of the step before. For like bodies, see docs/refinement.md.
+        Correct steady rolling of like bodies under Hertz's pressure towards the continuum: forces, moment and
+        `Solution.refinement` are then those of a field on parts of the elements, the other fields and the certificate
+        those of the corrected problem on the elements. See docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional

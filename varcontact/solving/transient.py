@@ -17,7 +17,7 @@ import numpy as np
 from varcontact.checks import file_name
 from varcontact.discrete.contact_grid import common_grid, wanted_grid
 from varcontact.errors import Interrupted, NoContact, SceneError, VarcontactError
-from varcontact.io.history_file import Stored
+from varcontact.io.history import Stored
 from varcontact.results.history import History
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
@@ -26,8 +26,8 @@ from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.march import marching_on
 from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.time_step import marching_on
 from varcontact.system.memory import need
 
 STEP_FIELDS, STEP_REST = 65.0, 1e4
@@ -94,7 +94,7 @@ def _solved(
     stages: bool,
 ) -> History:
     """The steps that are not solved yet, in memory or in the file that they are recorded in."""
-    from varcontact.solving.remeasured import with_measured_steps
+    from varcontact.solving.verify import with_measured_steps
 
     motion, stored = _motion(scene), None if recording is None else with_measured_steps(recording)
     if stored is None:

@@ -17,8 +17,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import Interrupted, NotConverged, SolverUnavailable, VarcontactError, WorkersLost
-from varcontact.io.scene_toml import scene_to
-from varcontact.io.sweep_file import (
+from varcontact.io.records import (
     COUNTS,
     ERRORS,
     LONGEST_REASON,
@@ -31,13 +30,14 @@ from varcontact.io.sweep_file import (
     record_type,
     sealed,
 )
+from varcontact.io.scene_toml import scene_to
 from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
 from varcontact.solving.options import TOLERANCE, SolveOptions
-from varcontact.solving.series import Series
 from varcontact.solving.target import BY_DEFAULT
+from varcontact.solving.warm_start import Series
 from varcontact.study.methods import figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import Swept

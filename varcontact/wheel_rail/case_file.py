@@ -18,7 +18,7 @@ from varcontact.errors import Interrupted, NotConverged, SceneError, VarcontactE
 from varcontact.io.scene_toml import bodies_from, solve_table
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.scene.friction import LAWS
-from varcontact.study.store import Table
+from varcontact.study.csv_table import Table
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
 from varcontact.wheel_rail.result import Archard, PatchWear, WheelRailSolution, wear

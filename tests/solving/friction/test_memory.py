@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.io.history_record import SERIES
+from varcontact.io.records import SERIES
 
 JUMP = vc.StaticKinetic(0.4, 0.2)
 LAWS = [

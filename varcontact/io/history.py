@@ -22,7 +22,16 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError, SceneError
-from varcontact.io.history_record import COUNT_AT, FORMAT, MAGIC, SERIES, count_of, first_step, next_step
+from varcontact.io.records import (
+    COUNT_AT,
+    HISTORY_FORMAT,
+    MAGIC,
+    SERIES,
+    count_of,
+    first_step,
+    next_step,
+    storing,
+)
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.io.solution import AS_STORED, ON_ELEMENTS, assembled, solution_from_bytes
 from varcontact.io.subgrid_fields import ON_PARTS, PRESSURE, refinement_from, with_pressure
@@ -157,17 +166,14 @@ class Stored(Sequence[Solution]):
         with _file(self.path) as header:
             begin = int(header.first_step)
         step = next_step(self.scene, self.plan, self.settings, sol)
-        try:
-            with self.path.open("r+b") as file:
-                file.seek(begin + k * len(step))
-                file.write(step)
-                file.truncate()
-                file.flush()
-                os.fsync(file.fileno())
-                file.seek(COUNT_AT)
-                file.write(count_of(k + 1))
-        except OSError as error:
-            raise OutputError("store", self.path, f"cannot be written ({error.strerror or error})") from None
+        with storing(self.path), self.path.open("r+b") as file:
+            file.seek(begin + k * len(step))
+            file.write(step)
+            file.truncate()
+            file.flush()
+            os.fsync(file.fileno())
+            file.seek(COUNT_AT)
+            file.write(count_of(k + 1))
 
 
 def save(history: History, path: str | Path, overwrite: bool = False) -> None:
@@ -289,8 +295,8 @@ class _Header:
 def _stored(path: Path) -> Stored:
     """What is in a file."""
     with _file(path) as file:
-        if getattr(file._file, "format", b"") != FORMAT.encode():
-            raise OutputError("path", path, f"is not a {FORMAT!r} file")
+        if getattr(file._file, "format", b"") != HISTORY_FORMAT.encode():
+            raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
         with reading(path):
             scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
             settings = json.loads(file.settings)
