@@ -21,9 +21,9 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Ellipse, SampledDistance
 from varcontact.solvers.active_set.norm import norm
-from varcontact.solvers.newton.drive import DENSE
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solvers.settings import Settings
 from varcontact.solving.options import CertifyName
 from varcontact.solving.solve import solve
 from varcontact.solving.target import BY_DEFAULT
