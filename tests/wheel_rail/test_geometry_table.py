@@ -33,10 +33,8 @@ def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
     """Contacts of the left wheel from mirror images; creepages, forces and moment are its own."""
     found, direct = table.forces(y, yaw, MOVING), [case.estimate() for case in wheels(y, yaw)]
     force, moment = np.zeros(3), np.zeros(3)
-    each = [(wheel, patch) for wheel in direct for patch in wheel.patches]
-    for (wheel, patch), row, rolled, creep in zip(
-        each, found.patches, found.creepages, found.creep_forces, strict=True
-    ):
+    each = [(side, patch) for side in direct for patch in side.patches]
+    for (side, patch), row, rolled, creep in zip(each, found.patches, found.creepages, found.creep_forces, strict=True):
         assert row[:3] == pytest.approx(patch.frame.origin, abs=1e-6)
         ellipse = patch.ellipse
         assert row[3:] == pytest.approx(
@@ -47,7 +45,7 @@ def test_at_the_nodes_it_is_the_estimate_of_both_wheels(table, y, yaw):
         assert creep == pytest.approx(patch.force[:2], rel=1e-6)
         on_wheel = -(patch.frame.axes @ [*creep, patch.force[2]])
         force += on_wheel
-        arm = patch.frame.origin - [0.0, y, wheel.z - WHEELSET.radius]
+        arm = patch.frame.origin - [0.0, y, side.z - WHEELSET.radius]
         moment += np.cross(arm, on_wheel) - patch.moment * patch.frame.normal
     assert found.force == pytest.approx(force, rel=1e-6)
     assert found.moment == pytest.approx(moment, rel=1e-6)
