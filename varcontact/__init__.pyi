@@ -37,8 +37,8 @@ from .scene.scene import Scene
 from .scene.surfaces import Cylinders, Ellipse, Paraboloids, SampledDistance
 from .scene.units import MM_N, SI, Units
 from .solving.plan_report import plan
-from .solving.remeasured import load
 from .solving.solve import certify, solve
+from .solving.verify import load
 from .study.compare import compare
 from .study.converge import converge
 from .study.convergence import Convergence

@@ -10,7 +10,7 @@ from scipy.io import netcdf_file
 
 import varcontact as vc
 from varcontact.io.solution import AS_STORED
-from varcontact.solving.remeasured import ALONE, ANEW
+from varcontact.solving.verify import ALONE, ANEW
 
 BALL = {"surface": vc.Ellipse(a=1.2, b=0.9), "normal_force": 1.0, "grid": vc.Grid(nx=10, ny=10)}
 ROLLING = vc.Steady(vx=0.04, vy=-0.02, spin=0.05)

@@ -11,11 +11,10 @@ import pytest
 
 import varcontact as vc
 from varcontact.data.benchmark_scenes import CLASSES, FRICTION, reference_scenes
-from varcontact.data.make_references import main, make
+from varcontact.data.make_references import main, make, peak_between, series_of, solves
 from varcontact.reference import carter, cattaneo_mindlin, line_contact
 from varcontact.study.extrapolate import extrapolate_series
 from varcontact.study.references import read, signature
-from varcontact.study.refinement import peak_between, series_of, solves
 
 BANK = vc.references()
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
 
@@ -24,42 +24,18 @@ IDLE_STEPS, NEARLY_STILL = 5, 1e-4
 def march(solver: Solver, problem: TangentialProblem, settings: Settings, start: RawSolution | None) -> RawSolution:
     """Steady rolling without the gap program: transient steps, from no traction at all, until nothing changes.
 
-    In a step the displacements ``u' = C p'`` of the step before are known, and the problem is that of a shift
-    with the rigid shift ``W - u'``: symmetric, and an optimisation.
-
-    Parameters
-    ----------
-    solver : callable
-        Of the problem of one step.
-    problem : TangentialProblem
-        Of steady rolling, with `instant`.
-    settings : Settings
-    start : RawSolution, optional
-        Tractions to begin with.
-
-    Returns
-    -------
-    RawSolution
-        `iterations` counts the solver's over all steps; `status` is "Steady", the solver's own word where that
-        gave no number or failed in a last step short of the tolerance, or "MaxSteps".
+    In a step the displacements ``u' = C p'`` of the step before are known, and the `solver` takes a problem like that
+    of a shift with the rigid shift ``W - u'``: symmetric, and an optimisation. `status` is "Steady", "MaxSteps", or the
+    solver's own word where it gave no number, or failed in a last step short of the tolerance.
     """
     assert problem.instant is not None
     inner = replace(settings, formulation="auto", tol=0.1 * settings.tol)
-    at = (
-        start
-        if start is not None
-        else RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
-    )
+    at = start or RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "")
     iterations, status, least, idle = 0, "MaxSteps", np.inf, 0
     for _ in range(MAX_STEPS):
         carried = problem.instant.apply(at.traction) - problem.operator.apply(at.traction)  # C p'
-        step = replace(
-            problem,
-            operator=problem.instant,
-            rigid_shift=problem.rigid_shift - carried,
-            symmetric=True,
-            instant=None,
-        )
+        shift = problem.rigid_shift - carried
+        step = replace(problem, operator=problem.instant, rigid_shift=shift, symmetric=True, instant=None)
         raw = solver(step, inner, at)
         iterations += raw.iterations
         if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):

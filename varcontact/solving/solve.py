@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.discrete.subgrid import cells_of, means, with_subgrid
@@ -25,7 +26,6 @@ from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
-from varcontact.solving.potential_contact import first_grid
 from varcontact.solving.selection import select
 from varcontact.system.threads import one_blas_thread
 
@@ -131,9 +131,9 @@ def solve(
         "none", or None, the residuals alone, which are always there. "auto" is "full" up to 10 000 elements with
         friction and "gap" beyond. The report says what is left out.
     refine : {"continuum"}, optional
-        Correct the solution towards the continuum's: forces, moment and `Solution.refinement` are then those of a field
-        on parts of the elements, the other fields and the certificate those of the corrected problem on the elements.
-        In a history each step goes on from the field of the step before. For like bodies, see docs/refinement.md.
+        Correct steady rolling of like bodies under Hertz's pressure towards the continuum: forces, moment and
+        `Solution.refinement` are then those of a field on parts of the elements, the other fields and the certificate
+        those of the corrected problem on the elements. See docs/refinement.md.
     progress : callable, optional
         Told the name of each stage as it starts; of a history, how many steps are done.
     store : str or Path, optional
@@ -246,7 +246,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             message="grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0",
         )
     plan = select(scene, "hertz" if pressure is None else "clarabel")
-    grid = first_grid(scene, lambda disc, state: state)
+    grid = known_grid(scene)
     disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))

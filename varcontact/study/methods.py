@@ -21,7 +21,7 @@ from varcontact.solvers.registry import (
     tangential_methods,
 )
 from varcontact.solving.selection import FORMULATIONS, PRESETS, select
-from varcontact.solving.series import solve_many
+from varcontact.solving.warm_start import solve_many
 from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (

@@ -16,7 +16,7 @@ from varcontact.scene.motion import Shift, Steady
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.options import TOLERANCE, SolveOptions
-from varcontact.solving.series import solve_many
+from varcontact.solving.warm_start import solve_many
 from varcontact.study.methods import Method
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.theories.creep_forces import VECTORISED, creep_forces

@@ -24,7 +24,7 @@ from varcontact.solvers.registry import tangential_methods
 from varcontact.solving.discretisation_variants import Way, answer
 from varcontact.solving.options import TOLERANCE, polished_by
 from varcontact.solving.selection import select
-from varcontact.solving.series import Series
+from varcontact.solving.warm_start import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
 from varcontact.study.parallel import alone, opened, results

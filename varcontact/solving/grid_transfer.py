@@ -1,4 +1,4 @@
-"""Fields of the grid of a start on that of a history."""
+"""Fields of one grid on another."""
 
 from __future__ import annotations
 
@@ -7,37 +7,14 @@ import numpy as np
 from varcontact.scene.grid import Grid
 
 
-def words(grid: Grid) -> str:
-    """A grid in words, for messages.
-
-    Parameters
-    ----------
-    grid : Grid
-    """
-    return f"{grid.nx} x {grid.rows} elements over {tuple(float(f'{side:.6g}') for side in grid.box)}"
-
-
-def same(one: Grid, other: Grid) -> bool:
-    """Whether two lattices are the same but for rounding.
-
-    Parameters
-    ----------
-    one, other : Grid
-    """
+def same_lattice(one: Grid, other: Grid) -> bool:
+    """Whether two lattices are the same but for rounding."""
     size = max(abs(side) for side in other.box)
     return one.shape == other.shape and bool(np.allclose(one.box, other.box, rtol=0, atol=1e-9 * size))
 
 
 def sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
-    """A field of one grid in the elements where the centres of another lie; zero outside.
-
-    Parameters
-    ----------
-    grid : Grid
-    field : ndarray, shape (ny, nx)
-        In any unit.
-    other : Grid
-    """
+    """A field (ny, nx) in the elements where the centres of another grid lie; zero outside."""
     x0, _, y0, _ = grid.box
     dx, dy = grid.sides
     ix = np.floor((other.x - x0) / dx).astype(int)
@@ -47,15 +24,7 @@ def sampled(grid: Grid, field: np.ndarray, other: Grid) -> np.ndarray:
 
 
 def interpolated(grid: Grid, fields: np.ndarray, other: Grid) -> np.ndarray:
-    """Fields of one grid, linearly, at the element centres of another; zero outside.
-
-    Parameters
-    ----------
-    grid : Grid
-    fields : ndarray, shape (k, ny, nx)
-        In any unit.
-    other : Grid
-    """
+    """Fields (k, ny, nx), linearly, at the element centres of another grid; zero outside."""
     along = _between(fields, grid.x, other.x)
     return along if grid.line else np.swapaxes(_between(np.swapaxes(along, -1, -2), grid.y, other.y), -1, -2)
 

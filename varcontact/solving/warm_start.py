@@ -18,7 +18,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.finish import finish
@@ -32,25 +32,12 @@ KEPT = 32
 
 @dataclass
 class Series:
-    """Solves scenes one after the other, and keeps what the next may use.
+    """Solves scenes one after the other, and keeps what the next may use; `tol`, `polish` and `certify` as of `solve`.
 
     Influence numbers serve all scenes on the same dimensionless lattice. Where scenes differ in their motion only, the
     pressure (where tractions do not change it) and the set-ups of solvers serve again, too. Each tangential problem
     begins, with methods that can begin somewhere, from the tractions of that one of the last `KEPT` whose creepages are
-    nearest.
-
-    Attributes
-    ----------
-    tol : float
-        Residual to be reached [-].
-    polish : bool
-        Whether active sets polish the answers of programs.
-    certify : str
-        As of `solve`.
-    progress : callable, optional
-        Called with the name of each stage.
-    operators : Operators, optional
-        Influence numbers from elsewhere; then those of the last scene.
+    nearest. `operators` are influence numbers from elsewhere, then those of the last scene.
     """
 
     tol: float
@@ -58,42 +45,25 @@ class Series:
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
     operators: Operators | None = None
-    _setups: Setups = field(default_factory=Setups)
+    _workspace: Workspace = field(default_factory=Workspace)
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
     _found: deque[tuple[np.ndarray, np.ndarray]] = field(default_factory=lambda: deque(maxlen=KEPT))
 
     @one_blas_thread()
     def solve(self, scene: Scene, plan: Plan) -> Solution:
-        """The solution of the next scene.
-
-        Parameters
-        ----------
-        scene : Scene
-            Of one problem: not a history.
-        plan : Plan
-            For it.
-
-        Raises
-        ------
-        Saturated
-            If a prescribed force cannot be carried.
-        NotConverged
-            If a solver misses the tolerance.
-        """
+        """The solution of the next scene, which is no history; errors as of `solve`."""
         check_saturation(scene)
         moved = self._moved(scene, plan)
         if moved is None:
             check_fits(scene, plan)
-            self._setups = Setups()
-        setups = self._setups
-        steps = ContactSolver(
-            plan, self.tol, self.polish, SolveStats(self.progress), setups, certify=self.certify, refined=False
-        )
+            self._workspace = Workspace()
+        stats = SolveStats(self.progress)
+        steps = ContactSolver(plan, self.tol, self.polish, stats, self._workspace, certify=self.certify, refined=False)
         if moved is None:
-            disc, state = solve_contact(scene, steps, self.operators, self._begun)
+            disc, state = solve_contact(scene, steps, self.operators, self._warm)
         else:
             disc, state = moved
-            state = contact(disc, steps, self._begun(disc, state))
+            state = contact(disc, steps, self._warm(disc, state))
         if self.operators is not disc.operators:
             self.forget()
         self.operators, self._last = disc.operators, (scene, plan, disc, state)
@@ -111,18 +81,22 @@ class Series:
         if self._last is None or scene.motion is None or plan.coupling != "none":
             return None
         before, planned, disc, state = self._last
-        if _methods(plan) != _methods(planned) or not _same_but_motion(scene, before):
+        methods = ("normal", "tangential", "coupling", "formulation", "method")
+        if any(getattr(plan, name) != getattr(planned, name) for name in methods):
+            return None
+        if not _same_but_motion(scene, before):
             return None
         assert not isinstance(scene.motion, Transient)
         state = replace(state, iterations={}, status={}, solved={}, friction=None)
         return disc.with_loading(motion=scene.motion), state
 
-    def _begun(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the tractions of the solved scene with the nearest creepages, if it has as many elements."""
+    def _warm(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """The state with the tractions of the solved scene with the nearest creepages, if it has as many elements.
+
+        Not for unlike bodies: their pressure without tractions comes first.
+        """
         found = [(at, traction) for at, traction in self._found if traction.shape == state.traction.shape]
-        if (
-            not found or disc.loading.motion is None or disc.K != 0
-        ):  # of unlike bodies, the pressure without tractions comes first
+        if not found or disc.loading.motion is None or disc.K != 0:
             return state
         distances = [float(np.linalg.norm(at - _creepages(disc))) for at, _ in found]
         nearest = len(found) - 1 - int(np.argmin(distances[::-1]))  # the last of these
@@ -138,35 +112,7 @@ def solve_many(
     progress: Callable[[str], None] | None = None,
     certify: str = "auto",
 ) -> Iterator[Solution]:
-    """Solve a scene for one motion after the other, which differ in creepages or forces only, as a `Series`.
-
-    Parameters
-    ----------
-    scene : Scene
-    motions : iterable of Steady, Shift or None
-    plan : Plan
-        For all of them.
-    tol : float
-        Residual to be reached [-].
-    polish : bool
-        Whether active sets polish the answers of programs.
-    progress : callable, optional
-        Called with the name of each stage.
-    certify : str
-        As of `solve`.
-
-    Yields
-    ------
-    Solution
-        One a motion, in their order.
-
-    Raises
-    ------
-    Saturated
-        If a prescribed force cannot be carried.
-    NotConverged
-        If a solver misses the tolerance.
-    """
+    """The solutions of a scene for one motion after the other, with creepages or forces that differ, as a `Series`."""
     series = Series(tol, polish, certify, progress)
     try:
         for motion in motions:
@@ -176,17 +122,7 @@ def solve_many(
 
 
 def check_saturation(scene: Scene) -> None:
-    """Before any work: forces beyond f Fz, where both are numbers; forces in steps of a history without friction.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    Saturated
-        If friction cannot carry them.
-    """
+    """Before any work: `Saturated` for forces beyond f Fz, where both are numbers, or in steps without friction."""
     motion = scene.motion
     if isinstance(motion, Transient) and not (motion.Fx is None and motion.Fy is None):
         for k, friction in enumerate(scene.frictions):
@@ -204,25 +140,20 @@ def check_saturation(scene: Scene) -> None:
         raise Saturated(size, limit)
 
 
-def _methods(plan: Plan) -> tuple[str, ...]:
-    """What of a plan decides how its problems are solved."""
-    return plan.normal, plan.tangential, plan.coupling, plan.formulation, plan.method
-
-
 def _same_but_motion(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes differ in the creepages or forces of their motion only."""
+    """Whether two scenes differ in creepages or forces only; arrays are the same if they are one."""
     one, two = scene.motion, other.motion
     if type(one) is not type(two) or getattr(one, "dq", None) != getattr(two, "dq", None):
         return False
-    return all(_same(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion")
 
+    def same(one: Any, other: Any) -> bool:
+        return one is other or (not isinstance(one, np.ndarray) and not isinstance(other, np.ndarray) and one == other)
 
-def _same(one: Any, other: Any) -> bool:
-    """Whether two entries of scenes are the same; of arrays, whether they are one."""
-    return one is other or (not isinstance(one, np.ndarray) and not isinstance(other, np.ndarray) and one == other)
+    return all(same(getattr(scene, f.name), getattr(other, f.name)) for f in fields(Scene) if f.name != "motion")
 
 
 def _creepages(disc: Discretisation) -> np.ndarray:
     """Creepages or shifts along x and y, and what spin or rotation is half the grid's length from the origin."""
-    along_x, along_y, about_z = (0.0, 0.0, 0.0) if disc.loading.motion is None else disc.loading.motion.rigid
+    motion = disc.loading.motion
+    along_x, along_y, about_z = (0.0, 0.0, 0.0) if motion is None else motion.rigid
     return np.array([along_x, along_y, about_z * disc.scales.length / 2])

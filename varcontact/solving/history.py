@@ -1,0 +1,117 @@
+"""Rolling in time: the steps of a transient scene one after the other, in memory or in a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from varcontact.checks import file_name
+from varcontact.discrete.contact_grid import common_grid, wanted_grid
+from varcontact.errors import Interrupted, SceneError, VarcontactError
+from varcontact.io.history import Stored
+from varcontact.results.history import History
+from varcontact.results.plan import Plan
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.potential_contact import solve_contact
+from varcontact.solving.time_step import largest_contacts, marching_on, transient
+from varcontact.solving.verify import with_verified_steps
+from varcontact.system.memory import need
+
+STEP_FIELDS, STEP_REST = 65.0, 1e4
+"""Bytes of a step in memory: by element, and for the rest."""
+
+
+def solve_transient(
+    scene: Scene,
+    plan: Plan,
+    tol: float,
+    polish: bool,
+    progress: Callable[[str], None] | None = None,
+    store: str | Path | None = None,
+    certify: str = "auto",
+    chosen: bool = False,
+    deadline: float = math.inf,
+) -> History:
+    """Solve a transient scene step by step, see `solve`; with `store`, each step is added to that file.
+
+    With a grid `chosen` for an accuracy or a time, the progress is told the stages within a step, too, and the steps
+    are those of `ContactSolver.continuum`. Errors name the step; `Interrupted` has the steps that were finished.
+    """
+    if not isinstance(transient(scene).start, Solution | None):
+        raise SceneError("motion.start", transient(scene).start, "a Solution")
+    solver = ContactSolver(plan, tol, polish, SolveStats(), certify=certify, continuum=chosen, deadline=deadline)
+    settings = {"tol": tol, "polish": polish}
+    if store is not None:
+        with Stored.recording(file_name("store", store), scene, plan, settings) as recording:
+            stored = with_verified_steps(recording)
+            grid = stored.grid if len(stored) else _grid(scene, solver)
+            return _solved(History(scene, grid, stored, settings), stored.put, solver, progress)
+    spec, steps = wanted_grid(scene), list[Solution]()
+    kept = bytes_of_steps(transient(scene), spec.nx * spec.rows)
+    need("the history in memory", kept, "with store = a file, the steps are kept there")
+    history = History(scene, _grid(scene, solver), steps, settings)
+    return _solved(history, lambda _, step: steps.append(step), solver, progress)
+
+
+def _solved(
+    history: History,
+    keep: Callable[[int, Solution], None],
+    solver: ContactSolver,
+    progress: Callable[[str], None] | None,
+) -> History:
+    """The history with the steps that are not solved yet."""
+    scene, count = history.scene, transient(history.scene).steps
+    march = marching_on(scene, largest_contacts(scene)[0], history.grid, solver)
+    before = march.start() if len(history) == 0 else history[-1]
+
+    def tell(stage: str) -> None:
+        if progress is not None:
+            progress(f"{len(history)} of {count} steps{stage}")
+
+    try:
+        for k in range(len(history), count):
+            try:
+                tell("")
+                before = march.step(k, before, (lambda stage: tell(f": {stage}")) if solver.continuum else None)
+                keep(k, before)
+            except VarcontactError as error:
+                raise error.in_step(k, history) from error.__cause__
+            except KeyboardInterrupt:
+                raise Interrupted(history, f" after {len(history)} of {count} steps") from None
+    finally:
+        march.forget()
+    return history
+
+
+def bytes_of_steps(motion: Transient, elements: int) -> float:
+    """About the memory that a history takes, on so many elements of the potential contact."""
+    return motion.steps * (STEP_FIELDS * elements + STEP_REST)
+
+
+def _grid(scene: Scene, solver: ContactSolver) -> Grid:
+    """One grid for the whole history: the scene's own, that of the start, or one that holds every contact."""
+    start, interpolate = transient(scene).start, transient(scene).interpolate
+    if isinstance(scene.grid, Grid) and scene.grid.explicit:
+        return scene.grid
+    if start is not None and scene.grid == "auto" and not interpolate:
+        centres = start.grid.edge == "centres" or solver.plan.coupling != "none"
+        return replace(start.grid, edge="centres" if centres else "touched")
+    plan = replace(solver.plan, tangential="none", coupling="none")
+    grids = []
+    for each in largest_contacts(scene):
+        disc, _ = solve_contact(each, replace(solver, plan=plan, stats=SolveStats()))
+        disc.operators.forget()
+        grids.append(disc.grid)
+    grid = common_grid(scene, grids)
+    if start is not None and not interpolate and np.allclose(start.grid.sides, grid.sides, 1e-9):
+        return replace(start.grid, edge=grid.edge)  # the same lattice, with more or less room around
+    return grid

@@ -1,0 +1,215 @@
+"""One step of a history: a problem like that of a shift, from what the step before left (paper, 4.2, 6.2, 6.4).
+
+The particle now at x was at ``x + dq`` a step ago and brings its displacement difference along, so the local shift is
+``E = W - u' + A p`` with ``u' = C p'`` known: the operator is symmetric, and each step a convex program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from varcontact.discrete.certificate import Certificate, ForceBounds
+from varcontact.discrete.contact_grid import enlarged
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.penetration import outside
+from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.subgrid import divided, without_pressure
+from varcontact.errors import NoContact, Saturated, SceneError
+from varcontact.results.physical import solution_of
+from varcontact.results.solution import Solution
+from varcontact.scene.grid import Cells, Grid
+from varcontact.scene.motion import TimeStep, Transient
+from varcontact.scene.scene import Scene
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver, contact
+from varcontact.solving.finish import finish
+from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
+from varcontact.solving.grid_transfer import interpolated, same_lattice, sampled
+
+
+def largest_contacts(scene: Scene) -> list[Scene]:
+    """The steps of a history with the largest load on each surface, as frictionless scenes; `NoContact` if none."""
+    largest: dict[tuple[int, bool], Scene] = {}
+    for k in range(transient(scene).steps):
+        surface, force, approach = scene.contact(k)
+        load = approach if force is None else force
+        assert load is not None
+        key = (id(surface), force is None)
+        known = largest.get(key)
+        before = None if known is None else known.approach if force is None else known.normal_force
+        if force == 0 or (before is not None and before >= load):
+            continue
+        try:
+            still = replace(scene, normal_force=force, approach=approach, friction=None, motion=None, surface=surface)
+        except NoContact:
+            continue
+        largest[key] = still
+    if not largest:
+        raise NoContact(
+            "motion",
+            "no load in any step",
+            "a history in which the bodies touch once at least",
+            message="motion: the bodies never touch; give a load in one step at least",
+        )
+    return list(largest.values())
+
+
+def transient(scene: Scene) -> Transient:
+    """The motion of a history."""
+    assert isinstance(scene.motion, Transient)
+    return scene.motion
+
+
+def marching_on(scene: Scene, largest: Scene, grid: Grid, solver: ContactSolver) -> March:
+    """The march of a history on its explicit grid, in the scales of one of its `largest_contacts`.
+
+    Pressures are scaled by a power of two: a state survives the way to physical units and back bit for bit.
+    """
+    disc = discretise(replace(largest, grid=grid), grid, coupled=not solver.plan.left_out)
+    pressure = float(2.0 ** np.round(np.log2(disc.scales.pressure)))
+    return March(scene, replace(disc, scales=replace(disc.scales, pressure=pressure)), solver)
+
+
+@dataclass(frozen=True, eq=False)
+class March:
+    """What all steps share: the scene, the grid and its scales, the operators, the methods.
+
+    A step takes nothing but the solution before it, as it is in physical units: a history that goes on from its file
+    is the same, bit for bit, as one that was not interrupted.
+    """
+
+    scene: Scene
+    disc: Discretisation
+    steps: ContactSolver
+
+    def start(self) -> Solution | None:
+        """What the first step goes on from; a `SceneError` refuses another grid, if it is not to be interpolated."""
+        motion, grid = transient(self.scene), self.disc.grid
+        start = motion.start
+        assert start is None or isinstance(start, Solution)
+        if start is None or same_lattice(start.grid, grid):
+            return start
+        if not motion.interpolate or start.grid.line != grid.line:
+            remedy = "" if start.grid.line != grid.line else ", or interpolate = True"
+            raise SceneError(
+                "motion.start",
+                f"Solution on {_words(start.grid)}",
+                f"on the grid of the history{remedy}",
+                message=f"motion.start is a solution on {_words(start.grid)}, and the history is "
+                f"on {_words(grid)}; use the same grid{remedy}",
+            )
+        fields = interpolated(start.grid, np.concatenate([start.traction, start.pressure[None]]), grid)
+        known = {"traction": fields[:2], "pressure": fields[2], "state": sampled(start.grid, start.state, grid)}
+        return replace(start, grid=grid, **known, pressure_on_parts=None, weakening=None)
+
+    def forget(self) -> None:
+        """Let go of what the operators keep for the next step."""
+        self.disc.operators.forget()
+
+    def step(self, k: int, before: Solution | None, progress: Callable[[str], None] | None = None) -> Solution:
+        """Step k, from 0, after the step before, or bodies without tractions."""
+        steps = replace(self.steps, stats=SolveStats(progress))
+        with steps.stats.stage("carried"):
+            scene, disc = self.problem(k, before)
+        solution = self._solved(scene, disc, before, steps)
+        if not self.scene.under_law:
+            return solution
+        return replace(solution, weakening=weakening(disc, before, solution))
+
+    def problem(self, k: int, before: Solution | None) -> tuple[Scene, Discretisation]:
+        """Step k by itself, with the displacement differences ``u' = C p'`` that the particles bring along."""
+        disc, scene = self.disc, self.scene.step(k, self.disc.grid)
+        motion = scene.motion
+        assert isinstance(motion, TimeStep)
+        if before is None:
+            return scene, disc.at_step(scene, None)
+        fields = before.traction if disc.K == 0 else np.concatenate([before.traction, before.pressure[None]])
+        if not fields.any():
+            return scene, disc.at_step(scene, None)
+        distance = motion.direction * motion.dq / disc.scales.length
+        force = before.traction.sum(axis=(1, 2)) / disc.scales.pressure * disc.lattice.area
+        fields = fields / disc.scales.pressure
+        came = PreviousStep(disc.operators.carrying(distance).apply(fields), force, fields)
+        return scene, disc.at_step(scene, came)
+
+    def _solved(self, scene: Scene, disc: Discretisation, before: Solution | None, steps: ContactSolver) -> Solution:
+        """The solution of a step's problem."""
+        state = initial_state(disc, before, steps)
+        cells = steps.plan.cells(scene)
+        if without_load(disc, steps.plan.closed_form, cells):
+            return without_contact(scene, disc if cells == (1, 1) else without_pressure(disc), steps)
+        if steps.plan.one_pass:
+            bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
+            state = replace(bare, traction=state.traction)
+        elif cells != (1, 1):
+            disc, state = steps.pressure_on_subgrid(disc, state)
+        else:
+            state = steps.pressure(disc, state)
+        state = contact(disc, steps, state)
+        check_held(scene, disc, state, steps)
+        solution = finish(scene, disc, state, steps)
+        warning = "" if disc.loading.law is None or not steps.plan.has_friction else stick_slip_warning(disc, state)
+        return replace(solution, warnings=(*solution.warnings, warning)) if warning else solution
+
+
+def initial_state(disc: Discretisation, before: Solution | None, steps: ContactSolver) -> ContactState:
+    """The state of the step before, in the scales of the discretisation: where the methods begin.
+
+    As printed, TANG does best from its own start: on the areas of the step before its Newton's method fails.
+    """
+    if before is None:
+        return unloaded(disc.grid)
+    motion, was, scales = disc.loading.motion, before.scene.motion, disc.scales
+    rigid, traction = np.zeros(2), before.traction / scales.pressure
+    assert motion is not None
+    if motion.rolls and isinstance(was, TimeStep) and was.rolls:
+        assert disc.step is not None
+        creepage = np.nan_to_num(before.creepage[:2]) * disc.step * scales.length / scales.displacement
+        prescribed = [motion.Fx is not None and was.Fx is not None, motion.Fy is not None and was.Fy is not None]
+        rigid = np.where(prescribed, creepage, 0.0)
+    approach = (before.approach - disc.base) / scales.displacement if np.isfinite(before.approach) else 0.0
+    if steps.plan.tangential in ("tang", "tang-exact") and steps.plan.coupling == "none":
+        traction = np.zeros_like(traction)
+    state = ContactState(before.pressure / scales.pressure, approach, traction, rigid)
+    known = remembered(disc, before)
+    return state if known is None else replace(state, friction=known, branch="history")
+
+
+def check_held(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> None:
+    """Refuse a contact that goes on beyond the grid, with a `SceneError`."""
+    with steps.stats.stage("grid"):
+        overlap = outside(disc, state, steps.plan.closed_form)
+    if overlap is not None:
+        enlarged(scene, disc.grid, state.pressure, overlap)  # always an error: the step's grid is explicit
+
+
+def without_load(disc: Discretisation, closed_form: bool, cells: Cells = (1, 1)) -> bool:
+    """Whether a step has no contact: no load, or an approach at which no element's centre is in contact."""
+    if disc.loading.approach is None:
+        return disc.loading.normal_force == 0
+    if disc.loading.approach <= (disc if cells == (1, 1) else divided(disc, cells)).base:
+        return True
+    if not closed_form:
+        return False
+    assert disc.hertz is not None
+    return not disc.hertz.on_elements(disc.grid).any()
+
+
+def without_contact(scene: Scene, disc: Discretisation, steps: ContactSolver) -> Solution:
+    """A step in which the bodies are apart, or just touch; `Saturated` if a tangential force is prescribed."""
+    motion = scene.motion
+    assert isinstance(motion, TimeStep)
+    size = float(np.hypot(motion.Fx or 0.0, motion.Fy or 0.0))
+    if size > 0:
+        raise Saturated(size, 0.0)
+    level = 0.0 if scene.approach is None else (scene.approach - disc.base) / disc.scales.displacement
+    exact = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, "full", ForceBounds(np.zeros(3), np.zeros(3)))
+    state = replace(unloaded(disc.grid), approach=level)
+    return solution_of(scene, disc, steps.plan, state, exact, True, steps.stats.timing, steps.stats.calls)
+
+
+def _words(grid: Grid) -> str:
+    return f"{grid.nx} x {grid.rows} elements over {tuple(float(f'{side:.6g}') for side in grid.box)}"

@@ -1,0 +1,220 @@
+"""`load`: the certificate of a solution from a file is computed again from its fields, and compared with the stored."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from varcontact import checks
+from varcontact.discrete.certificate import certificate_of
+from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
+from varcontact.discrete.state import ContactState
+from varcontact.discrete.stick_slip import SLIP, STICK, friction_work, shift_and_areas, unit_slip
+from varcontact.discrete.subgrid import means, with_subgrid
+from varcontact.io.history import Stored
+from varcontact.io.solution import read
+from varcontact.results.history import History
+from varcontact.results.quantities_of_interest import creepage_names
+from varcontact.results.solution import Solution
+from varcontact.scene.motion import TimeStep
+from varcontact.solvers.statistics import SolveStats
+from varcontact.solving.contact_solver import ContactSolver
+from varcontact.solving.friction_law import coefficient
+from varcontact.solving.time_step import March, largest_contacts, marching_on, without_load
+from varcontact.system.files import reading
+from varcontact.system.threads import one_blas_thread
+
+ROUNDED = 1e-11
+"""Residual that rounding in unit conversions may leave, where nothing magnifies it."""
+SAME = 1e-8
+"""Largest difference of slips and distances, by the largest displacement, that counts as rounding."""
+MEASURES = ("residual", "normal_residual", "tangential_residual", "relative_gap", "normal_relative_gap")
+
+ALONE = "the certificate is as stored in the file: a step by itself cannot be measured again without the step before"
+ANEW = "the certificate that came with the file is not that of its fields: it is made anew"
+
+
+def load(path: str | Path, certify: bool = True) -> Solution | History:
+    """Read a solution or a history back that `Solution.save`, `History.save` or `solve` wrote.
+
+    The residuals and gaps are computed again by FFT from pressures, tractions, approach and creepages; of a history
+    step by step as they are asked for, its series are as stored. Where they are larger than the stored certificate
+    says, it is replaced by that of the fields, the solution does not count as converged, and its `note` says so.
+
+    Parameters
+    ----------
+    path : str or Path
+    certify : bool
+        Whether to compute the certificate again. Otherwise it is as stored, and report and `note` say so.
+
+    Returns
+    -------
+    Solution or History
+        A history reads its steps from the file when they are asked for.
+
+    Raises
+    ------
+    OutputError
+        If there is no such file, it was not written by varcontact, or its contents cannot be a solution.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import varcontact as vc
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = pathlib.Path(folder.name) / "ball.nc"
+    >>> vc.solve(vc.Scene(bodies=vc.Bodies(G=1.0, nu=0.3), surface=vc.Ellipse(a=1.0, b=1.0), normal_force=1.0,
+    ...                   grid=vc.Grid(nx=8, ny=8))).save(path)
+    >>> vc.load(path).note, vc.load(path, certify=False).note
+    ('', 'the certificate is as stored in the file, not measured again')
+    """
+    certify, found = checks.flag("certify", certify), read(path)
+    if not certify:
+        return found
+    if isinstance(found, History):
+        return replace(found, solutions=with_verified_steps(cast(Stored, found.solutions)))
+    with reading(path):
+        sol = replace(found, note="")
+        if isinstance(sol.scene.motion, TimeStep) and (sol.refinement is None or not sol.pressure.any()):
+            return replace(sol, note=ALONE)
+        return _verified(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
+
+
+def with_verified_steps(stored: Stored) -> Stored:
+    """A history's file whose steps are verified when they are read."""
+
+    @cache
+    def march() -> March:
+        solver = ContactSolver(stored.plan, stored.settings["tol"], stored.settings["polish"], SolveStats())
+        return marching_on(stored.scene, largest_contacts(stored.scene)[0], stored.grid, solver)
+
+    def verified(k: int, before: Solution | None, sol: Solution) -> Solution:
+        corrected = sol.refinement is not None and sol.pressure.any()
+        came = None if corrected else march().start() if before is None else before
+        return _verified(march().problem(k, came)[1], sol)
+
+    return replace(stored, measured=verified)
+
+
+@one_blas_thread()
+def _verified(disc: Discretisation, stored: Solution) -> Solution:
+    """A solution from a file, verified by the discretisation of its scene, or of its step of a history."""
+    if not stored.pressure.any():
+        if not without_load(disc, closed_form=stored.plan.closed_form):
+            raise ValueError("no pressure, under a load")
+        return stored
+    disc = with_subgrid(_as_corrected(disc, stored), stored.pressure_on_parts)
+    sol = _on_its_grid(stored)
+    state = _state(disc, sol)
+    density = _power_density(disc, sol, state)
+    _check_fields(disc, sol, state, density)
+    if np.isnan(sol.power_density).any():  # an earlier file's
+        stored = replace(stored, power_density=density)
+    if disc.loading.law is not None and sol.plan.has_friction:
+        disc = disc.with_loading(coefficient=coefficient(disc, state))
+    certificate = certificate_of(disc, state, sol.plan.closed_form, "gap")
+    rounding = _rounding(disc, state)
+    if not any(getattr(certificate, n) > 2 * getattr(sol.certificate, n) + rounding for n in MEASURES):  # NaN: unknown
+        return stored
+    certificate = certificate_of(disc, state, sol.plan.closed_form, sol.certificate.level)
+    if not sol.plan.has_moment:
+        certificate = certificate.without_moment()
+    return replace(stored, certificate=certificate, converged=False, note=ANEW)
+
+
+def _as_corrected(disc: Discretisation, sol: Solution) -> Discretisation:
+    """The problem on the elements as it was corrected; in a step of a history with what the particles bring along."""
+    found = sol.refinement
+    if found is None:
+        return disc
+    motion, known = disc.loading.motion, disc.loading.coefficient
+    assert motion is not None
+    prescribed = zip((motion.Fx, motion.Fy), sol.traction.sum(axis=(1, 2)) * sol.grid.area, strict=True)
+    Fx, Fy = (None if given is None else float(force) for given, force in prescribed)
+    came = PreviousStep(-found.correction * unit_slip(disc), np.zeros(2))
+    disc = disc.with_loading(motion=replace(motion, Fx=Fx, Fy=Fy), previous_step=came)
+    return disc.with_loading(coefficient=known * found.share) if np.any(found.share != 1) else disc
+
+
+def _on_its_grid(sol: Solution) -> Solution:
+    """The solution with the creepages and the approach that its fields have, before they were extrapolated."""
+    known = {} if sol.error_estimate is None else sol.error_estimate.on_grid
+    creepages = zip(creepage_names(sol), sol.creepage, strict=True)
+    first, second, third = (known.get(name, own) for name, own in creepages)
+    return replace(sol, creepage=(first, second, third), approach=known.get("approach", sol.approach))
+
+
+def _state(disc: Discretisation, sol: Solution) -> ContactState:
+    """The dimensionless state of a solution; what is undetermined in line contact follows from slip and distance."""
+    pressure, traction = sol.pressure / disc.scales.pressure, sol.traction / disc.scales.pressure
+    approach = (sol.approach - disc.base) / disc.scales.displacement
+    state = ContactState(pressure, 0.0, traction, np.zeros(2))
+    if np.isnan(approach):
+        approach = float(np.mean(_distance(disc, state) - sol.distance / disc.scales.displacement))
+    rigid = np.zeros(2)
+    if disc.loading.motion is not None and not disc.loading.frictionless:
+        rigid = (np.array(sol.creepage) - disc.loading.motion.rigid)[:2] * unit_slip(disc)
+        if np.isnan(rigid).any():
+            moved = (sol.slip * unit_slip(disc) - shift_and_areas(disc, state)[0])[:, pressure > 0].mean(axis=1)
+            rigid = np.where(np.isnan(rigid), moved, rigid)
+    return replace(state, approach=approach, rigid=rigid)
+
+
+def _distance(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """Deformed distance, dimensionless, (ny, nx)."""
+    distance = (disc.distance - disc.base) / disc.scales.displacement
+    distance = distance + disc.operators.normal.apply(state.pressure[None])[0]
+    if disc.K != 0 and np.any(state.traction):
+        distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0]
+    return np.asarray(distance - state.approach)
+
+
+def _power_density(disc: Discretisation, sol: Solution, state: ContactState) -> np.ndarray:
+    if disc.loading.motion is None or disc.loading.frictionless:
+        return np.zeros(sol.grid.shape)
+    if sol.refinement is not None:
+        return means(sol.refinement.power_density, sol.refinement.cells)
+    if not sol.plan.has_moment and sol.spin:
+        return np.full(sol.grid.shape, np.nan)
+    shift, _ = shift_and_areas(disc, state)
+    return friction_work(disc, state, shift) * disc.scales.pressure / unit_slip(disc)
+
+
+def _check_fields(disc: Discretisation, sol: Solution, state: ContactState, density: np.ndarray) -> None:
+    """Refuse distances, slips, power densities, and areas of stick and slip that are not those of the tractions."""
+    distance = _distance(disc, state)
+    largest = max(float(np.abs(distance).max()), abs(state.approach))
+    if np.abs(distance - sol.distance / disc.scales.displacement).max() > SAME * largest:
+        raise ValueError("distances that are not those under its tractions")
+    if disc.loading.motion is None or disc.loading.frictionless:
+        return
+    shift, _ = shift_and_areas(disc, state)
+    moved = disc.shift_by_tractions(state.traction)
+    largest = max(float(np.abs(field).max()) for field in (moved, disc.known_shift, state.rigid, shift))
+    if np.abs(shift - sol.slip * unit_slip(disc)).max() > SAME * largest:
+        raise ValueError("slips that are not those under its tractions")
+    if np.any(np.abs(density - sol.power_density) > SAME * largest / unit_slip(disc) * np.abs(sol.traction).max()):
+        raise ValueError("a power density that is not that of its tractions")
+    if not (sol.plan.solves and sol.converged) or disc.loading.no_slip:
+        return
+    allowed = SAME + 10 * sol.certificate.tangential_residual
+    size, sticks, slips = np.hypot(*state.traction), sol.state == STICK, sol.state == SLIP
+    missing = sol.traction_bound / disc.scales.pressure - size
+    if np.any(np.abs(shift[:, sticks]) > allowed * largest) or np.any(missing[slips] > allowed * size.max()):
+        raise ValueError("areas of stick and slip that are not those of its slips and tractions")
+
+
+def _rounding(disc: Discretisation, state: ContactState) -> float:
+    """What the way through units and back can do to a residual.
+
+    Unlike bodies with little friction magnify it, and so do distances that count from far away.
+    """
+    coefficients = np.ravel(1.0 if disc.loading.coefficient is None else disc.loading.coefficient)
+    least = float(np.min(coefficients[coefficients > 0], initial=1.0))
+    far = 10 * float(np.spacing(abs(disc.base))) / disc.scales.displacement
+    own = disc.operators.normal.on(np.arange(1)).diagonal * float(state.pressure.max())
+    return ROUNDED * (1 + abs(disc.K) / least) + far / own
