@@ -97,8 +97,8 @@ def tang_seconds(kind: str, motion: str, cells: int) -> dict[str, Any]:
 
     from varcontact.discrete.residuals import tangential_residual
     from varcontact.discrete.state import hertz_pressure, unloaded
+    from varcontact.solvers.interface import Settings
     from varcontact.solvers.registry import tangential_solver
-    from varcontact.solvers.settings import Settings
 
     disc = discretised(cells, MOTIONS[motion])
     problem = disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure)

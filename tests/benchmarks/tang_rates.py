@@ -19,8 +19,8 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import tangential_solver
-from varcontact.solvers.settings import Settings
 
 METHODS = ("tang-exact", "tang", "tang-safeguarded")
 FRICTION = 0.3

@@ -11,10 +11,10 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import solve_normal, solve_tangential
+from varcontact.solvers.interface import OutOfTime, Settings
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.settings import OutOfTime, Settings
 from varcontact.solvers.splitting import refine_normal, refine_tangential
 
 LATE = -math.inf

@@ -55,7 +55,7 @@ def test_a_solver_that_fails_is_not_taken_for_a_steady_state(rolling):
     """One that leaves its start as it is changes nothing: its own word stands, and not "Steady"."""
     from varcontact.discrete.discretisation import discretise
     from varcontact.discrete.state import hertz_pressure, unloaded
-    from varcontact.solvers.settings import Settings
+    from varcontact.solvers.interface import Settings
 
     grid = GRID.spread((-1.2, 1.2, -0.9, 0.9))
     disc = discretise(rolling(), grid)

@@ -11,9 +11,9 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import normal_residual, tangential_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.joint import joint_program, solve_joint
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import solve_joint, solve_normal, solve_tangential
+from varcontact.solvers.conic.programs import joint_program
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.splitting import ROUNDING, Splitting, refine_both, refine_normal, refine_tangential
 
 MOTIONS = [

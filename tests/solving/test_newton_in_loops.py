@@ -119,7 +119,7 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
     def failed(problem, settings, start, residual):
         return dataclasses.replace(start, traction=wrong * start.traction, solved=False, status="MaxIterations")
 
-    monkeypatch.setattr("varcontact.solving.at_once.newton_whole", failed)
+    monkeypatch.setattr("varcontact.solving.at_once.newton_coupled", failed)
     sol = vc.solve(ball(), coupling="newton")
     check_same(sol, vc.solve(ball(), **DENSE))
     assert len(sol.passes) > 3

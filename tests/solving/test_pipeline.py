@@ -10,8 +10,8 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
-from varcontact.solvers.registry import counted, tangential_solver
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings, counted
+from varcontact.solvers.registry import tangential_solver
 from varcontact.solving import pipeline
 from varcontact.solving.pipeline import solve_tangential
 from varcontact.solving.selection import select

@@ -139,7 +139,7 @@ with mock.patch.object({package}.{solver}, "solve", pressed):
 def test_clarabel_is_not_waited_for():
     """When Ctrl-C has come through, it still computes."""
     code = """
-from varcontact.solvers.conic import clarabel as module
+from varcontact.solvers.conic import backends as module
 
 waiting = module.interruptible
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import tangential_residual
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
 
 Solver = Callable[[TangentialProblem, Settings, RawSolution | None], RawSolution]
 

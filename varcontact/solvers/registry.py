@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
-from typing import TypeVar
 
 from varcontact import checks
-from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.errors import SolverUnavailable
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang, tang_safeguarded
-from varcontact.solvers.conic.accuracy import BACKENDS, OTHERS
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
+from varcontact.solvers.conic.backends import BACKENDS, OTHERS, solve_normal, solve_tangential
+from varcontact.solvers.interface import NormalSolver, Settings, TangentialSolver, counted
 from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.settings import Settings, check_time
 from varcontact.system.interrupts import imported
-
-Problem = TypeVar("Problem", NormalProblem, TangentialProblem)
-Start = TypeVar("Start", RawSolution, RawSolution | None)
-Solver = Callable[[Problem, Settings, Start], RawSolution]
-NormalSolver = Solver[NormalProblem, RawSolution | None]
-TangentialSolver = Solver[TangentialProblem, RawSolution | None]
 
 NORMAL: dict[str, NormalSolver] = {
     "norm": lambda problem, settings, start: norm(problem, start, deadline=settings.deadline),
@@ -60,81 +52,26 @@ def tangential_methods() -> list[str]:
 
 
 def normal_solver(name: str) -> NormalSolver:
-    """The solver of the normal problem of that name, its calls counted.
-
-    Parameters
-    ----------
-    name : str
-        One of `normal_methods`, but for "hertz".
-    """
-    return counted(name, NORMAL[name] if name in NORMAL else partial(_program, partial(solve_normal, name)))
+    """The solver of the normal problem of that name, its calls counted."""
+    return counted(name, NORMAL.get(name, lambda problem, settings, _: solve_normal(name, problem, settings)))
 
 
 def tangential_solver(name: str) -> TangentialSolver:
-    """The solver of the tangential problem of that name, its calls counted.
-
-    Parameters
-    ----------
-    name : str
-        One of `tangential_methods`.
-    """
+    """The solver of the tangential problem of that name, its calls counted."""
     if name in MATRIX_FREE:
         return counted(name, TANGENTIAL[name])
     if name in TANGENTIAL:
         return partial(_from_a_start_or_none, counted(name, TANGENTIAL[name]))
-    return counted(name, partial(_program, partial(solve_tangential, name)))
-
-
-def counted(name: str, solver: Solver[Problem, Start]) -> Solver[Problem, Start]:
-    """A solver whose calls are counted in `settings.stats`.
-
-    Parameters
-    ----------
-    name : str
-        Under which they are; its answers bear it unless they have one.
-    solver : callable
-        From a problem, `Settings` and a start to a `RawSolution`.
-    """
-
-    def solve(problem: Problem, settings: Settings, start: Start) -> RawSolution:
-        check_time(settings.deadline)
-        with settings.stats.called(name):
-            raw = solver(problem, settings, start)
-            settings.stats.iterated(name, raw.iterations)
-        return replace(raw, solver=raw.solver or name)
-
-    return solve
+    return counted(name, lambda problem, settings, _: solve_tangential(name, problem, settings))
 
 
 def states_programs(name: str) -> bool:
-    """Whether a method hands a convex program to a solver, whose answer then can be polished.
-
-    Parameters
-    ----------
-    name : str
-        Of a method.
-    """
+    """Whether a method hands a convex program to a solver, whose answer then can be polished."""
     return name.split(":")[0] in (*PROGRAM_SOLVERS, "qpsolvers", "cvxpy")
 
 
 def available(field: str, name: str, known: Iterable[str]) -> str:
-    """A method's name, if there is such a method and what it needs is installed.
-
-    Parameters
-    ----------
-    field : str
-        Name of the entry, for the message.
-    name : str
-    known : iterable of str
-        Names of methods.
-
-    Raises
-    ------
-    SceneError
-        For an unknown name; the nearest is suggested.
-    SolverUnavailable
-        With what to install.
-    """
+    """A method's name, if there is such a method and what it needs is installed."""
     names = list(known)
     family, _, solver = str(name).partition(":")
     behind = family if any(other.startswith(f"{family}:") for other in names) and solver else ""
@@ -164,13 +101,7 @@ def _known_to(interface: str, solver: str) -> bool:
 
 
 def load_packages(*names: str) -> None:
-    """Import what methods need, so that no time measured afterwards contains it.
-
-    Parameters
-    ----------
-    *names : str
-        Of methods.
-    """
+    """Import what methods need, so that no time measured afterwards contains it."""
     for name in names:
         if states_programs(name):
             imported(name.partition(":")[0])
@@ -185,13 +116,3 @@ def _from_a_start_or_none(
         return raw
     again = method(problem, settings, None)
     return replace(again, iterations=raw.iterations + again.iterations)
-
-
-def _program(
-    solve: Callable[[NormalProblem | TangentialProblem, Settings], RawSolution],
-    problem: NormalProblem | TangentialProblem,
-    settings: Settings,
-    start: RawSolution | None,
-) -> RawSolution:
-    """Solvers of programs start only from an answer that `settings.setups` remembers."""
-    return solve(problem, settings)

@@ -25,7 +25,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.settings import OutOfTime
+from varcontact.solvers.interface import OutOfTime
 from varcontact.solving.history import bytes_of_steps
 from varcontact.solving.on_grid import Answer, solve_on_grid
 from varcontact.solving.options import SolveOptions

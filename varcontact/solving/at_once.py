@@ -10,8 +10,8 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.state import ContactState
-from varcontact.solvers.newton.whole import WholeProblem, newton_whole
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
 
 
 def at_once(
@@ -35,7 +35,7 @@ def at_once(
     load = disc.loading.normal_force
     free = load is not None
     operators = disc.operators
-    problem = WholeProblem(
+    problem = CoupledProblem(
         normal=disc.operators.normal,
         traction_to_distance=operators.traction_to_distance.between((0,), chosen),
         pressure_to_shift=disc.pressure_to_shift.between(chosen, (0,)),
@@ -58,7 +58,7 @@ def at_once(
     fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
     start = RawSolution(fields, level, 0, "start")
     with settings.stats.called("newton"):
-        raw = newton_whole(problem, settings, start, lambda raw: residual(found(raw)))
+        raw = newton_coupled(problem, settings, start, lambda raw: residual(found(raw)))
         settings.stats.iterated("newton", raw.iterations)
     counted = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
     finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])

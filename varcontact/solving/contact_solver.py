@@ -20,8 +20,8 @@ from varcontact.errors import NotConverged, Saturated
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Steady, TimeStep
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.programs import Workspace
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.at_once import at_once
 from varcontact.solving.coupling import alternating, joint, panagiotopoulos
@@ -49,7 +49,7 @@ class ContactSolver:
     polish : bool
         Whether the answers of solvers of programs are taken to rounding.
     stats : SolveStats
-    setups : Setups, optional
+    workspace : Workspace, optional
         Where solvers keep their set-ups.
     start : str or Solution, optional
         Where the passes under a law of friction begin.
@@ -69,7 +69,7 @@ class ContactSolver:
     tol: float
     polish: bool
     stats: SolveStats
-    setups: Setups | None = None
+    workspace: Workspace | None = None
     start: str | Solution | None = None
     certify: str = "auto"
     refined: bool = True
@@ -272,7 +272,7 @@ class ContactSolver:
 
     def _settings(self, tol: float, rough: bool = False) -> Settings:
         rough = rough or not self.refined
-        return Settings(tol, self.plan.formulation, self.setups, self.stats, rough, self.deadline)
+        return Settings(tol, self.plan.formulation, self.workspace, self.stats, rough, self.deadline)
 
 
 def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> ContactState:

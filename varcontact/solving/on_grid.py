@@ -12,7 +12,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.defect_correction import driver as defect_correction
@@ -62,9 +62,9 @@ def solve_on_grid(
             scene, plan, tol, options.polish, progress, options.store, certify, options.target is not None,
             deadline,
         )  # fmt: skip
-    setups = Setups() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
+    workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
     steps = ContactSolver(
-        plan, tol, options.polish, SolveStats(progress), setups, options.start, certify, final, continuum, deadline
+        plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
     )
     disc, state = solve_contact(scene, defect_correction.loosely(steps) if options.refine else steps, near=near)
     try:

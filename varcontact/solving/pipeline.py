@@ -23,18 +23,11 @@ from varcontact.discrete.residuals import magnitude, normal_residual, tangential
 from varcontact.errors import SceneError, TooLarge
 from varcontact.results.plan import Plan
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
-from varcontact.solvers.conic.joint import solve_joint
+from varcontact.solvers.conic.backends import solve_joint
+from varcontact.solvers.interface import Settings, TangentialSolver, counted
 from varcontact.solvers.marching import march
-from varcontact.solvers.newton.drive import DENSE as MOST_OF_A_PROGRAM
-from varcontact.solvers.registry import (
-    MATRIX_FREE,
-    TangentialSolver,
-    counted,
-    normal_solver,
-    states_programs,
-    tangential_solver,
-)
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
+from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
 from varcontact.system.memory import SMALLER, need
 

@@ -18,7 +18,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.conic.setups import Setups
+from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.finish import finish
@@ -45,7 +45,7 @@ class Series:
     certify: str = "auto"
     progress: Callable[[str], None] | None = None
     operators: Operators | None = None
-    _setups: Setups = field(default_factory=Setups)
+    _workspace: Workspace = field(default_factory=Workspace)
     _last: tuple[Scene, Plan, Discretisation, ContactState] | None = None
     _found: deque[tuple[np.ndarray, np.ndarray]] = field(default_factory=lambda: deque(maxlen=KEPT))
 
@@ -56,9 +56,9 @@ class Series:
         moved = self._moved(scene, plan)
         if moved is None:
             check_fits(scene, plan)
-            self._setups = Setups()
+            self._workspace = Workspace()
         stats = SolveStats(self.progress)
-        steps = ContactSolver(plan, self.tol, self.polish, stats, self._setups, certify=self.certify, refined=False)
+        steps = ContactSolver(plan, self.tol, self.polish, stats, self._workspace, certify=self.certify, refined=False)
         if moved is None:
             disc, state = solve_contact(scene, steps, self.operators, self._warm)
         else:

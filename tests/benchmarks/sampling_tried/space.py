@@ -14,7 +14,7 @@ from tests.benchmarks.coarse_forces import FRICTION, extrapolated, read, scene
 from varcontact.discrete.discretisation import Discretisation
 from varcontact.reference import carter, line_contact
 from varcontact.scene.grid import Edge
-from varcontact.solvers.newton import tangential
+from varcontact.solvers.newton import driver
 
 
 def normal() -> None:
@@ -182,7 +182,7 @@ def histories() -> None:
 def levels() -> None:
     """Forces of the level of half the cells within Newton's method, against those of a separate solution."""
     recorded: list[tuple[int, np.ndarray]] = []
-    inner, posed = tangential.newton, tangential._Posed.solved
+    inner, finest = driver.newton, driver.solve_from
 
     def recording(conditions: Any, at: Any, *rest: Any, **options: Any) -> Any:
         result = inner(conditions, at, *rest, **options)
@@ -190,12 +190,12 @@ def levels() -> None:
         recorded.append((traction.shape[2], (traction * conditions.scale).sum(axis=(1, 2))))
         return result
 
-    def finished(self: Any, *rest: Any, **options: Any) -> Any:
-        raw = posed(self, *rest, **options)
-        recorded.append((0, raw.traction.sum(axis=1) / self.load))
+    def finished(problem: Any, *rest: Any, **options: Any) -> Any:
+        raw = finest(problem, *rest, **options)
+        recorded.append((0, raw.traction.sum(axis=1) / problem.load))
         return raw
 
-    with patch.object(tangential, "newton", recording), patch.object(tangential._Posed, "solved", finished):
+    with patch.object(driver, "newton", recording), patch.object(driver, "solve_from", finished):
         for n in (32, 48):
             rows = []
             for numbers, truth in read()[::2]:

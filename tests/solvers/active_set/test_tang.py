@@ -13,8 +13,8 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
-from varcontact.solvers.conic.solvers import solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import solve_tangential
+from varcontact.solvers.interface import Settings
 
 HARD = 1.0644223380502587
 

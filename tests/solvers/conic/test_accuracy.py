@@ -8,9 +8,8 @@ from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.conic.accuracy import BACKENDS
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import BACKENDS, solve_normal, solve_tangential
+from varcontact.solvers.interface import Settings
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))
 REQUESTS = (1e-2, 1e-4, 1e-6, 1e-8)

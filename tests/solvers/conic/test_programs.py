@@ -12,12 +12,12 @@ from varcontact.discrete.residuals import gap, normal_residual, project, tangent
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import no_slip, tang_safeguarded
-from varcontact.solvers.conic import solvers
+from varcontact.solvers.conic import backends
 from varcontact.solvers.conic.programs import gap_program, normal_program, shift_program
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
 
-solve_normal = partial(solvers.solve_normal, "clarabel")
-solve_tangential = partial(solvers.solve_tangential, "clarabel")
+solve_normal = partial(backends.solve_normal, "clarabel")
+solve_tangential = partial(backends.solve_tangential, "clarabel")
 TIGHT = Settings(tol=1e-7)
 GRID = vc.Grid(nx=12, ny=12).spread((-1.2, 1.2, -0.9, 0.9))
 

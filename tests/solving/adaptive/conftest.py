@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from varcontact.solvers import settings
+from varcontact.solvers import interface
 from varcontact.solving import adaptive
 
 
@@ -18,6 +18,6 @@ def clock(monkeypatch):
         return solve(scene, *rest)
 
     monkeypatch.setattr(adaptive, "solve_on_grid", timed)
-    for module in (adaptive, settings):
+    for module in (adaptive, interface):
         monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock

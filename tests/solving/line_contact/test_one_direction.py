@@ -17,10 +17,10 @@ from varcontact.discrete.problems import RawSolution
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.discrete.state import hertz_pressure, unloaded
 from varcontact.solvers.active_set.tang import no_slip, tang, tang_safeguarded
+from varcontact.solvers.conic.backends import solve_tangential
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
-from varcontact.solvers.conic.solvers import solve_tangential
+from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
-from varcontact.solvers.settings import Settings
 from varcontact.solving.potential_contact import first_grid
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))

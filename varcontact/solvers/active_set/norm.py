@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from varcontact.discrete.problems import NormalProblem, RawSolution
-from varcontact.solvers.settings import check_time
+from varcontact.solvers.interface import check_time
 
 
 def norm(
@@ -23,26 +23,15 @@ def norm(
 ) -> RawSolution:
     """Find the contact area by exchanging elements between contact and exterior.
 
-    Parameters
-    ----------
-    problem : NormalProblem
-        Tangential tractions, where they matter, are in its distance (point 1 of the paper).
-    start : RawSolution, optional
-        Its positive pressures are the first contact area. Without it NORM starts as printed: from no contact
-        at all, or, with the force prescribed, from the lowest element, which carries all of it (5.2.1).
-    exchange : {"set", "one"}
-        "set": all elements of a wrong sign at once, as in CONTACT; no proof of convergence is known.
-        "one": one at a time, each step lowering the energy, so that no contact area comes twice and the end is
-        reached after finitely many (the proof that the paper alludes to).
-    max_exchanges : int
-    deadline : float
-        See `Settings`.
+    Positive pressures of a start are the first contact area. Without it NORM starts as printed: from no contact at all,
+    or, with the force prescribed, from the lowest element, which carries all of it (5.2.1). Tangential tractions, where
+    they matter, are in the problem's distance (point 1).
 
-    Returns
-    -------
-    RawSolution
-        `status` is "Solved", "Cycled" (a contact area came twice) or "MaxIterations"; the pressures are
-        admissible in any case.
+    By "set" all elements of a wrong sign are exchanged at once, as in CONTACT; no proof of convergence is known. By
+    "one" it is one at a time, each step lowering the energy, so that no contact area comes twice and the end is reached
+    after finitely many (the proof that the paper alludes to).
+
+    `status` is "Solved", "Cycled" (a contact area came twice) or "MaxIterations"; pressures are always admissible.
     """
     if exchange == "one":
         return _one_at_a_time(problem, start, max_exchanges, deadline)

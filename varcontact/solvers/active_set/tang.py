@@ -6,16 +6,17 @@ Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwe
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import magnitude, project, tangential_residual
-from varcontact.solvers.active_set.equations import Equations, Point, moved, shift_of, turns
-from varcontact.solvers.settings import Settings, check_time
+from varcontact.solvers.interface import Settings, check_time
 from varcontact.solvers.splitting import Splitting
+from varcontact.system.interrupts import interruptible
 
 MAX_EXCHANGES = 200
 MAX_NEWTON = 200
@@ -33,6 +34,102 @@ STALLED = 5
 SPLITTING_ROUNDS = (50, 200, 800)
 
 
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Tractions (c, n) and missing rigid shifts (c,)."""
+
+    traction: np.ndarray
+    rigid: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Changes of the stick tractions (c, nH), of the directions of those that turn (nT,), of the rigid shifts (c,)."""
+
+    stick: np.ndarray
+    angle: np.ndarray
+    rigid: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Newton's equations for given areas, factored: good for steps from other points nearby.
+
+    E = 0 where it sticks, E along the traction where it slips, the prescribed forces. Unknowns: the components of the
+    traction where it sticks, its direction where it slips, the missing rigid shifts.
+    """
+
+    problem: TangentialProblem
+    sticks: np.ndarray
+    factors: tuple[np.ndarray, np.ndarray] | None
+
+    @classmethod
+    def of(cls, problem: TangentialProblem, sticks: np.ndarray, at: Point) -> Equations:
+        """Those at a point; without factors where they are singular."""
+        from scipy.linalg.lapack import dgetrf
+
+        n, c, free, matrix = problem.size, problem.components, problem.free, problem.operator.matrix
+        H, (T, across) = np.flatnonzero(sticks), turns(problem, sticks, at)
+        h, g, shift = H.size, problem.bound[T], shift_of(problem, at)
+        k, components = c * h + T.size, n * np.arange(c)[:, None]
+        stuck, turning = (components + H).ravel(), components + T
+        rows = np.empty((k, c * n))
+        rows[: c * h] = matrix[stuck]
+        rows[c * h :] = sum(across[i][:, None] * matrix[turning[i]] for i in range(c))
+        jacobian = np.zeros((k + len(free), k + len(free)))
+        jacobian[:k, : c * h] = rows.take(stuck, axis=1)
+        jacobian[:k, c * h : k] = sum(rows.take(turning[i], axis=1) * (g * across[i]) for i in range(c))
+        slip_rows = np.arange(c * h, k)
+        jacobian[slip_rows, slip_rows] += magnitude(shift[:, T])
+        for i, component in enumerate(free):
+            part = slice(component * h, (component + 1) * h)
+            jacobian[part, k + i] = jacobian[k + i, part] = 1.0
+            jacobian[c * h : k, k + i] = across[component]
+            jacobian[k + i, c * h : k] = g * across[component]
+        if not len(jacobian):
+            return cls(problem, sticks, None)
+        factors, swaps, singular = interruptible(lambda: dgetrf(jacobian.T, overwrite_a=True), len(jacobian))
+        return cls(problem, sticks, None if singular else (factors, swaps))
+
+    def step(self, at: Point) -> Step:
+        """The step from there; none where they are singular."""
+        from scipy.linalg.lapack import dgetrs
+
+        problem, (T, across) = self.problem, turns(self.problem, self.sticks, at)
+        H, c, free, shift = np.flatnonzero(self.sticks), problem.components, problem.free, shift_of(problem, at)
+        forces = [F / problem.area for F in problem.force if F is not None]
+        lacking = np.array(forces) - at.traction[free].sum(axis=1)
+        error = np.concatenate([shift[:, H].ravel(), np.sum(across * shift[:, T], axis=0), -lacking])
+        step = np.zeros(error.size)
+        if self.factors is not None:
+            step, _ = dgetrs(*self.factors, -error, trans=1)
+        k, rigid = c * H.size + T.size, np.zeros(c)
+        rigid[free] = step[k:]
+        return Step(step[: c * H.size].reshape(c, H.size), step[c * H.size : k], rigid)
+
+
+def moved(problem: TangentialProblem, sticks: np.ndarray, at: Point, step: Step, part: float = 1.0) -> Point:
+    """A part of a step, turning the slip tractions on their bound."""
+    traction, (T, across), angle = at.traction.copy(), turns(problem, sticks, at), part * step.angle
+    traction[:, sticks] += part * step.stick
+    traction[:, T] = np.cos(angle) * traction[:, T] + np.sin(angle) * problem.bound[T] * across
+    return Point(traction, at.rigid + part * step.rigid)
+
+
+def shift_of(problem: TangentialProblem, at: Point) -> np.ndarray:
+    """E by the dense matrix, which Newton's method needs anyway, (c, n)."""
+    elastic = (problem.operator.matrix @ at.traction.ravel()).reshape(at.traction.shape)
+    return elastic + problem.rigid_shift + at.rigid[:, None]
+
+
+def turns(problem: TangentialProblem, sticks: np.ndarray, at: Point) -> tuple[np.ndarray, np.ndarray]:
+    """The slip elements, whose traction turns, and unit vectors across it; none where there is but one component."""
+    T = np.flatnonzero(~sticks & (problem.components > 1))
+    across = at.traction[::-1, T] / problem.bound[T]
+    across[0] *= -1
+    return T, across
+
+
 def tang(
     problem: TangentialProblem,
     start: RawSolution | None = None,
@@ -46,22 +143,12 @@ def tang(
     elements beyond the bound to the slip area or, where there are none, all slip elements whose slip goes with
     the traction instead of against it back to the stick area. Prescribed forces are further equations (5.3.1).
 
-    Parameters
-    ----------
-    problem : TangentialProblem
-    start : RawSolution, optional
-        Its areas and directions in place of the printed start.
-    newton : {"exact", "inexact"}
-        How far Newton's method goes on given areas. "exact": to the end, as point 3 has it. "inexact", not the
-        paper's: no further than exchanges need, and to the end only where there is nothing left to exchange.
-    deadline : float
-        See `Settings`.
+    A start gives its areas and directions in place of the printed ones. By "exact", Newton's method goes to the end on
+    given areas, as point 3 has it; by "inexact", not the paper's, no further than exchanges need, and to the end only
+    where there is nothing left to exchange.
 
-    Returns
-    -------
-    RawSolution
-        The best iterate by its residual. `status` is "Solved", "Cycled" (areas came back),
-        "NewtonFailed" or "MaxIterations": there is no proof of convergence. `iterations` counts Newton steps.
+    The answer is the best iterate by its residual. `status` is "Solved", "Cycled" (areas came back), "NewtonFailed" or
+    "MaxIterations": there is no proof of convergence. `iterations` counts Newton steps.
     """
     if problem.no_slip:
         return no_slip(problem)
@@ -109,61 +196,46 @@ def tang_safeguarded(
     just carry, or low friction, it is too slow: there TANG with inexact Newton steps is asked before, and where rigid
     shifts lead at which forces balance.
 
-    Parameters
-    ----------
-    problem : TangentialProblem
-    start : RawSolution, optional
-        Where to begin in place of that.
-    max_steps : int
-        Newton steps from one start.
-    settings : Settings, optional
-        Where the calls of TANG and of the splitting, to fall back on, are counted, and the deadline.
-
-    Returns
-    -------
-    RawSolution
-        The best iterate by its residual; `status` is "Solved" or "MaxIterations". `iterations` counts Newton
-        steps.
+    From a given start only that is tried, for `max_steps` Newton steps. The answer is the best iterate by its residual;
+    `status` is "Solved" or "MaxIterations". `iterations` counts Newton steps.
     """
     if problem.no_slip:
         return no_slip(problem)
     settings = settings or Settings()
-    deadline, stats = settings.deadline, settings.stats
     if start is not None:
-        return _descend(problem, Point(project(start.traction, problem.bound), start.rigid), max_steps, deadline)
+        at = Point(project(start.traction, problem.bound), start.rigid)
+        return _descend(problem, at, max_steps, settings.deadline)
     sticking = no_slip(problem)
     at = Point(project(sticking.traction, problem.bound), sticking.rigid)
     if not (np.isfinite(at.traction).all() and np.isfinite(at.rigid).all()):  # numbers overflow
         at = _unloaded(problem)
-    best = _descend(problem, at, max_steps, deadline)
+    best = _descend(problem, at, max_steps, settings.deadline)
     if best.solved:
         return best
     newton = best.iterations
-    if problem.free:
-        with stats.called("tang"):
-            rough = tang(problem, deadline=deadline)
-            stats.iterated("tang", rough.iterations)
-        raw = _descend(problem, Point(rough.traction, rough.rigid), max_steps, deadline)
-        newton += rough.iterations + raw.iterations
-        if raw.solved:
-            return replace(raw, iterations=newton)
-        best = _better(problem, best, Point(raw.traction, raw.rigid))
-        raw = _descend(problem, _balanced(problem, at), max_steps, deadline)
-        newton += raw.iterations
-        if raw.solved:
-            return replace(raw, iterations=newton)
-        best = _better(problem, best, Point(raw.traction, raw.rigid))
-    splitting = Splitting.of_tangential(problem)
-    for rounds in SPLITTING_ROUNDS:
-        with stats.called("splitting"):
-            at = _split(problem, splitting, at, rounds, deadline)
-            stats.iterated("splitting", rounds)
-        raw = _descend(problem, at, max_steps, deadline)
-        newton += raw.iterations
+    for begin, steps in _starts(problem, at, settings):
+        raw = _descend(problem, begin, max_steps, settings.deadline)
+        newton += steps + raw.iterations
         if raw.solved:
             return replace(raw, iterations=newton)
         best = _better(problem, best, Point(raw.traction, raw.rigid))
     return replace(best, iterations=newton, status="MaxIterations", solved=False)
+
+
+def _starts(problem: TangentialProblem, at: Point, settings: Settings) -> Iterator[tuple[Point, int]]:
+    """Where else to begin, and the Newton steps that led there; of 600 random problems some need each."""
+    if problem.free:
+        with settings.stats.called("tang"):
+            rough = tang(problem, deadline=settings.deadline)
+            settings.stats.iterated("tang", rough.iterations)
+        yield Point(rough.traction, rough.rigid), rough.iterations
+        yield _balanced(problem, at), 0
+    splitting = Splitting.of_tangential(problem)
+    for rounds in SPLITTING_ROUNDS:
+        with settings.stats.called("splitting"):
+            at = _split(problem, splitting, at, rounds, settings.deadline)
+            settings.stats.iterated("splitting", rounds)
+        yield at, 0
 
 
 def _split(problem: TangentialProblem, splitting: Splitting, at: Point, rounds: int, deadline: float) -> Point:
@@ -176,18 +248,7 @@ def _split(problem: TangentialProblem, splitting: Splitting, at: Point, rounds: 
 
 
 def no_slip(problem: TangentialProblem) -> RawSolution:
-    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction).
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-        Dimensionless.
-
-    Returns
-    -------
-    RawSolution
-        Tractions (c, n) and rigid shifts (c,), dimensionless.
-    """
+    """Tractions that stick everywhere, E = 0, whatever the bound: one linear solve (infinite friction)."""
     sticks, at = np.ones(problem.size, dtype=bool), _unloaded(problem)
     at = moved(problem, sticks, at, Equations.of(problem, sticks, at).step(at))
     return RawSolution(at.traction, at.rigid, 1, "Solved")

@@ -7,9 +7,9 @@ rigid shift. Tractions and shifts have c components, one or two; of one, a disk 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,20 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ConicProgram:
-    """A convex program as plain data.
+    """A convex program as plain data; P is the upper triangle.
 
-    Attributes
-    ----------
-    P : csc_matrix
-        Upper triangle.
-    q, b : ndarray
-    A : csc_matrix
-    cones : list of (str, int)
-        ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in the order of the rows; a
-        second-order cone is ``s[0] >= |s[1:]|``.
-    recover : callable
-        From the program's variables and multipliers (x, z), ``P x + q + A'z = 0``, to the problem's
-        (traction, rigid).
+    Cones are ``("zero", m)``, ``("nonnegative", m)`` and ``("second_order", 1 + c)``, in the order of the rows; a
+    second-order cone is ``s[0] >= |s[1:]|``. `recover` takes variables and multipliers (x, z), ``P x + q + A'z = 0``,
+    to the problem's (traction, rigid).
     """
 
     P: csc_matrix
@@ -68,19 +59,44 @@ class ConicProgram:
         return ConicProgram(self.P, self.q, A, turn @ self.b, cones, lambda x, z: self.recover(x, turn.T @ z))
 
 
+class Workspace:
+    """Set-ups of solvers, kept from one solve to the next by solver and structure of the program.
+
+    It saves the set-up where only vectors, or only numbers, change: in a scan over creepages, in the passes of a
+    coupling loop, in the steps of a march. The last answer is where solvers that can do so begin.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, tuple[ConicProgram, Any]] = {}
+
+    def find(self, key: Hashable, program: ConicProgram) -> tuple[Any, bool]:
+        """What was kept for a program of the same structure, or None, and whether its matrices are the same."""
+        before, kept = self._kept.get(key, (program, None))
+        if before.cones != program.cones or not (_alike(before.P, program.P) and _alike(before.A, program.A)):
+            kept = None
+        if kept is None:
+            return None, False
+        same = np.array_equal(before.P.data, program.P.data) and np.array_equal(before.A.data, program.A.data)
+        return kept, same
+
+    def keep(self, key: Hashable, program: ConicProgram, setup: Any) -> None:
+        """Keep a set-up, in place of the one before."""
+        self._kept[key] = program, setup
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two sparse matrices have their entries at the same places."""
+    return (
+        one.shape == other.shape
+        and np.array_equal(one.indptr, other.indptr)
+        and np.array_equal(one.indices, other.indices)
+    )
+
+
 def normal_program(problem: NormalProblem) -> ConicProgram:
     """The normal problem as a QP: ``min 1/2 p'A p + (h - d)'p, p >= 0``, (215) with its sign changed.
 
     With the force prescribed d is dropped, ``sum(p)`` is an equality, and its multiplier the approach.
-
-    Parameters
-    ----------
-    problem : NormalProblem
-
-    Returns
-    -------
-    ConicProgram
-        Its `recover` gives pressures (n,) and the approach (1,), dimensionless.
     """
     from scipy.sparse import csc_matrix
 
@@ -109,15 +125,6 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
     """The normal problem by its potential energy (214): ``min 1/2 w'A^-1 w, h - d + w >= 0`` over displacements w.
 
     They are written ``w = A p``; the pressures are the multipliers. A prescribed force works against the approach d.
-
-    Parameters
-    ----------
-    problem : NormalProblem
-
-    Returns
-    -------
-    ConicProgram
-        Its `recover` gives pressures (n,) and the approach (1,), dimensionless.
     """
     from scipy.sparse import csc_matrix
 
@@ -139,17 +146,7 @@ def normal_potential(problem: NormalProblem) -> ConicProgram:
 
 
 def normal_scales(problem: NormalProblem) -> tuple[float, float]:
-    """The level from which distances count (the approach where it is known), and the scale of displacements.
-
-    Parameters
-    ----------
-    problem : NormalProblem
-
-    Returns
-    -------
-    level, displacement : float
-        Dimensionless, as the problem.
-    """
+    """The level from which distances count (the approach where it is known), and the scale of displacements."""
     least = float(problem.distance.min())
     if problem.force is None:
         assert problem.approach is not None
@@ -162,16 +159,6 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
     """A shift as a second-order-cone program: ``min 1/2 p'A p + W'p, |p_i| <= g_i``, (215) with its sign changed.
 
     A prescribed force is an equality, its multiplier the unknown part of the shift.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-        With a symmetric M.
-
-    Returns
-    -------
-    ConicProgram
-        Its `recover` gives tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     from scipy.sparse import csc_matrix
 
@@ -199,16 +186,6 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
     ``gap(p) = p'E + sum(g_i |E_i|)`` with ``E = W + M p`` is never negative for admissible p and zero exactly
     at the solution; with ``t_i >= |E_i|`` it is ``p'S p + W'p + g't``, S the symmetric part of M, which is
     positive definite. A prescribed force makes the rigid shift in its direction a variable.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-        With a monotone M.
-
-    Returns
-    -------
-    ConicProgram
-        Its `recover` gives tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     from scipy.sparse import csc_matrix, hstack
 
@@ -247,16 +224,6 @@ def shift_potential(problem: TangentialProblem) -> ConicProgram:
 
     They are written ``u = A p``, and p, which nothing bounds, turns out to be the tractions. A prescribed force
     works against the unknown part of the shift.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-        With a symmetric M.
-
-    Returns
-    -------
-    ConicProgram
-        Its `recover` gives tractions (c, n) and rigid shifts (c,), dimensionless.
     """
     n, c, free = problem.size, problem.components, problem.free
     bound, height = np.tile(problem.bound, c), (1 + c) * n
@@ -275,6 +242,37 @@ def shift_potential(problem: TangentialProblem) -> ConicProgram:
         return (x[: c * n] * bound).reshape(c, n), rigid
 
     return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * n, recover)
+
+
+def joint_program(normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray) -> ConicProgram:
+    """A shift of unlike bodies: ``min 1/2 p'A p + h'p_z + W'p_t, p_z >= 0, |p_t| <= g``, (215) with its sign changed.
+
+    Both programs side by side, with A_zt (m, c n) between them, which each problem is without; only that the bound g is
+    fixed, and not ``f p_z``, makes them one convex program (paper, 4.5).
+    """
+    from scipy.sparse import bmat, csc_matrix
+
+    above, below = normal_program(normal), shift_program(tangential)
+    bound = np.tile(tangential.bound, tangential.components)
+    _, displacement = normal_scales(normal)
+    energy = displacement**2 / normal.operator.diagonal
+    part = shift_scale(tangential) * tangential.bound.max() / energy  # the programs count energies in their own units
+    cross = csc_matrix(coupling * (bound / displacement))
+    m, rows = normal.distance.size, above.b.size
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        pressure, approach = above.recover(x[:m], z[:rows])
+        traction, rigid = below.recover(x[m:], z[rows:] / part)
+        return np.concatenate([pressure, traction.ravel()]), np.concatenate([approach, rigid])
+
+    return ConicProgram(
+        P=bmat([[above.P, cross], [None, part * below.P]], format="csc"),
+        q=np.concatenate([above.q, part * below.q]),
+        A=bmat([[above.A, None], [None, below.A]], format="csc"),
+        b=np.concatenate([above.b, below.b]),
+        cones=above.cones + below.cones,
+        recover=recover,
+    )
 
 
 def _shift_cones(problem: TangentialProblem, matrix: np.ndarray, rows: np.ndarray, entries: np.ndarray) -> csc_matrix:
@@ -302,15 +300,6 @@ def shift_scale(problem: TangentialProblem) -> float:
     """The largest rigid shift; where part of it is unknown, no less than the elastic shift by full tractions.
 
     To the next power of four, so that problems with neighbouring creepages have the same matrices.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-
-    Returns
-    -------
-    float
-        Dimensionless, as the problem.
     """
     scale = float(np.abs(problem.rigid_shift).max())
     if problem.free or scale == 0:

@@ -1,7 +1,10 @@
-"""Products with influence numbers on a box of equal elements, in single precision, by FFT.
+"""Products with influence numbers on a box of equal elements, and their approximate inverse, by FFT (float32).
 
-All is dimensionless: influence numbers count in a unit of the operator, so that the numbers of a grid twice as coarse
-are the first of the same table. Those of strips are so but for a constant, as a logarithm grows by one.
+Influence numbers are divided by a unit of the operator: the numbers of a grid twice as coarse are then the first of
+the same table; those of a line contact are so but for a constant, as a logarithm grows by one.
+
+The preconditioner inverts the kernel on a periodic box. A circulant would be exact for a contact that repeats itself;
+a Parzen window takes the kernel to zero at the ends of the box, which keeps the symbol positive.
 """
 
 from __future__ import annotations
@@ -15,23 +18,79 @@ from varcontact.elasticity.operators import GridOperator
 
 KERNELS = 16
 """Kernels that an operator remembers: those of the levels of two or three contacts."""
+WIDER = 1.125
+"""Width of the periodic box of the preconditioner, divided by that of the contact."""
+CAUSAL = 0.03
+"""In rolling, particles carry displacements along: a weight that falls to this along x over one period."""
+STICK_SHIFT = 0.05
+"""Added to the symbol in the stick area."""
+FLOOR = 1e-3
+"""Least symbol of normal contact."""
+SKEW = 0.3
+"""Skewness of a kernel from which it is one of rolling."""
+PAIRS = 2
+"""Pairs of inverses that are remembered."""
+
+
+def spectrum(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+    """Transform of fields on a periodic box, filled up by zeros."""
+    from scipy import fft
+
+    return np.asarray(fft.fft(fft.rfft(fields, box[1], axis=-1), box[0], axis=-2, overwrite_x=True))
+
+
+def field_of(transform: np.ndarray, box: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
+    """The first rows and columns of the fields of a transform, which is overwritten."""
+    from scipy import fft
+
+    rows = fft.ifft(transform, axis=-2, overwrite_x=True)[..., : shape[0], :]
+    return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
+
+
+def fast_box(rows: int, columns: int) -> tuple[int, int]:
+    """The next lengths for which transforms are fast."""
+    from scipy.fft import next_fast_len
+
+    return next_fast_len(rows), next_fast_len(columns, real=True)
+
+
+def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
+    """Transform of numbers by offset (m, 2 ny - 1, 2 nx - 1) on a periodic box; those that coincide are added up."""
+    ny, nx = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
+    wrapped = np.zeros((len(numbers), *box), dtype=numbers.dtype)
+    for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
+        for columns, to_columns in (
+            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
+            (slice(nx - 1, None), slice(0, nx)),
+        ):
+            wrapped[:, to_rows, to_columns] += numbers[:, rows, columns]
+    return spectrum(wrapped, box)
+
+
+def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
+    """Product of a symmetric symbol (xx, xy, yy; or one) with the transform of two components (or of one)."""
+    if len(symbol) == 1:
+        return symbol * transform
+    xx, xy, yy = symbol
+    product = np.empty_like(transform)
+    other = xy * transform[1]
+    np.multiply(xx, transform[0], out=product[0])
+    product[0] += other
+    np.multiply(xy, transform[0], out=product[1])
+    np.multiply(yy, transform[1], out=other)
+    product[1] += other
+    return product
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """Influence numbers on a box of elements, by their offset.
-
-    Attributes
-    ----------
-    numbers : float32 ndarray, shape (m, 2 ny - 1, 2 nx - 1)
-        m = 3: xx, xy and yy; m = 1: of the one component that there is.
-    """
+    """Influence numbers by offset, float32 (m, 2 ny - 1, 2 nx - 1): m = 3 for xx, xy and yy, 1 for one component."""
 
     numbers: np.ndarray
 
     @cached_property
     def shape(self) -> tuple[int, int]:
-        """(ny, nx), the shape of the box."""
+        """(ny, nx) of the box."""
         return (self.numbers.shape[1] + 1) // 2, (self.numbers.shape[2] + 1) // 2
 
     @cached_property
@@ -41,9 +100,9 @@ class Kernel:
 
     @cached_property
     def skewness(self) -> float:
-        """By how much more tractions act on what is ahead of them along x than on what is behind: 0 in a shift.
+        """By how much more tractions act ahead of them along x than behind, in [-1, 1].
 
-        Between -1 and 1; of steady rolling near 1, as long as a step is shorter than the box.
+        0 in a shift; near 1 in steady rolling, as long as a step is shorter than the box.
         """
         middle = self.shape[1]
         behind, ahead = self.numbers[0, :, : middle - 1], self.numbers[0, :, middle:]
@@ -51,42 +110,30 @@ class Kernel:
         return float(ahead.sum(dtype=float) - behind.sum(dtype=float)) / total if total > 0 else 0.0
 
     @cached_property
-    def symbol(self) -> np.ndarray:
-        """Transform of the numbers on a box of twice the size, complex64."""
-        return wrapped_transform(self.numbers, self._lengths)
+    def _box(self) -> tuple[int, int]:
+        return fast_box(2 * self.shape[0] - 1, 2 * self.shape[1] - 1)
 
     @cached_property
-    def _lengths(self) -> tuple[int, int]:
-        from scipy.fft import next_fast_len
+    def symbol(self) -> np.ndarray:
+        """Transform of the numbers on a box of twice the size, complex64."""
+        return wrapped_transform(self.numbers, self._box)
 
-        ny, nx = self.shape
-        return next_fast_len(2 * ny - 1), next_fast_len(2 * nx - 1, real=True)
+    @cached_property
+    def circulant(self) -> Circulant:
+        """The preconditioner."""
+        return Circulant(self)
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
-        """Displacements by tractions (c, ny, nx), both float32.
-
-        Transformed are only the rows that have tractions, and back only those that are asked for.
-        """
-        from scipy import fft
-
-        (ny, nx), (rows, columns) = self.shape, self._lengths
-        spectrum = fft.fft(fft.rfft(traction, columns, axis=-1), rows, axis=-2, overwrite_x=True)
-        image = fft.ifft(weighted(self.symbol, spectrum), axis=-2, overwrite_x=True)[:, :ny]
-        return fft.irfft(image, columns, axis=-1)[..., :nx]
+        """Displacements by tractions (c, ny, nx), both float32."""
+        return field_of(symmetric_product(self.symbol, spectrum(traction, self._box)), self._box, self.shape)
 
 
 @dataclass(frozen=True, eq=False)
 class SoftenedKernel:
-    """A kernel whose elements give way to their own traction by more than it has, each by its own number.
+    """A kernel with numbers (c, ny, nx), float32, added to its diagonal: elements that give way to their own traction.
 
-    Tractions count by `scale` and displacements are multiplied by it, so that the diagonal is that of the kernel:
-    natural maps then take an element that is soft for what the others are.
-
-    Attributes
-    ----------
-    kernel : Kernel
-    softening : float32 ndarray, shape (c, ny, nx)
-        What is added to the diagonal, in units of the kernel.
+    Tractions are divided by `scale` and displacements multiplied by it, so that the diagonal is that of the kernel:
+    natural maps then treat a soft element as they treat the others.
     """
 
     kernel: Kernel
@@ -94,109 +141,106 @@ class SoftenedKernel:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """Traction that counts as one, float32, (ny, nx): the root of the kernel's diagonal by the whole one."""
+        """Traction that counts as one, float32 (ny, nx)."""
         scale: np.ndarray = 1 / np.sqrt(1 + self.softening.mean(axis=0))
         return scale
 
     @cached_property
-    def _own(self) -> np.ndarray:
-        own: np.ndarray = self.softening * self.scale**2
-        return own
+    def _diagonal(self) -> np.ndarray:
+        diagonal: np.ndarray = self.softening * self.scale**2
+        return diagonal
 
     @property
     def row_size(self) -> float:
-        """That of the kernel."""
         return self.kernel.row_size
+
+    @property
+    def circulant(self) -> Circulant:
+        return self.kernel.circulant
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
-        product: np.ndarray = self.kernel(traction * self.scale)
+        product = self.kernel(traction * self.scale)
         product *= self.scale
-        product += self._own * traction
+        product += self._diagonal * traction
         return product
 
 
-def softened(kernel: Kernel, softening: np.ndarray | None) -> Kernel | SoftenedKernel:
-    """A kernel with what is added to its diagonal, if anything is.
+@dataclass(frozen=True, eq=False)
+class Circulant:
+    """The windowed kernel on a periodic box, and its inverses: one for the stick area, one for the slip area."""
 
-    Parameters
-    ----------
-    kernel : Kernel
-    softening : ndarray, shape (c, ny, nx), or None
-        In units of the kernel.
-    """
-    return kernel if softening is None else SoftenedKernel(kernel, softening.astype(np.float32))
+    kernel: Kernel
+
+    @cached_property
+    def rolling(self) -> int:
+        """1 or -1 where the bodies roll, by the direction; 0 in a shift."""
+        skewness = self.kernel.skewness
+        return 0 if abs(skewness) < SKEW else int(np.sign(skewness))
+
+    @cached_property
+    def _box(self) -> tuple[int, int]:
+        return fast_box(int(WIDER * self.kernel.shape[0]), int(WIDER * self.kernel.shape[1]))
+
+    @cached_property
+    def growth(self) -> np.ndarray:
+        """The causal weight along x, (nx,): all ones in a shift."""
+        rate = self.rolling * np.log(CAUSAL) / self._box[1]
+        return np.exp(-rate * np.arange(self.kernel.shape[1])).astype(np.float32)
+
+    @cached_property
+    def symbol(self) -> np.ndarray:
+        """Transform of the windowed kernel, weighted."""
+        (ny, nx), (rows, columns) = self.kernel.shape, self._box
+        y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
+        causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
+        window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
+        return wrapped_transform(self.kernel.numbers * window.astype(np.float32), self._box)
+
+    @cached_property
+    def stick(self) -> np.ndarray:
+        """The inverse for the stick area."""
+        return self.inverse(STICK_SHIFT)
+
+    @cached_property
+    def normal(self) -> np.ndarray:
+        """The inverse for normal contact."""
+        return (1 / np.maximum(self.symbol.real, FLOOR)).astype(np.complex64)
+
+    def pair(self, shift: float) -> np.ndarray:
+        """Both inverses, (3, 2, ...) or (1, 2, ...): for the stick area, and with a shift for the slip area."""
+        kept: dict[float, np.ndarray] = self.__dict__.setdefault("_pairs", {})
+        if shift not in kept:
+            kept[shift] = np.stack([self.stick, self.inverse(shift)], axis=1)
+            for oldest in list(kept)[:-PAIRS]:
+                del kept[oldest]
+        return kept[shift]
+
+    def inverse(self, shift: float) -> np.ndarray:
+        """Symbol (xx, xy, yy; or one) of the inverse of the kernel plus a number on its diagonal."""
+        if len(self.symbol) == 1:
+            return 1 / (self.symbol + np.float32(shift))
+        xx, xy, yy = self.symbol[0] + np.float32(shift), self.symbol[1], self.symbol[2] + np.float32(shift)
+        determinant = xx * yy - xy * xy
+        inverse = np.array([yy, -xy, xx])
+        inverse /= determinant
+        return inverse
+
+    def apply(self, inverses: np.ndarray, fields: np.ndarray) -> np.ndarray:
+        """Inverses (m, k, ...) times fields (c, k, ny, nx), both weighted by `growth`."""
+        return field_of(symmetric_product(inverses, spectrum(fields, self._box)), self._box, self.kernel.shape)
 
 
-def weighted(symbol: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
-    """Product of a symmetric symbol (xx, xy, yy; or one) with the spectrum of two components (or of one).
-
-    Parameters
-    ----------
-    symbol : ndarray, shape (3, ...) or (1, ...)
-        Of the operator, as the transform of its numbers.
-    spectrum : ndarray, shape (c, ...)
-        Transform of a field; c = 2 with a symbol of three parts, else 1.
-
-    Returns
-    -------
-    ndarray, shape (c, ...)
-    """
-    if len(symbol) == 1:
-        return symbol * spectrum
-    xx, xy, yy = symbol
-    product = np.empty_like(spectrum)
-    other = xy * spectrum[1]
-    np.multiply(xx, spectrum[0], out=product[0])
-    product[0] += other
-    np.multiply(xy, spectrum[0], out=product[1])
-    np.multiply(yy, spectrum[1], out=other)
-    product[1] += other
-    return product
-
-
-def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    """Transform of numbers by offset on a periodic box, those that fall on each other added up.
-
-    Parameters
-    ----------
-    numbers : ndarray, shape (m, 2 ny - 1, 2 nx - 1)
-    box : tuple of int
-        Rows and columns of the periodic box.
-
-    Returns
-    -------
-    complex ndarray
-        Shape (m, rows, columns // 2 + 1).
-    """
-    from scipy import fft
-
-    ny, nx = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
-    wrapped = np.zeros((len(numbers), *box), dtype=numbers.dtype)
-    for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
-        for columns, to_columns in (
-            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
-            (slice(nx - 1, None), slice(0, nx)),
-        ):
-            wrapped[:, to_rows, to_columns] += numbers[:, rows, columns]
-    return np.asarray(fft.fft(fft.rfft(wrapped, axis=-1), axis=-2, overwrite_x=True))
+def parzen(t: np.ndarray) -> np.ndarray:
+    """Parzen's window on [-1, 1]: its transform is positive."""
+    t = np.abs(t)
+    return np.where(t < 0.5, 1 - 6 * t**2 + 6 * t**3, 2 * np.maximum(1 - t, 0.0) ** 3)
 
 
 def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) -> Kernel:
-    """The kernel of a box, from the first offsets of an operator's table; remembered by the operator.
+    """The kernel of a box from the first offsets of an operator's table, which remembers it.
 
-    Parameters
-    ----------
-    operator : GridOperator
-    shape : tuple of int
-        (ny, nx) of the box; no larger than the operator's grid.
-    halvings : int
-        How often the operator's elements are doubled in size on the box.
-
-    Returns
-    -------
-    Kernel
-        In the operator's `unit`, single precision.
+    `halvings` says how often the elements are doubled in size; strips then lack a constant each time.
     """
     kept: dict[tuple[int, int, int], Kernel] = operator.__dict__.setdefault("_kernels", {})
     key = *shape, halvings
@@ -213,7 +257,7 @@ def kernel(operator: GridOperator, shape: tuple[int, int], halvings: int = 0) ->
 
 
 def _fall(table: np.ndarray) -> np.ndarray:
-    """By how much the even part of a line contact's influence falls from a distance to twice of it, (c, c, 1, 1).
+    """By how much the even part of a line contact's influence falls from a distance to twice that, (c, c, 1, 1).
 
     A logarithm falls by as much from any distance; differences of it, of steady rolling, have no even part far away.
     """
@@ -225,17 +269,8 @@ def _fall(table: np.ndarray) -> np.ndarray:
 def unit(operator: GridOperator) -> float:
     """The influence that counts as one: that of an element on itself.
 
-    In steps of rolling shorter than half an element that is less than what the neighbours have: half of the influence
-    of the nine elements around then.
-
-    Parameters
-    ----------
-    operator : GridOperator
-
-    Returns
-    -------
-    float
-        In the unit of the operator's numbers: within solvers dimensionless.
+    In steps of rolling shorter than half an element the neighbours have more: half of the influence of the nine
+    elements around then.
     """
     rows, columns = operator.shape
     own = operator.on(np.arange(1)).diagonal

@@ -1,4 +1,9 @@
-"""Newton's method for the tangential problem, without a matrix: from coarse grids to the finest."""
+"""Newton's method for the tangential problem, without a matrix.
+
+With ``y = p - E`` the solution is ``p = Proj(y)``, the projection on the disk (or interval) of the traction bound g.
+Where ``|y| <= g`` the element sticks, and Newton's equation is ``M d = -E``. Elsewhere it slips: with n along y, t
+across it, and ``held = g/|y|``, the equations are ``n.d = g - n.p`` and ``held t.(M d) + (1 - held) t.d = -t.p``.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +16,21 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.newton.drive import COARSE_TOL, check_start, driven, not_a_number
-from varcontact.solvers.newton.kernel import SoftenedKernel, kernel, softened, unit
-from varcontact.solvers.newton.krylov import Forces
-from varcontact.solvers.newton.levels import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
-from varcontact.solvers.newton.linearisation import TangentialConditions
-from varcontact.solvers.newton.newton import EXACT, MAX_STEPS, newton, point
-from varcontact.solvers.newton.preconditioner import circulant
-from varcontact.solvers.newton.safeguard import Point
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.driver import EXACT, check_start, not_a_number, point, solve
+from varcontact.solvers.newton.gcr import Forces
+from varcontact.solvers.newton.globalisation import Point, dot
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
+from varcontact.solvers.newton.kernel import Kernel, SoftenedKernel, kernel, unit
 
-PATIENCE = 40
-"""Steps after which active sets take over where they can: it takes 10 to 30, but for steps of rolling below dx/20."""
-EXTRAPOLATED = 0.3
-"""Part of the last change by a finer grid that is added when going to the next."""
+QUANTILE = 0.6
+"""Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
+LEAST_SHIFT, APART = 0.1, 0.4
+"""Least such shift, and how far apart in logarithms those are for which there are inverses."""
+STEEP = 1e8
+"""Slip divided by the traction bound that no larger one differs from."""
+NEARLY_STICK = 1e-3
+"""Slip divided by the bound below which the preconditioner treats an element as one that sticks."""
 
 
 def newton_tangential(problem: TangentialProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
@@ -38,7 +44,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     settings : Settings
         Its `tol` is reached by the residual and by the relative gap.
     start : RawSolution, optional
-        Where to begin in place of a sequence of coarser grids.
+        Where to begin instead of a sequence of coarser grids.
 
     Returns
     -------
@@ -56,35 +62,152 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     check_start(start, problem.rigid_shift.shape, (problem.components,))
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
         return not_a_number(problem.rigid_shift.shape, problem.components)
-    posed = _Posed.of(problem, settings)
-    if posed is None:
+    scaled = ScaledTangential.of(problem, settings)
+    if scaled is None:
         return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
-
-    def residual(raw: RawSolution) -> float:
-        return tangential_residual(problem, raw.traction, raw.rigid)
-
-    def dense(near: RawSolution) -> RawSolution:
-        with settings.stats.called("tang-safeguarded"):
-            raw = tang_safeguarded(problem, settings=settings)
-            settings.stats.iterated("tang-safeguarded", raw.iterations)
-        return replace(raw, solver="tang-safeguarded")
-
-    return driven(posed, start, settings, problem.size, dense, residual, PATIENCE)
+    return solve(scaled, start, settings)
 
 
 @dataclass(frozen=True, eq=False)
-class _Posed:
-    """A tangential problem in its own units.
+class TangentialConditions:
+    """The tangential problem on a box, dimensionless: W (c, ny, nx), and the bound g (ny, nx), zero out of contact."""
 
-    Attributes
-    ----------
-    problem : TangentialProblem
-    box : Box
-    load : float
-        The traction that counts as one.
-    settings : Settings
-        Of the solve.
+    kernel: Kernel | SoftenedKernel
+    known: np.ndarray
+    bound: np.ndarray
+    forces: Forces
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """Where tractions can act."""
+        return self.bound > 0
+
+    @property
+    def scale(self) -> np.ndarray | float:
+        """Traction and displacement of each element that count as one, (ny, nx); or one."""
+        return 1.0 if self.forces.scale is None else self.forces.scale
+
+    @property
+    def linear(self) -> bool:
+        """Whether the bound is infinite."""
+        return bool(np.isinf(self.bound[self.contact]).all())
+
+    def projected(self, trial: np.ndarray) -> np.ndarray:
+        """Trial tractions, cut off at the bound."""
+        size = _lengths(trial)
+        beyond = size > self.bound
+        return trial * np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0)
+
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
+        return self.projected(traction)
+
+    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The work of the natural map's tractions after a change of the rigid shifts (k,), with slope and curvature."""
+        free = list(self.forces.components)
+        trial = trial - self.forces.displacement(self.forces.spread(change, len(trial)))
+        size = _lengths(trial)
+        beyond = size > self.bound
+        held = np.where(beyond, self.bound, size) * self.contact
+        part = np.where(beyond, self.bound / np.where(beyond, size, 1.0), 1.0) * self.contact
+        across = np.array([-trial[1], trial[0]]) / np.where(size > 0, size, 1.0) if len(trial) == 2 else None
+        work = float(np.sum(held * (size - held / 2))) + float(self.forces.sums @ change)
+        lacking = self.forces.sums - self.forces.of(part * trial)
+        stuck = np.where(beyond, 0.0, part)
+        square = 1.0 if self.forces.scale is None else self.forces.scale**2
+        curvature = np.eye(len(free)) * np.sum(stuck * square)
+        if across is not None:
+            slipping = (part - stuck) * square * across[free]
+            curvature += np.einsum("iyx,jyx->ij", slipping, across[free])
+        return work, lacking, curvature
+
+    def linearised(
+        self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float
+    ) -> TangentialSystem:
+        size = _lengths(trial)
+        slip = self.contact & (size > self.bound)
+        stick = self.contact & ~slip
+        along = np.where(slip, trial / np.where(slip, size, 1.0), 0.0)
+        across = np.array([-along[1], along[0]]) if len(along) == 2 else np.zeros_like(along)
+        held = np.where(slip, np.maximum(self.bound / np.where(slip, size, 1.0), 1 / STEEP), 1.0)
+        with np.errstate(invalid="ignore"):  # inf * 0
+            outward = np.where(slip, self.bound, 0.0) - dot(along, traction)
+        right = np.where(stick, -shift, outward * along - dot(across, traction) * across)
+        return TangentialSystem(self, right, stick, along, across, held, damping)
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialSystem:
+    """Newton's equations at given tractions.
+
+    `along` and `across` are unit vectors (c, ny, nx) of the traction where it slips, else zero; `held` (ny, nx) is the
+    bound divided by the trial traction where it slips, else one.
     """
+
+    conditions: TangentialConditions
+    right: np.ndarray
+    stick: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+    held: np.ndarray
+    damping: float
+
+    @cached_property
+    def _single(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """In single precision; the last are the factors of ``t.d`` in its rows."""
+        own = 1 - self.held + self.damping * self.held
+        stick, along, across = (field.astype(np.float32) for field in (self.stick, self.along, self.across))
+        return stick, along, across, self.held.astype(np.float32), own.astype(np.float32)
+
+    def product(self, step: np.ndarray) -> np.ndarray:
+        return self.conditions.kernel(step)
+
+    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
+        stick, along, across, held, own = self._single
+        turned = held * dot(across, image) + own * dot(across, step)
+        stuck: np.ndarray = image + np.float32(self.damping) * step if self.damping else image
+        rows: np.ndarray = stick * stuck + turned * across + dot(along, step) * along
+        return rows
+
+    def border(self, component: int) -> np.ndarray:
+        stick, _, across, held, _ = self._single
+        rows = across * (across[component] * held)
+        rows[component] += stick
+        scale = self.conditions.forces.scale
+        return rows if scale is None else rows * scale
+
+    def precondition(self, right: np.ndarray) -> np.ndarray:
+        """The two inverses of the circulant, blended by the slope, on what is not along slipping tractions."""
+        stick, along, across, held, _ = self._single
+        inverses, weights, unweights = self._blend
+        free = stick * right + (dot(across, right) / held) * across
+        found = self.conditions.kernel.circulant.apply(inverses, free[:, None] * weights)
+        step = dot(found.swapaxes(0, 1), unweights[:, None])
+        return stick * step + dot(across, step) * across + dot(along, right) * along
+
+    @cached_property
+    def _blend(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Inverses (m, k, ...), and the weights (k, ny, nx) of the fields they are applied to and of the results."""
+        contact, circulant = self.conditions.contact, self.conditions.kernel.circulant
+        slip = contact & ~self.stick
+        if not slip.any():
+            weights = contact.astype(np.float32)[None]
+            return circulant.stick[:, None], weights * circulant.growth, weights / circulant.growth
+        slope = np.where(slip, 1 / self.held - 1, 0.0)
+        place = int(QUANTILE * (np.count_nonzero(slip) - 1))
+        shift = max(float(np.partition(slope[slip], place)[place]), LEAST_SHIFT)
+        shift = float(np.exp(APART * np.round(np.log(shift) / APART)))
+        inverses = circulant.pair(shift)
+        part = np.log1p(np.minimum(slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
+        size = self.conditions.kernel.row_size
+        steep = np.sqrt((size + shift) / (size + np.maximum(slope, shift))) * contact
+        level = steep if circulant.rolling else np.sqrt((size + shift) / (size + slope)) * contact
+        weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * level]).astype(np.float32)
+        return inverses, weights * circulant.growth, weights / circulant.growth
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledTangential:
+    """A tangential problem in its own units: `load` is the traction that counts as one."""
 
     problem: TangentialProblem
     box: Box
@@ -92,7 +215,7 @@ class _Posed:
     settings: Settings
 
     @classmethod
-    def of(cls, problem: TangentialProblem, settings: Settings) -> _Posed | None:
+    def of(cls, problem: TangentialProblem, settings: Settings) -> ScaledTangential | None:
         """None where nothing moves, and no traction arises."""
         if problem.size == 0:
             return None
@@ -103,95 +226,99 @@ class _Posed:
         return cls(problem, Box.around(problem.operator), min(moved, float(problem.bound.max())), settings)
 
     @property
+    def size(self) -> int:
+        return self.problem.size
+
+    @cached_property
     def displacement(self) -> float:
         """The shift that counts as one."""
         return unit(self.problem.operator.grid_operator) * self.load
 
     @cached_property
     def conditions(self) -> TangentialConditions:
-        """The problem on its box."""
-        operator, shape = self.problem.operator.grid_operator, self.box.shape
-        bound = self.box.field(self.problem.bound) / self.load
-        known = self.box.field(self.problem.rigid_shift) / self.displacement
-        sums = np.array([F for F in self.problem.force if F is not None]) / (self.problem.area * self.load)
-        forces = Forces(tuple(self.problem.free), sums, 1 / np.sqrt(self.problem.size))
-        own = self.problem.operator.softening
-        soft = softened(kernel(operator, shape), None if own is None else self.box.field(own) / unit(operator))
-        return _scaled(TangentialConditions(soft, circulant(operator, shape), known, bound, forces))
+        problem, box = self.problem, self.box
+        operator, softening = problem.operator.grid_operator, problem.operator.softening
+        sums = np.array([F for F in problem.force if F is not None]) / (problem.area * self.load)
+        return _scaled(
+            kernel(operator, box.shape),
+            None if softening is None else box.field(softening) / unit(operator),
+            box.field(problem.rigid_shift) / self.displacement,
+            box.field(problem.bound) / self.load,
+            Forces(tuple(problem.free), sums, 1 / np.sqrt(problem.size)),
+        )
 
-    def coarser(self, fine: TangentialConditions) -> TangentialConditions:
-        """The problem with elements twice as large, in units of displacement that are so, too.
+    def coarser(self, fine: TangentialConditions) -> TangentialConditions | None:
+        """With elements twice as large, in units of displacement that are so, too.
 
         In rolling a step becomes twice as long with the elements, and so does the rigid shift in it.
         """
-        known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if fine.circulant.rolling else 0.5)
+        if not has_coarser(fine.bound.shape) or np.isinf(self.problem.bound).any():
+            return None
+        known = halved_mean(fine.known / fine.scale, fine.contact) * (1.0 if fine.kernel.circulant.rolling else 0.5)
         each = parts(fine.bound.shape)
         bound = halved(fine.bound * fine.scale) / each
-        forces = Forces(fine.forces.components, fine.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound)))
-        operator, shape = self.problem.operator.grid_operator, bound.shape
-        times = halvings(self.box.shape, shape)
-        own = fine.kernel.softening if isinstance(fine.kernel, SoftenedKernel) else None
-        soft = softened(kernel(operator, shape, times), None if own is None else halved_mean(own, fine.contact))
-        return _scaled(TangentialConditions(soft, circulant(operator, shape, times), known, bound, forces))
+        softening = fine.kernel.softening if isinstance(fine.kernel, SoftenedKernel) else None
+        return _scaled(
+            kernel(self.problem.operator.grid_operator, bound.shape, halvings(self.box.shape, bound.shape)),
+            None if softening is None else halved_mean(softening, fine.contact),
+            known,
+            bound,
+            Forces(fine.forces.components, fine.forces.sums / each, 1 / np.sqrt(np.count_nonzero(bound))),
+        )
 
-    def begun(self, start: RawSolution) -> Point:
+    def first(self, coarsest: TangentialConditions) -> Point:
+        """Without traction."""
+        return point(coarsest, np.zeros_like(coarsest.known), np.zeros((len(coarsest.known), 1, 1)))
+
+    def finer(self, at: Point, coarse: TangentialConditions, fine: TangentialConditions) -> Point:
+        """With the same parts of the bound."""
+        part = at.traction / np.where(coarse.contact, coarse.bound, 1.0)
+        traction = doubled(part, coarse.contact, fine.bound.shape) * fine.bound
+        return point(fine, fine.projected(traction), at.rigid * (1.0 if fine.kernel.circulant.rolling else 2.0))
+
+    def initial_guess(self, start: RawSolution) -> Point:
         """From given tractions, which may be near the solution: their shift is in double precision."""
         traction = self.box.field(project(start.traction, self.problem.bound)) / (self.load * self.conditions.scale)
         rigid = np.reshape(start.rigid, (-1, 1, 1)) / self.displacement
         return Point(traction, self.shift(traction, rigid), rigid, EXACT)
 
-    def approached(self) -> tuple[Point, int]:
-        """From coarser grids, the coarsest begun without traction; also the Newton steps taken there."""
-        grids = [self.conditions]
-        while has_coarser(grids[-1].bound.shape) and np.isfinite(self.problem.bound).all():
-            grids.append(self.coarser(grids[-1]))
-        coarse = grids.pop()
-        at, steps, expected = point(coarse, np.zeros_like(coarse.known), np.zeros((len(coarse.known), 1, 1))), 0, None
-        while grids:
-            fine = grids.pop()
-            result = newton(coarse, at, COARSE_TOL, self.settings)
-            part = result.at.traction / np.where(coarse.contact, coarse.bound, 1.0)
-            if expected is not None:
-                part += EXTRAPOLATED * (part - expected)
-            expected = doubled(part, coarse.contact, fine.bound.shape)
-            rigid = result.at.rigid * (1.0 if fine.circulant.rolling else 2.0)
-            at = point(fine, fine.projected(expected * fine.bound), rigid)
-            coarse, steps = fine, steps + result.steps
-        return at, steps
-
-    def solved(self, at: Point, tol: float, most: int = MAX_STEPS) -> RawSolution:
-        """By Newton's method on the problem itself."""
-        result = newton(self.conditions, at, tol, self.settings, self, most)
-        traction, rigid = self._physical(result.at.traction, result.at.rigid)
-        return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
-
     def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-        """E on the box, in double precision."""
-        shift = self.box.field(self.problem.shift(*self._physical(traction, rigid))) / self.displacement
+        shift = self.box.field(self.problem.shift(*self.physical(traction, rigid))) / self.displacement
         return shift * self.conditions.scale
 
     def error(self, at: Point) -> float:
-        """The residual or the relative gap of an answer, the larger."""
-        traction, rigid = self._physical(at.traction, at.rigid)
+        traction, rigid = self.physical(at.traction, at.rigid)
         shift = self.box.values(at.shift / self.conditions.scale) * self.displacement
         residual = tangential_residual(self.problem, traction, rigid, shift)
         if self.problem.no_slip:
             return residual
         return max(residual, gap(self.problem, traction, rigid, shift)[1])
 
-    def _physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tractions and rigid shifts as the problem has them."""
+    def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.box.values(traction * self.conditions.scale) * self.load, rigid.ravel() * self.displacement
 
+    def residual(self, raw: RawSolution) -> float:
+        return tangential_residual(self.problem, raw.traction, raw.rigid)
 
-def _scaled(conditions: TangentialConditions) -> TangentialConditions:
-    """The same conditions with tractions and displacements as softened elements count them."""
-    if not isinstance(conditions.kernel, SoftenedKernel):
-        return conditions
-    scale = conditions.kernel.scale.astype(float)
-    return replace(
-        conditions,
-        known=conditions.known * scale,
-        bound=conditions.bound / scale,
-        forces=replace(conditions.forces, scale=scale),
-    )
+    def by_active_sets(self, near: RawSolution) -> RawSolution:
+        """The safeguarded TANG, from its own start."""
+        with self.settings.stats.called("tang-safeguarded"):
+            raw = tang_safeguarded(self.problem, settings=self.settings)
+            self.settings.stats.iterated("tang-safeguarded", raw.iterations)
+        return replace(raw, solver="tang-safeguarded")
+
+
+def _scaled(
+    of_box: Kernel, softening: np.ndarray | None, known: np.ndarray, bound: np.ndarray, forces: Forces
+) -> TangentialConditions:
+    """Conditions whose tractions and displacements are scaled as softened elements count them."""
+    if softening is None:
+        return TangentialConditions(of_box, known, bound, forces)
+    softened = SoftenedKernel(of_box, softening.astype(np.float32))
+    scale = softened.scale.astype(float)
+    return TangentialConditions(softened, known * scale, bound / scale, replace(forces, scale=scale))
+
+
+def _lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths (ny, nx) of vectors (c, ny, nx) of order one: without the care that very large or small ones need."""
+    return np.abs(vectors[0]) if len(vectors) == 1 else np.sqrt(vectors[0] ** 2 + vectors[1] ** 2)

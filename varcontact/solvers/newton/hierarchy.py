@@ -1,4 +1,4 @@
-"""Boxes of elements, and the way from a coarse grid to a fine one."""
+"""Boxes of elements, and the way from a coarse grid to a fine one. Fields are (..., ny, nx), in any unit."""
 
 from __future__ import annotations
 
@@ -15,93 +15,42 @@ twice as many."""
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The rectangle around some elements of a grid.
-
-    Attributes
-    ----------
-    shape : (ny, nx)
-    places : int ndarray, shape (n,)
-        Flat indices of the elements in the box.
-    """
+    """The rectangle around some elements of a grid, with their flat indices in it (n,)."""
 
     shape: tuple[int, int]
     places: np.ndarray
 
     @classmethod
     def around(cls, operator: RestrictedOperator) -> Box:
-        """The box of an operator's elements.
-
-        Parameters
-        ----------
-        operator : RestrictedOperator
-            With n elements.
-        """
+        """The box of an operator's elements."""
         row, column = np.divmod(operator.elements, operator.grid_operator.shape[1])
         row, column = row - row.min(), column - column.min()
         shape = int(row.max()) + 1, int(column.max()) + 1
         return cls(shape, row * shape[1] + column)
 
     def field(self, values: np.ndarray) -> np.ndarray:
-        """Values of the elements as a field, zero elsewhere.
-
-        Parameters
-        ----------
-        values : ndarray, shape (..., n)
-            In any unit.
-
-        Returns
-        -------
-        ndarray, shape (..., ny, nx)
-        """
+        """Values of the elements (..., n) as a field, zero elsewhere."""
         field = np.zeros((*values.shape[:-1], self.shape[0] * self.shape[1]), dtype=values.dtype)
         field[..., self.places] = values
         return field.reshape(*values.shape[:-1], *self.shape)
 
     def values(self, field: np.ndarray) -> np.ndarray:
-        """Values of the elements.
-
-        Parameters
-        ----------
-        field : ndarray, shape (..., ny, nx)
-            In any unit.
-
-        Returns
-        -------
-        ndarray, shape (..., n)
-        """
+        """Values (..., n) of the elements."""
         return field.reshape(*field.shape[:-2], -1)[..., self.places]
 
 
 def has_coarser(shape: tuple[int, int]) -> bool:
-    """Whether a grid of twice the element size would still be fine enough to help.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        (ny, nx).
-    """
+    """Whether a grid of twice the element size would still be fine enough to help."""
     return min(_sides(shape)) >= 2 * LEAST_SIDE
 
 
 def parts(shape: tuple[int, int]) -> int:
-    """Elements that make one of twice the size: four, or two strips of a line contact.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        (ny, nx) of the finer grid.
-    """
+    """Elements of a grid that make one of twice the size: four, or two strips of a line contact."""
     return 2 ** len(_sides(shape))
 
 
 def halvings(shape: tuple[int, int], coarse: tuple[int, int]) -> int:
-    """How often a grid was halved to become a coarse one.
-
-    Parameters
-    ----------
-    shape, coarse : tuple of int
-        (ny, nx) of both.
-    """
+    """How often a grid was halved to become a coarse one."""
     return round(np.log2(shape[1] / coarse[1]))
 
 
@@ -111,18 +60,7 @@ def _sides(shape: tuple[int, int]) -> tuple[int, ...]:
 
 
 def halved(field: np.ndarray) -> np.ndarray:
-    """Sums over two by two elements, or over two strips of a line contact; zero beyond the edge.
-
-    Parameters
-    ----------
-    field : ndarray, shape (..., ny, nx)
-        In any unit.
-
-    Returns
-    -------
-    ndarray
-        Half as many rows and columns, rounded up.
-    """
+    """Sums over two by two elements, or over two strips of a line contact; zero beyond the edge."""
     line = field.shape[-2] == 1
     around = [(0, 0)] * (field.ndim - 2) + [(0, 0 if line else field.shape[-2] % 2), (0, field.shape[-1] % 2)]
     field = np.pad(field, around)
@@ -131,39 +69,13 @@ def halved(field: np.ndarray) -> np.ndarray:
 
 
 def halved_mean(field: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Means over those of the elements that `halved` adds up that are in contact; zero where none is.
-
-    Parameters
-    ----------
-    field : ndarray, shape (..., ny, nx)
-        In any unit.
-    contact : bool ndarray, shape (ny, nx)
-
-    Returns
-    -------
-    ndarray
-        Half as many rows and columns, rounded up.
-    """
+    """Means over those of the elements that `halved` adds up that are in contact; zero where none is."""
     number = halved(contact.astype(float))
     return halved(np.where(contact, field, 0.0)) / np.maximum(number, 1.0)
 
 
 def doubled(field: np.ndarray, contact: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """A field on a grid of half the element size: bilinear, between elements in contact only.
-
-    Parameters
-    ----------
-    field : ndarray, shape (..., ny, nx)
-        In any unit.
-    contact : bool ndarray, shape (ny, nx)
-    shape : tuple of int
-        Of the finer grid: twice (ny, nx), or one less.
-
-    Returns
-    -------
-    ndarray
-        Shape (..., *shape).
-    """
+    """A field on a grid (of that shape) of half the element size: bilinear, between elements in contact only."""
     values, weights = _refined(field * contact), _refined(contact.astype(float))
     fine = np.where(weights > 0, values / np.where(weights > 0, weights, 1.0), 0.0)
     return fine[..., : shape[0], : shape[1]]

@@ -6,13 +6,13 @@ import pytest
 import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.problems import RawSolution
-from varcontact.solvers.newton.whole import WholeProblem, _Posed
+from varcontact.solvers.newton.coupled import CoupledProblem, ScaledCoupled
 
 BODIES = vc.Bodies(G=(1.0, 4.0), nu=(0.1, 0.3))
 
 
 @pytest.fixture(params=[vc.Steady(vx=4e-3, spin=0.05), vc.Shift(Fx=1e-4, uy=5e-5)], ids=["steady", "shift"])
-def posed(request):
+def scaled(request):
     """A small problem in its own units, with what it was made of."""
     scene = vc.Scene(
         bodies=BODIES,
@@ -23,7 +23,7 @@ def posed(request):
         grid=vc.Grid(nx=7, ny=6, dx=0.03, dy=0.04, x0=-0.1, y0=-0.12),
     )
     disc = discretise(scene, scene.grid)
-    problem = WholeProblem(
+    problem = CoupledProblem(
         normal=disc.operators.normal,
         traction_to_distance=disc.operators.traction_to_distance,
         pressure_to_shift=disc.pressure_to_shift,
@@ -36,54 +36,54 @@ def posed(request):
         force=(1.0, 0.1 if isinstance(request.param, vc.Shift) else None, None),
     )
     start = RawSolution(np.random.default_rng(0).uniform(0, 1, (3, *disc.grid.shape)), np.zeros(3), 0, "")
-    return _Posed.of(problem, start, lambda raw: 0.0)
+    return ScaledCoupled.of(problem, start, lambda raw: 0.0)
 
 
-def test_products_are_those_of_all_blocks(posed):
+def test_products_are_those_of_all_blocks(scaled):
     """In their own units, to single precision."""
     fields = np.random.default_rng(1).normal(size=(3, 6, 7))
     still = np.zeros((3, 1, 1))
-    exact = posed.shift(fields, still) - posed.shift(0 * fields, still)
-    np.testing.assert_allclose(posed.conditions.kernel(fields.astype(np.float32)), exact, atol=3e-6 * abs(exact).max())
+    exact = scaled.shift(fields, still) - scaled.shift(0 * fields, still)
+    np.testing.assert_allclose(scaled.conditions.kernel(fields.astype(np.float32)), exact, atol=3e-6 * abs(exact).max())
 
 
-def test_known_is_the_shift_without_any_traction(posed):
+def test_known_is_the_shift_without_any_traction(scaled):
     nothing = np.zeros((3, 6, 7))
-    np.testing.assert_allclose(posed.conditions.known, posed.shift(nothing, np.zeros((3, 1, 1))), rtol=1e-12)
+    np.testing.assert_allclose(scaled.conditions.known, scaled.shift(nothing, np.zeros((3, 1, 1))), rtol=1e-12)
 
 
-def test_newtons_equations_are_the_derivative_of_the_natural_map(posed):
+def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
     """By differences, and with their right-hand sides Newton's step: the bound follows the pressure."""
-    conditions, rng = posed.conditions, np.random.default_rng(2)
+    conditions, rng = scaled.conditions, np.random.default_rng(2)
     traction = conditions.projected(rng.normal(size=(3, 6, 7)))
     step = rng.normal(size=traction.shape)
-    there = -np.median(posed.shift(traction, np.zeros((3, 1, 1))), axis=(1, 2))[:, None, None]  # a half in contact
+    there = -np.median(scaled.shift(traction, np.zeros((3, 1, 1))), axis=(1, 2))[:, None, None]  # a half in contact
 
     def natural(traction):
-        shift = posed.shift(traction, there)
+        shift = scaled.shift(traction, there)
         return traction - conditions.projected(traction - shift), shift
 
     error, shift = natural(traction)
     system = conditions.linearised(traction, shift, traction - shift, 0.0)
     change = (natural(traction + 1e-7 * step)[0] - natural(traction - 1e-7 * step)[0]) / 2e-7
-    image = posed.shift(traction + step, there) - shift
-    slip = ~system.rubbed.stick & system.rubbed.conditions.contact
+    image = scaled.shift(traction + step, there) - shift
+    slip = ~system.tangential.stick & system.tangential.conditions.contact
     assert np.count_nonzero(slip) >= 5
-    assert np.any(system.rubbed.stick)
-    assert np.any(~system.pressed.contact)
+    assert np.any(system.tangential.stick)
+    assert np.any(~system.normal.contact)
     # Where it slips the step is to reach the bound of the pressure that is found, not that of the natural map's.
-    pressed = change[0] - system.pressed.rows(image[:1], step[:1])[0]
+    pressed = change[0] - system.normal.rows(image[:1], step[:1])[0]
     np.testing.assert_allclose(pressed, 0, atol=1e-4 * np.abs(change).max())
     rows = system.rows(image, step)
-    rows[1:] += (conditions.friction * change[0] * slip) * system.rubbed.along
+    rows[1:] += (conditions.friction * change[0] * slip) * system.tangential.along
     np.testing.assert_allclose(rows, change, atol=1e-4 * np.abs(change).max())
     right = system.right + error
-    right[1:] -= (conditions.friction * error[0] * slip) * system.rubbed.along
+    right[1:] -= (conditions.friction * error[0] * slip) * system.tangential.along
     np.testing.assert_allclose(right, 0, atol=1e-10)
 
 
-def test_the_work_has_its_slope_and_curvature(posed):
-    conditions, rng = posed.conditions, np.random.default_rng(3)
+def test_the_work_has_its_slope_and_curvature(scaled):
+    conditions, rng = scaled.conditions, np.random.default_rng(3)
     trial = rng.normal(size=(3, 6, 7))
     count = len(conditions.forces.components)
     _, slope, curvature = conditions.work(trial, np.zeros(count))

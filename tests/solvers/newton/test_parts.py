@@ -1,28 +1,24 @@
 """The parts of Newton's method without a matrix, each against a dense computation."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Grid
-from varcontact.solvers.newton import krylov
-from varcontact.solvers.newton.kernel import kernel, unit
-from varcontact.solvers.newton.krylov import Forces, Room, gcr
-from varcontact.solvers.newton.levels import Box, doubled, halved, halved_mean
-from varcontact.solvers.newton.newton import point
-from varcontact.solvers.newton.preconditioner import circulant, parzen
-from varcontact.solvers.newton.safeguard import balanced, damped, forward_backward_forward
-from varcontact.solvers.newton.tangential import _Posed
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.driver import point
+from varcontact.solvers.newton.gcr import FEWEST, MOST, Forces, gcr, most_directions
+from varcontact.solvers.newton.globalisation import balanced, forward_backward_forward, next_damping
+from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean
+from varcontact.solvers.newton.kernel import kernel, parzen, unit
+from varcontact.solvers.newton.tangential import ScaledTangential
 
 
 @pytest.fixture(params=["ellipse", "strip", "row", "single"])
-def posed(request, tangential_problem):
+def scaled(request, tangential_problem):
     """A tangential problem of rolling with a prescribed force, in its own units."""
     problem = tangential_problem(3, shape=request.param, rolling=True, step=1.0, carried=0.5, friction=0.3)
-    return _Posed.of(problem, Settings())
+    return ScaledTangential.of(problem, Settings())
 
 
 def matrix_of(conditions):
@@ -32,19 +28,19 @@ def matrix_of(conditions):
     return np.array([conditions.kernel(field).ravel() for field in fields]).T.astype(float)
 
 
-def test_products_are_those_of_the_matrix(posed):
+def test_products_are_those_of_the_matrix(scaled):
     """Of the operator, in its unit, to single precision."""
-    conditions, operator = posed.conditions, posed.problem.operator.grid_operator
+    conditions, operator = scaled.conditions, scaled.problem.operator.grid_operator
     rng = np.random.default_rng(0)
-    traction = rng.normal(size=posed.problem.rigid_shift.shape)
-    found = posed.box.values(conditions.kernel(posed.box.field(traction).astype(np.float32))) * unit(operator)
-    np.testing.assert_allclose(found, posed.problem.operator.apply(traction), atol=2e-6 * np.abs(found).max())
-    assert kernel(operator, posed.box.shape) is conditions.kernel, "remembered"
+    traction = rng.normal(size=scaled.problem.rigid_shift.shape)
+    found = scaled.box.values(conditions.kernel(scaled.box.field(traction).astype(np.float32))) * unit(operator)
+    np.testing.assert_allclose(found, scaled.problem.operator.apply(traction), atol=2e-6 * np.abs(found).max())
+    assert kernel(operator, scaled.box.shape) is conditions.kernel, "remembered"
 
 
-def test_newtons_equations_are_the_derivative_of_the_natural_map(posed):
+def test_newtons_equations_are_the_derivative_of_the_natural_map(scaled):
     """By differences, and with their right-hand sides Newton's step."""
-    conditions, rng = posed.conditions, np.random.default_rng(1)
+    conditions, rng = scaled.conditions, np.random.default_rng(1)
     matrix = matrix_of(conditions)
     traction = conditions.projected(rng.normal(size=conditions.known.shape))
     step = rng.normal(size=traction.shape) * conditions.contact
@@ -66,9 +62,9 @@ def test_newtons_equations_are_the_derivative_of_the_natural_map(posed):
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.5])
-def test_gcr_solves_newtons_equations_with_forces(posed, damping):
+def test_gcr_solves_newtons_equations_with_forces(scaled, damping):
     """Against the dense system; M times the step comes without a product."""
-    conditions, rng = posed.conditions, np.random.default_rng(2)
+    conditions, rng = scaled.conditions, np.random.default_rng(2)
     at = point(
         conditions,
         conditions.projected(rng.normal(size=conditions.known.shape)),
@@ -76,7 +72,7 @@ def test_gcr_solves_newtons_equations_with_forces(posed, damping):
     )
     system = conditions.linearised(at.traction, at.shift, at.traction - at.shift, damping)
     forces = conditions.forces
-    step = gcr(system, system.right, forces, forces.lacking(at.traction), 1e-4, Room.of(at.traction.size, forces))
+    step = gcr(system, forces, forces.lacking(at.traction), 1e-4)
     image = conditions.kernel(step.traction.astype(np.float32))
     np.testing.assert_allclose(step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3))
     rows = system.rows(image.astype(float), step.traction)
@@ -90,24 +86,24 @@ def test_gcr_solves_newtons_equations_with_forces(posed, damping):
 def test_few_iterations_where_all_sticks(tangential_problem):
     """In rolling and in a shift, on long elements and short ones: the circulant is nearly the inverse."""
     for ratio, rolling in ((1, True), (1, False), (2, True), (3, True)):
-        posed = _Posed.of(
+        scaled = ScaledTangential.of(
             tangential_problem(ratio, shape="needle", rolling=rolling, step=1.0, no_slip=True, carried=0.0), Settings()
         )
-        conditions = posed.conditions
+        conditions = scaled.conditions
         system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known, 0.0)
         none = Forces((), np.zeros(0), 1.0)
-        step = gcr(system, system.right, none, np.zeros(0), 1e-2, Room.of(system.right.size, none))
+        step = gcr(system, none, np.zeros(0), 1e-2)
         assert step.iterations <= 8
 
 
 def test_tsengs_steps_converge(tangential_problem):
     """Wherever M is monotone: the natural map's residual falls and falls."""
-    posed = _Posed.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Settings())
-    conditions = posed.conditions
+    scaled = ScaledTangential.of(tangential_problem(0, rolling=True, step=1.0, carried=0.5, friction=0.3), Settings())
+    conditions = scaled.conditions
     at = point(conditions, 0 * conditions.known, np.zeros((2, 1, 1)))
     sizes = []
     for _ in range(4):
-        at = forward_backward_forward(at, posed.shift, conditions.projected, conditions.forces, 20)
+        at = forward_backward_forward(at, scaled.shift, conditions.projected, conditions.forces, 20)
         error = at.traction - conditions.projected(at.traction - at.shift)
         sizes.append(np.linalg.norm(error) + np.linalg.norm(conditions.forces.lacking(at.traction)))
     assert np.all(np.diff(sizes) < 0)
@@ -118,7 +114,7 @@ def test_tsengs_steps_converge(tangential_problem):
 def test_balance(tangential_problem, part):
     """After it the tractions of the natural map have the forces, however far the rigid shifts have to go."""
     for seed in (0, 4, 6):  # an ellipse, wavy pressures, strips
-        conditions = _Posed.of(tangential_problem(seed, carried=part, friction=1e-3), Settings()).conditions
+        conditions = ScaledTangential.of(tangential_problem(seed, carried=part, friction=1e-3), Settings()).conditions
         at = balanced(conditions, point(conditions, 0 * conditions.known, np.zeros((len(conditions.known), 1, 1))))
         sums = conditions.forces.of(conditions.projected(at.traction - at.shift))
         np.testing.assert_allclose(
@@ -127,9 +123,9 @@ def test_balance(tangential_problem, part):
 
 
 def test_damping_grows_where_steps_fail_and_goes_where_they_do_not():
-    assert damped(0.0, 1.0, 0.1) == 0.0
-    assert 0 < damped(0.0, 0.3, 0.8) < damped(0.5, 1.0, 0.95) <= damped(100.0, 0.01, 1.0)
-    assert damped(0.5, 1.0, 0.1) == 0.1 and damped(0.02, 1.0, 0.1) == 0.0
+    assert next_damping(0.0, 1.0, 0.1) == 0.0
+    assert 0 < next_damping(0.0, 0.3, 0.8) < next_damping(0.5, 1.0, 0.95) <= next_damping(100.0, 0.01, 1.0)
+    assert next_damping(0.5, 1.0, 0.1) == 0.1 and next_damping(0.02, 1.0, 0.1) == 0.0
 
 
 def test_from_coarse_to_fine():
@@ -188,17 +184,15 @@ def test_box_of_elements(tangential_problem):
 def test_the_window_keeps_the_symbol_positive(tangential_problem):
     """Of a shift, on long elements, where the cut kernel's symbol is negative; and it is one in the middle."""
     problem = tangential_problem(1, shape="needle", rolling=False)
-    symbol = circulant(problem.operator.grid_operator, Box.around(problem.operator).shape).symbol.real
+    symbol = kernel(problem.operator.grid_operator, Box.around(problem.operator).shape).circulant.symbol.real
     assert symbol[0].min() > 0 and symbol[2].min() > 0
     np.testing.assert_allclose(parzen(np.array([0.0, 0.5, 1.0, -0.5])), [1.0, 0.25, 0.0, 0.25])
-    assert not circulant(problem.operator.grid_operator, problem.operator.grid_operator.shape).rolling
+    assert not kernel(problem.operator.grid_operator, problem.operator.grid_operator.shape).circulant.rolling
     rolling = tangential_problem(1, shape="needle", rolling=True, step=1.0).operator.grid_operator
-    assert circulant(rolling, rolling.shape).rolling == 1
+    assert kernel(rolling, rolling.shape).circulant.rolling == 1
 
 
-def test_room_is_bounded():
-    """Few directions for very many unknowns; more where they cost nothing; hardly more than there are unknowns."""
-    forces = Forces((0,), np.zeros(1), 1.0)
-    assert len(Room.of(10**6, forces).images) == krylov.FEWEST
-    assert len(Room.of(1000, dataclasses.replace(forces, components=())).images) == krylov.MOST
-    assert 36 < len(Room.of(36, forces).images) < 100
+def test_the_number_of_directions_is_bounded():
+    """Few for very many unknowns; more where they cost nothing; hardly more than there are unknowns."""
+    assert most_directions(10**6) == FEWEST and most_directions(1000) == MOST
+    assert 36 < most_directions(36) < 100

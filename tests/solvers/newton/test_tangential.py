@@ -11,10 +11,11 @@ from varcontact.discrete.residuals import gap, tangential_residual
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged, SceneError
 from varcontact.solvers.active_set.tang import tang_safeguarded
-from varcontact.solvers.newton import krylov
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton import driver
+from varcontact.solvers.newton.gcr import Step
 from varcontact.solvers.newton.kernel import Kernel
 from varcontact.solvers.newton.tangential import newton_tangential
-from varcontact.solvers.settings import Settings
 
 SETTINGS = Settings(1e-8)
 
@@ -128,18 +129,18 @@ def test_start_of_another_grid_is_refused(tangential_problem):
 @pytest.mark.parametrize("carried", [0.0, 0.5])
 def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch, carried):
     """Four steps of five are noise: the line search and Tseng's steps bring it to the tolerance all the same."""
-    problem, exact, calls = tangential_problem(0, carried=carried, rolling=True, step=1.0), krylov.gcr, []
+    problem, exact, calls = tangential_problem(0, carried=carried, rolling=True, step=1.0), driver.gcr, []
     rng = np.random.default_rng(0)
 
-    def wrong(system, right, forces, lacking, enough, room):
-        step = exact(system, right, forces, lacking, enough, room)
+    def wrong(system, forces, lacking, enough):
+        step = exact(system, forces, lacking, enough)
         calls.append(len(calls) % 5 == 4)
         if calls[-1]:
             return step
-        noise = 10.0 * rng.normal(size=right.shape) * system.conditions.contact
+        noise = 10.0 * rng.normal(size=system.right.shape) * system.conditions.contact
         return dataclasses.replace(step, traction=noise, shift=system.product(noise.astype(np.float32)).astype(float))
 
-    monkeypatch.setattr(krylov, "gcr", wrong)
+    monkeypatch.setattr(driver, "gcr", wrong)
     raw = newton_tangential(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("", "Solved")
     assert calls.count(False) > 4
@@ -147,10 +148,10 @@ def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch,
     check_exact(problem, raw)
 
 
-def lost(system, right, forces, lacking, enough, room):
+def lost(system, forces, lacking, enough):
     """A linear solve that is nothing but noise."""
-    step = 1e3 * np.random.default_rng(0).normal(size=right.shape) * system.conditions.contact
-    return krylov.Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
+    step = 1e3 * np.random.default_rng(0).normal(size=system.right.shape) * system.conditions.contact
+    return Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
 
 
 def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
@@ -159,20 +160,20 @@ def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
     Where they are not asked what there is comes back as what it is.
     """
     problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
-    monkeypatch.setattr(krylov, "gcr", lost)
+    monkeypatch.setattr(driver, "gcr", lost)
     settings = Settings(1e-8)
     raw = newton_tangential(problem, settings)
     assert (raw.solver, raw.status) == ("", "Solved")
     assert settings.stats.calls[""]["tseng"].count > 1 and set(settings.stats.calls[""]) == {"tseng"}
     check_exact(problem, raw)
 
-    monkeypatch.setattr("varcontact.solvers.newton.newton.forward_backward_forward", lambda at, *_: at)
+    monkeypatch.setattr(driver, "forward_backward_forward", lambda at, *_: at)
     raw = newton_tangential(problem, SETTINGS)
     assert (raw.solver, raw.status) == ("tang-safeguarded", "Solved")
     assert raw.reason == "newton missed the tolerance, tang-safeguarded was used"
     check_exact(problem, raw)
 
-    monkeypatch.setattr("varcontact.solvers.newton.drive.DENSE", 0)
+    monkeypatch.setattr(driver, "DENSE", 0)
     raw = newton_tangential(problem, SETTINGS)
     assert raw.status == "MaxIterations" and not raw.solved
     assert tangential_residual(problem, raw.traction, raw.rigid) > SETTINGS.tol
@@ -187,21 +188,21 @@ def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):
     assert raw.status == "NotANumber" and not raw.solved
     assert np.isfinite(raw.traction).all()
 
-    exact, calls = krylov.gcr, []
+    exact, calls = driver.gcr, []
 
     def once(*arguments):
         calls.append(1)
         step = exact(*arguments)
         return dataclasses.replace(step, traction=step.traction * np.nan) if len(calls) == 3 else step
 
-    monkeypatch.setattr(krylov, "gcr", once)
+    monkeypatch.setattr(driver, "gcr", once)
     raw = newton_tangential(problem, SETTINGS)
     assert raw.status == "Solved" and len(calls) > 3
     monkeypatch.undo()
     check_exact(problem, raw)
 
     monkeypatch.setattr(GridOperator, "apply", lambda self, tractions: np.full(tractions.shape, np.nan))
-    monkeypatch.setattr("varcontact.solvers.newton.drive.DENSE", 0)
+    monkeypatch.setattr(driver, "DENSE", 0)
     with pytest.raises(NotConverged, match="newton says 'NotANumber'"):
         vc.solve(rolling(), tangential="newton")
 

@@ -8,10 +8,9 @@ import pytest
 import varcontact as vc
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.state import hertz_pressure, unloaded
-from varcontact.solvers.conic.programs import normal_potential, normal_program
-from varcontact.solvers.conic.setups import Setups
-from varcontact.solvers.conic.solvers import solve_normal, solve_tangential
-from varcontact.solvers.settings import Settings
+from varcontact.solvers.conic.backends import solve_normal, solve_tangential
+from varcontact.solvers.conic.programs import Workspace, normal_potential, normal_program
+from varcontact.solvers.interface import Settings
 
 GRID = vc.Grid(nx=8, ny=8).spread((-1.2, 1.2, -0.9, 0.9))
 CLOSE = {"normal": 1e-8, "tangential": 1e-5}
@@ -20,15 +19,15 @@ CLOSE = {"normal": 1e-8, "tangential": 1e-5}
 
 def fresh_and_kept(solve, name, problems, tol, **settings):
     """Answers in a row with one store of set-ups, and each from nothing."""
-    setups = Setups()
+    workspace = Workspace()
     for posed in problems:
-        kept = solve(name, posed, Settings(1e-8, setups=setups, **settings))
+        kept = solve(name, posed, Settings(1e-8, workspace=workspace, **settings))
         fresh = solve(name, posed, Settings(1e-8, **settings))
         size = np.abs(fresh.traction).max()
         assert size > 0
         np.testing.assert_allclose(kept.traction, fresh.traction, atol=tol * size)
         np.testing.assert_allclose(kept.rigid, fresh.rigid, atol=tol * max(np.abs(fresh.rigid).max(), 1.0))
-    return setups
+    return workspace
 
 
 def normal_problems(rolling):
@@ -78,22 +77,22 @@ def test_tangential(rolling, name, kind):
 def test_what_is_found(rolling):
     """Same matrices or not, same structure or not."""
     first, _, bumpy, _, softer, _, _, by_approach, _ = (normal_program(p) for p in normal_problems(rolling))
-    setups = Setups()
-    assert setups.find("key", first) is None
-    setups.keep("key", first, "kept")
-    assert setups.find("key", first) == ("kept", True)
-    assert setups.find("key", bumpy) == ("kept", True)
-    assert setups.find("other", first) is None
-    assert setups.find("key", by_approach) is None
-    assert setups.find("key", normal_potential(normal_problems(rolling)[0])) is None
+    workspace = Workspace()
+    assert workspace.find("key", first) == (None, False)
+    workspace.keep("key", first, "kept")
+    assert workspace.find("key", first) == ("kept", True)
+    assert workspace.find("key", bumpy) == ("kept", True)
+    assert workspace.find("other", first) == (None, False)
+    assert workspace.find("key", by_approach) == (None, False)
+    assert workspace.find("key", normal_potential(normal_problems(rolling)[0])) == (None, False)
     changed = dataclasses.replace(first, P=first.P * 2.0)
-    assert setups.find("key", changed) == ("kept", False)
-    assert setups.find("key", softer)[0] == "kept"
+    assert workspace.find("key", changed) == ("kept", False)
+    assert workspace.find("key", softer)[0] == "kept"
 
 
 def test_a_warm_start_saves_iterations(rolling):
     """Splitting begins where it ended: solving the same again takes fewer iterations."""
     posed = discretise(rolling(), GRID).normal_problem()
-    setups = Setups()
-    first, again = (solve_normal("scs", posed, Settings(1e-6, setups=setups)) for _ in range(2))
+    workspace = Workspace()
+    first, again = (solve_normal("scs", posed, Settings(1e-6, workspace=workspace)) for _ in range(2))
     assert again.iterations < first.iterations

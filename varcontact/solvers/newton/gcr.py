@@ -12,76 +12,33 @@ FEWEST, MOST = 60, 240
 ROOM = 2e7
 """Numbers that all directions together may have, as long as they are not too few."""
 LEAST = 1e-7
-"""Length of a new direction, of itself, below which it is made of rounding."""
+"""Length of a new direction, relative to its image, below which it consists of rounding."""
 
 
 class System(Protocol):
-    """The linear equations of a Newton step: a row for each traction component of each element."""
+    """Newton's equations at given tractions: a row for each traction component (c, ny, nx) of each element."""
+
+    @property
+    def right(self) -> np.ndarray: ...
 
     def product(self, step: np.ndarray) -> np.ndarray:
-        """M times a step.
-
-        Parameters
-        ----------
-        step : ndarray, shape (c, ny, nx)
-            Changes of the tractions, in single precision.
-
-        Returns
-        -------
-        ndarray, shape (c, ny, nx)
-        """
+        """M times a step."""
 
     def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Left-hand sides for a step and M times the step.
-
-        Parameters
-        ----------
-        image, step : ndarray, shape (c, ny, nx)
-            M times the step, and the step.
-
-        Returns
-        -------
-        ndarray, shape (c, ny, nx)
-        """
+        """Left-hand sides for a step and M times the step."""
 
     def border(self, component: int) -> np.ndarray:
-        """Left-hand sides for a uniform shift along one component.
-
-        Parameters
-        ----------
-        component : int
-            0 or, of two components, 1.
-
-        Returns
-        -------
-        ndarray, shape (c, ny, nx)
-        """
+        """Left-hand sides for a uniform shift along one component."""
 
     def precondition(self, right: np.ndarray) -> np.ndarray:
-        """Nearly the step that has these left-hand sides.
-
-        Parameters
-        ----------
-        right : ndarray, shape (c, ny, nx)
-
-        Returns
-        -------
-        ndarray, shape (c, ny, nx)
-        """
+        """Nearly the step that has these left-hand sides."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Prescribed sums of traction components; a uniform rigid shift along each is unknown.
+    """Prescribed sums (k,) of traction components; a uniform rigid shift along each is unknown.
 
-    Attributes
-    ----------
-    components : tuple of int
-    sums : ndarray, shape (k,)
-    weight : float
-        Of their equations: one by the root of the number of elements.
-    scale : ndarray, shape (ny, nx), optional
-        Traction of each element that counts as one, and displacement that does; one if not given.
+    `weight` is that of their equations; `scale` (ny, nx) the traction of each element that counts as one, if not one.
     """
 
     components: tuple[int, ...]
@@ -90,61 +47,20 @@ class Forces:
     scale: np.ndarray | None = None
 
     def lacking(self, traction: np.ndarray) -> np.ndarray:
-        """What tractions lack of the sums, weighted.
-
-        Parameters
-        ----------
-        traction : ndarray, shape (c, ny, nx)
-            In the unit of the sums.
-
-        Returns
-        -------
-        ndarray, shape (k,)
-        """
+        """What tractions lack of the sums, weighted (k,)."""
         return self.weight * (self.sums - self.of(traction))
 
     def of(self, traction: np.ndarray) -> np.ndarray:
-        """The sums of tractions.
-
-        Parameters
-        ----------
-        traction : ndarray, shape (c, ny, nx)
-
-        Returns
-        -------
-        ndarray, shape (k,)
-            In double precision, in the unit of the tractions.
-        """
+        """The sums of tractions, in double precision (k,)."""
         scale = 1.0 if self.scale is None else self.scale
         return np.array([(traction[i] * scale).sum(dtype=float) for i in self.components])
 
-    def moved(self, rigid: np.ndarray) -> np.ndarray:
-        """Displacements by rigid shifts, as elements count them.
-
-        Parameters
-        ----------
-        rigid : ndarray, shape (c, 1, 1)
-
-        Returns
-        -------
-        ndarray, shape (c, 1, 1) or (c, ny, nx)
-        """
+    def displacement(self, rigid: np.ndarray) -> np.ndarray:
+        """Displacements by rigid shifts (c, 1, 1), as elements count them."""
         return rigid if self.scale is None else rigid * self.scale
 
     def spread(self, values: np.ndarray, components: int) -> np.ndarray:
-        """Rigid shifts, zero where no force is prescribed.
-
-        Parameters
-        ----------
-        values : ndarray, shape (k,)
-            In the order of the prescribed forces.
-        components : int
-            c, of the tractions.
-
-        Returns
-        -------
-        ndarray, shape (c, 1, 1)
-        """
+        """Rigid shifts (c, 1, 1) from those of the prescribed forces (k,), zero elsewhere."""
         shifts = np.zeros((components, 1, 1))
         shifts[list(self.components), 0, 0] = values
         return shifts
@@ -152,17 +68,7 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A Newton step, in the units of the kernel.
-
-    Attributes
-    ----------
-    traction, shift : ndarray, shape (c, ny, nx)
-        Changes of the tractions and of the shift E.
-    rigid : ndarray, shape (c, 1, 1)
-        Changes of the rigid shifts.
-    iterations : int
-        Of GCR.
-    """
+    """A Newton step: changes of the tractions and of the shift E (c, ny, nx), and of the rigid shifts (c, 1, 1)."""
 
     traction: np.ndarray
     shift: np.ndarray
@@ -170,64 +76,21 @@ class Step:
     iterations: int
 
 
-@dataclass(frozen=True, eq=False)
-class Room:
-    """Room for the directions of GCR.
+def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float) -> Step:
+    """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative residual.
 
-    Attributes
-    ----------
-    directions, products : float32 ndarray, shape (most, n)
-        The directions, and M times them.
-    images : float32 ndarray, shape (most, n + k)
-        What the equations make of them, those of the k forces last.
-    """
-
-    directions: np.ndarray
-    products: np.ndarray
-    images: np.ndarray
-
-    @classmethod
-    def of(cls, size: int, forces: Forces) -> Room:
-        """For a number of unknowns; memory is taken only when it is used.
-
-        Parameters
-        ----------
-        size : int
-            Number n of unknowns.
-        forces : Forces
-        """
-        most = min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)  # rounding may take more than the unknowns
-        directions, products = (np.empty((most, size), np.float32) for _ in range(2))
-        return cls(directions, products, np.empty((most, size + len(forces.components)), np.float32))
-
-
-def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
-    """Solve a Newton step's equations to a relative residual.
-
-    Parameters
-    ----------
-    system : System
-    right : ndarray, shape (c, ny, nx)
-    forces : Forces
-    lacking : ndarray, shape (k,)
-        What the tractions lack of them, weighted.
-    enough : float
-        Relative residual to stop at.
-    room : Room
-        Overwritten.
-
-    Notes
-    -----
     Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the directions are kept
     orthonormal, and M times each direction is kept: M times the step then costs no product.
     """
+    right = system.right
     shape, size, k = right.shape, right.size, len(lacking)
     length = float(np.sqrt(np.vdot(right, right) + lacking @ lacking))
     if length == 0:
         return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
-    directions, products, images = room.directions, room.products, room.images
-    most = len(images)
+    most = most_directions(size)
+    directions, products = np.empty((most, size), np.float32), np.empty((most, size), np.float32)
+    images = np.empty((most, size + k), np.float32)
     rigid, triangle, along = np.zeros((most, k)), np.zeros((most, most)), np.zeros(most)
     bordered = _Bordered(system, forces)
     count = 0
@@ -251,7 +114,12 @@ def gcr(system: System, right: np.ndarray, forces: Forces, lacking: np.ndarray, 
     change = forces.spread(parts @ rigid[:count], shape[0])
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
-    return Step(traction, (single @ products[:count]).reshape(shape) + forces.moved(change), change, count)
+    return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change, count)
+
+
+def most_directions(size: int) -> int:
+    """For a number of unknowns; rounding may take a few more than there are unknowns."""
+    return min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)
 
 
 class _Bordered:

@@ -1,0 +1,367 @@
+"""Every conic and QP solver as a solver of contact problems: one table, and one function for each interface.
+
+The table says what one requested accuracy of the tractions means to each solver, and what has to be installed.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from varcontact.discrete.problems import NormalProblem, RawSolution, TangentialProblem
+from varcontact.solvers.conic.programs import (
+    ConicProgram,
+    gap_program,
+    joint_program,
+    normal_potential,
+    normal_program,
+    shift_potential,
+    shift_program,
+)
+from varcontact.solvers.interface import Settings, check_time
+from varcontact.system.interrupts import imported, interruptible
+
+
+@dataclass(frozen=True)
+class Backend:
+    """A solver behind one of the interfaces.
+
+    `install` names its wheel; `options` turns the relative accuracy wanted of the tractions into the solver's own
+    keywords; `cones` says whether it takes second-order cones, which Coulomb's disks need.
+    """
+
+    install: str
+    options: Callable[[float], dict[str, Any]]
+    cones: bool = False
+
+
+def _interior(tol: float) -> float:
+    """Interior points: tractions are as wrong as the gap is to the power 2/3 or less (1e-8 for a gap of 1e-12)."""
+    return max(tol**1.5, 1e-14)
+
+
+def _splitting(tol: float) -> float:
+    """Operator splitting: residuals fall linearly, and to 1e-12 at the best."""
+    return max(0.1 * tol, 1e-12)
+
+
+def _clarabel(tol: float) -> dict[str, Any]:
+    asked = max(_interior(tol), 1e-12)
+    # The programs come well scaled: a rough answer needs neither of the last two, and a fifth of the time less.
+    return {
+        "tol_gap_abs": asked,
+        "tol_gap_rel": asked,
+        "tol_feas": asked,
+        "max_iter": 200,
+        "presolve_enable": False,
+        "equilibrate_enable": asked < 1e-5,
+        "iterative_refinement_enable": asked < 1e-5,
+        # With steps of 0.99 of the way to the boundary, as it takes by default, iterates near the end lie so close to
+        # it that rounding stops them, with tractions wrong by 1e-6 (at a shift 1e-3); with shorter ones they are good
+        # to 1e-8, for twice the iterations.
+        "max_step_fraction": 0.75 if asked < 1e-10 else 0.99,
+        "direct_solve_method": "faer",  # dense factors: several times faster than qdldl
+        # Its pool of threads does not survive a fork: the child would wait for it for ever. And the same digits come
+        # out of any number of cores.
+        "max_threads": 1,
+    }
+
+
+def _osqp(tol: float) -> dict[str, Any]:
+    asked = _splitting(tol)
+    return {"eps_abs": asked, "eps_rel": asked, "polishing": True, "max_iter": 20_000, "scaled_termination": False}
+
+
+def _scs(tol: float) -> dict[str, Any]:
+    asked = _splitting(tol)
+    return {"eps_abs": asked, "eps_rel": asked, "max_iters": 50_000}
+
+
+def _piqp(tol: float) -> dict[str, Any]:
+    asked = _interior(tol)
+    return {"eps_abs": asked, "eps_rel": asked, "check_duality_gap": True, "max_iter": 200}
+
+
+def _proxqp(tol: float) -> dict[str, Any]:
+    # From 1e-9 on its residuals tell something of the tractions: in the potential form they are wrong by 2e-2 at 1e-7.
+    return {"eps_abs": max(min(0.01 * tol, 1e-9), 1e-12), "eps_rel": 0.0, "max_iter": 10_000}
+
+
+def _daqp(tol: float) -> dict[str, Any]:
+    asked = max(0.1 * tol, 1e-13)
+    return {"primal_tol": asked, "dual_tol": asked, "iter_limit": 100_000}
+
+
+def _highs(tol: float) -> dict[str, Any]:
+    asked = max(0.1 * tol, 1e-10)
+    return {
+        "primal_feasibility_tolerance": asked,
+        "dual_feasibility_tolerance": asked,
+        "qp_regularization_value": min(asked, 1e-7),  # tractions are as wrong as this, by default 1e-7
+    }
+
+
+BACKENDS: dict[str, Backend] = {
+    "clarabel": Backend("clarabel", _clarabel, cones=True),
+    "osqp": Backend("osqp", _osqp),
+    "scs": Backend("scs", _scs, cones=True),
+    "piqp": Backend("piqp", _piqp),
+    "proxqp": Backend("proxsuite", _proxqp),
+    "daqp": Backend("daqp", _daqp),
+    "quadprog": Backend("quadprog", lambda _: {}),  # an active-set method without a tolerance
+    "highs": Backend("highspy", _highs),
+}
+"""By the name in lower case, whether called directly, by qpsolvers or by CVXPY."""
+
+OTHERS = {
+    "copt": "coptpy",
+    "cvxopt": "cvxopt",
+    "ecos": "ecos",
+    "gurobi": "gurobipy",
+    "kvxopt": "kvxopt",
+    "mosek": "mosek",
+    "qoco": "qoco",
+    "qpalm": "qpalm",
+    "xpress": "xpress",
+}
+"""Wheels of further solvers behind qpsolvers or CVXPY: they run where they are installed, with their own defaults,
+untested here."""
+
+NORMAL_PROGRAMS: dict[str, Callable[[NormalProblem], ConicProgram]] = {
+    "complementary": normal_program,
+    "potential": normal_potential,
+}
+TANGENTIAL_PROGRAMS: dict[str, Callable[[TangentialProblem], ConicProgram]] = {
+    "complementary": shift_program,
+    "potential": shift_potential,
+    "gap": gap_program,
+}
+
+
+def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
+    """The normal problem through its QP by "clarabel", "osqp", "scs", or behind an interface as "cvxpy:SCS"."""
+    formulation = "potential" if settings.formulation == "potential" else "complementary"
+    return solve_program(name, NORMAL_PROGRAMS[formulation](problem), settings)
+
+
+def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:
+    """The tangential problem through a second-order-cone program; with one component, a quadratic program.
+
+    Without a formulation: complementary energy for a symmetric problem (a shift, a step of a march), else the gap.
+    """
+    formulation = settings.formulation
+    if formulation not in TANGENTIAL_PROGRAMS:
+        formulation = "complementary" if problem.symmetric else "gap"
+    return solve_program(name, TANGENTIAL_PROGRAMS[formulation](problem), settings)
+
+
+def solve_joint(
+    name: str, normal: NormalProblem, tangential: TangentialProblem, coupling: np.ndarray, settings: Settings
+) -> tuple[RawSolution, RawSolution]:
+    """Pressure and tractions of unlike bodies under a fixed traction bound, see `joint_program`."""
+    raw = solve_program(name, joint_program(normal, tangential, coupling), settings)
+    m, how = normal.distance.size, (raw.iterations, raw.status, raw.solved)
+    traction = raw.traction[m:].reshape(tangential.components, -1)
+    return RawSolution(raw.traction[:m], raw.rigid[:1], *how), RawSolution(traction, raw.rigid[1:], *how)
+
+
+def solve_program(name: str, program: ConicProgram, settings: Settings) -> RawSolution:
+    """A program by the solver of a name; one that ends at the deadline raises `OutOfTime`."""
+    family, _, solver = name.partition(":")
+    raw = INTERFACES[family](program, settings, solver)
+    check_time(settings.deadline)
+    return raw
+
+
+def _options(name: str, tol: float) -> dict[str, Any]:
+    return BACKENDS[name.lower()].options(tol) if name.lower() in BACKENDS else {}
+
+
+def _by_clarabel(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
+    """A set-up with the same structure takes new numbers, but no start."""
+    import clarabel
+
+    key = ("clarabel", settings.tol)
+    solver, same = settings.kept(key, program)
+    if same:
+        solver.update(q=program.q, b=program.b)
+    elif solver is not None:
+        solver.update(P=program.P, q=program.q, A=program.A, b=program.b)
+    else:
+        kinds = {
+            "zero": clarabel.ZeroConeT,
+            "nonnegative": clarabel.NonnegativeConeT,
+            "second_order": clarabel.SecondOrderConeT,
+        }
+        options = clarabel.DefaultSettings()
+        options.verbose, options.time_limit = False, settings.seconds_left
+        for name, value in _options("clarabel", settings.tol).items():
+            setattr(options, name, value)
+        cones = [kinds[kind](size) for kind, size in program.cones]
+        solver = clarabel.DefaultSolver(program.P, program.q, program.A, program.b, cones, options)
+    settings.keep(key, program, solver)
+    result = interruptible(solver.solve)
+    traction, rigid = program.recover(np.array(result.x), np.array(result.z))
+    solved = bool(result.status == clarabel.SolverStatus.Solved)
+    return RawSolution(traction, rigid, int(result.iterations), str(result.status), solved)
+
+
+def _by_osqp(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
+    """Without cones of two components; a set-up with the same structure starts at its last answer."""
+    import osqp
+
+    key, program = ("osqp", settings.tol), program.polyhedral()
+    lower = np.where(program.kinds == "zero", program.b, -np.inf)
+    solver, same = settings.kept(key, program)
+    if solver is not None:
+        matrices = {} if same else {"Px": program.P.data, "Ax": program.A.data}
+        solver.update(q=program.q, l=lower, u=program.b, **matrices)
+    else:
+        solver = osqp.OSQP()
+        options = {"verbose": False, "time_limit": settings.seconds_left, **_options("osqp", settings.tol)}
+        interruptible(lambda: solver.setup(program.P, program.q, program.A, lower, program.b, **options))
+    settings.keep(key, program, solver)
+    result = interruptible(lambda: solver.solve(raise_error=False))
+    info = result.info
+    if info.status_val == osqp.SolverStatus.OSQP_SIGINT:
+        raise KeyboardInterrupt
+    traction, rigid = program.recover(np.array(result.x), np.array(result.y))
+    solved = bool(info.status_val == osqp.SolverStatus.OSQP_SOLVED)
+    return RawSolution(traction, rigid, int(info.iter), str(info.status), solved)
+
+
+def _by_scs(program: ConicProgram, settings: Settings, _: str) -> RawSolution:
+    """A set-up with the same matrices is used again and starts at its last answer."""
+    import scs
+
+    key, names = ("scs", settings.tol), {"zero": "z", "nonnegative": "l", "second_order": "q"}
+    rows = np.concatenate([np.flatnonzero(program.kinds == kind) for kind in names])
+    solver, same = settings.kept(key, program)
+    if same:
+        solver.update(b=program.b[rows], c=program.q)
+    else:
+        data = {"P": program.P, "A": program.A.tocsr()[rows].tocsc(), "b": program.b[rows], "c": program.q}
+        sizes: dict[str, list[int]] = {}
+        for kind, size in program.cones:
+            sizes.setdefault(names[kind], []).append(size)
+        cone = {name: value if name == "q" else sum(value) for name, value in sizes.items()}
+        options = {"verbose": False, "time_limit_secs": settings.seconds_left, **_options("scs", settings.tol)}
+        solver = interruptible(lambda: scs.SCS(data, cone, **options))
+    settings.keep(key, program, solver)
+    result = interruptible(solver.solve)
+    info = result["info"]
+    if info["status_val"] == scs.SIGINT:
+        raise KeyboardInterrupt
+    z = np.empty(rows.size)
+    z[rows] = result["y"]
+    traction, rigid = program.recover(np.array(result["x"]), z)
+    return RawSolution(traction, rigid, int(info["iter"]), str(info["status"]), info["status_val"] == scs.SOLVED)
+
+
+def _by_qpsolvers(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
+    """By a solver behind qpsolvers, without cones of two components, started where it ended."""
+    from scipy.sparse import triu
+
+    qpsolvers = imported("qpsolvers")
+    key, program = ("qpsolvers", name), program.polyhedral()
+    equal = program.kinds == "zero"
+    start, _ = settings.kept(key, program)
+    quadratic = program.P + triu(program.P, 1).T
+    parts: list[Any] = [quadratic, program.q, program.A[~equal], program.b[~equal], program.A[equal], program.b[equal]]
+    if name in qpsolvers.dense_solvers:
+        parts = [part.toarray() if hasattr(part, "toarray") else part for part in parts]
+    else:
+        parts = [part.tocsc() if hasattr(part, "tocsc") else part for part in parts]
+    if not equal.any():
+        parts[4:] = [None, None]
+    problem, options = qpsolvers.Problem(*parts), _options(name, settings.tol)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # solvers that take no start, or no keyword, say so at every call
+        try:
+            result = interruptible(lambda: qpsolvers.solve_problem(problem, name, initvals=start, **options))
+        except qpsolvers.QPError as error:  # a program it cannot take: quadprog wants P positive definite
+            nothing = np.full(program.q.size, np.nan), np.full(program.b.size, np.nan)
+            return RawSolution(*program.recover(*nothing), 0, f"{type(error).__name__}: {error}", False)
+    x = np.full(program.q.size, np.nan) if result.x is None else np.asarray(result.x, dtype=float)
+    z = np.full(program.b.size, np.nan)
+    for rows, multipliers in ((equal, result.y), (~equal, result.z)):
+        if multipliers is not None and len(multipliers):
+            z[rows] = multipliers
+    if result.found:
+        settings.keep(key, program, x)
+    iterations = getattr(result.extras.get("info"), "iter", 0)
+    status = "Solved" if result.found else "NotFound"
+    return RawSolution(*program.recover(x, z), int(iterations), status, bool(result.found))
+
+
+def _by_cvxpy(program: ConicProgram, settings: Settings, name: str) -> RawSolution:
+    """Stated in CVXPY's language; one with the same matrices is compiled once, and its vectors are parameters."""
+    cp = imported("cvxpy")
+    key, program = ("cvxpy", name, settings.tol), program.polyhedral()
+    model, same = settings.kept(key, program)
+    model = model if same else _Model.of(program)
+    model.q.value, model.b.value = program.q, program.b
+    settings.keep(key, program, model)
+    options = _options(name, settings.tol)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that an answer may be inaccurate is judged by our own residual
+            interruptible(lambda: model.problem.solve(solver=name, warm_start=True, **options))
+        status, iterations = str(model.problem.status), model.problem.solver_stats.num_iters
+    except cp.SolverError as error:
+        status, iterations = f"SolverError: {str(error).splitlines()[0]}", 0
+    x = np.full(program.q.size, np.nan) if model.x.value is None else np.asarray(model.x.value)
+    z = np.full(program.b.size, np.nan)
+    for rows, constraint in model.constraints:
+        dual = constraint.dual_value
+        if isinstance(dual, np.ndarray) and dual.size == rows.size:  # nobody asks for those of the cones
+            z[rows] = dual.ravel()
+    return RawSolution(*program.recover(x, z), int(iterations or 0), status, status == cp.OPTIMAL)
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """A program in CVXPY's terms."""
+
+    problem: Any
+    x: Any
+    q: Any
+    b: Any
+    constraints: list[tuple[np.ndarray, Any]]
+
+    @classmethod
+    def of(cls, program: ConicProgram) -> _Model:
+        import cvxpy as cp
+        from scipy.sparse import triu
+
+        x, q, b = cp.Variable(program.q.size), cp.Parameter(program.q.size), cp.Parameter(program.b.size)
+        quadratic = program.P + triu(program.P, 1).T
+        slack = b - program.A @ x
+        constraints = []
+        for kind in ("zero", "nonnegative", "second_order"):
+            rows = np.flatnonzero(program.kinds == kind)
+            if rows.size == 0:
+                continue
+            if kind == "zero":
+                constraint = program.A[rows] @ x == b[rows]
+            elif kind == "nonnegative":
+                constraint = program.A[rows] @ x <= b[rows]
+            else:  # all of them radius, x, y
+                radius, along_x, along_y = (slack[rows[i::3]] for i in range(3))
+                constraint = cp.SOC(radius, cp.vstack([along_x, along_y]), axis=0)
+            constraints.append((rows, constraint))
+        objective = 0.5 * cp.QuadForm(x, cp.psd_wrap(quadratic)) + q @ x
+        return cls(cp.Problem(cp.Minimize(objective), [c for _, c in constraints]), x, q, b, constraints)
+
+
+INTERFACES: dict[str, Callable[[ConicProgram, Settings, str], RawSolution]] = {
+    "clarabel": _by_clarabel,
+    "osqp": _by_osqp,
+    "scs": _by_scs,
+    "qpsolvers": _by_qpsolvers,
+    "cvxpy": _by_cvxpy,
+}

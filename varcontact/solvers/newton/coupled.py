@@ -1,0 +1,274 @@
+"""Newton's method for pressure and tractions of unlike bodies together, without a matrix.
+
+The fields are ``(p_z, p_t)``, pressure first, and their shifts ``E = (e, E_t)``, deformed distance and local shift.
+With ``y = p - E`` the natural map is ``p_z = max(y_z, 0)``, ``p_t = Proj(y_t)`` on the disk of ``f max(y_z, 0)``: the
+traction bound is an unknown, too. Newton's equations are those of the two problems, with all blocks of A, and with
+``n.d_t - f d_z = f p_z - n.p_t`` where it slips. The preconditioner is that of the pressures, then, with the bounds
+that go with these, that of the tractions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.discrete.problems import RawSolution
+from varcontact.elasticity.operators import GridOperator
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.driver import point, solve_from
+from varcontact.solvers.newton.gcr import Forces
+from varcontact.solvers.newton.globalisation import Point
+from varcontact.solvers.newton.kernel import fast_box, field_of, kernel, spectrum, unit, wrapped_transform
+from varcontact.solvers.newton.normal import NormalConditions, NormalSystem
+from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
+
+MOST_STEPS = 60
+"""Newton steps: problems that take more are left to alternating solves."""
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledProblem:
+    """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of a grid.
+
+    Attributes
+    ----------
+    normal, traction_to_distance, pressure_to_shift, tangential : GridOperator
+        The blocks zz, zt, tz and tt; c components t.
+    distance : ndarray, shape (ny, nx)
+        h, the undeformed distance.
+    rigid_shift : ndarray, shape (c, ny, nx)
+        W.
+    friction : ndarray, shape (ny, nx)
+        f, finite.
+    area : float
+        Of an element.
+    approach : float or None
+        Prescribed, or unknown.
+    force : tuple of 1 + c (float or None)
+        Prescribed ``area * sum(p)`` by field, the normal one where the approach is not.
+    """
+
+    normal: GridOperator
+    traction_to_distance: GridOperator
+    pressure_to_shift: GridOperator
+    tangential: GridOperator
+    distance: np.ndarray
+    rigid_shift: np.ndarray
+    friction: np.ndarray
+    area: float
+    approach: float | None
+    force: tuple[float | None, ...]
+
+    def shift(self, traction: np.ndarray) -> np.ndarray:
+        """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""
+        pressure, tangential = traction[:1], traction[1:]
+        distance = self.normal.apply(pressure) + self.traction_to_distance.apply(tangential)
+        shift = self.pressure_to_shift.apply(pressure) + self.tangential.apply(tangential)
+        return np.concatenate([distance + self.distance - (self.approach or 0.0), shift + self.rigid_shift])
+
+
+def newton_coupled(
+    problem: CoupledProblem, settings: Settings, start: RawSolution, residual: Callable[[RawSolution], float]
+) -> RawSolution:
+    """Solve for pressure and tractions together by an inexact Newton method with products by FFT only.
+
+    The start has pressures that bear something, and tractions (1 + c, ny, nx); less the approach, and rigid shifts
+    (1 + c,). So has the answer; where it is not "Solved" that is no more than a point on the way.
+    """
+    scaled = ScaledCoupled.of(problem, start, residual)
+    rigid = np.reshape(start.rigid, (-1, 1, 1)) / scaled.displacement
+    at = point(scaled.conditions, start.traction / scaled.load, rigid)
+    return solve_from(scaled, at, settings.tol, settings, MOST_STEPS)
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledKernel:
+    """The blocks of A as one: symbols (1 + c, 1 + c, ...), complex64, in the units of the blocks zz and tt.
+
+    `load` is the traction that counts as one, divided by the pressure that does.
+    """
+
+    shape: tuple[int, int]
+    symbols: np.ndarray
+    load: float
+
+    def __call__(self, traction: np.ndarray) -> np.ndarray:
+        """Displacements by tractions (1 + c, ny, nx), both float32."""
+        box = product_box(self.shape)
+        transform = spectrum(traction, box)
+        product = np.empty_like(transform)
+        product[0] = self.symbols[0, 0] * transform[0]
+        product[0] += np.float32(self.load) * _row(self.symbols[0, 1:], transform[1:])
+        for i in range(1, len(transform)):
+            product[i] = np.float32(1 / self.load) * (self.symbols[i, 0] * transform[0])
+            product[i] += _row(self.symbols[i, 1:], transform[1:])
+        return field_of(product, box, self.shape)
+
+
+def product_box(shape: tuple[int, int]) -> tuple[int, int]:
+    """The box of transforms on which nothing comes round."""
+    return fast_box(2 * shape[0] - 1, 2 * shape[1] - 1)
+
+
+def _row(symbols: np.ndarray, transform: np.ndarray) -> np.ndarray:
+    total: np.ndarray = symbols[0] * transform[0]
+    for symbol, part in zip(symbols[1:], transform[1:], strict=True):
+        total += symbol * part
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledConditions:
+    """Both problems on a grid, dimensionless: the tangential one with its bound left open, friction (ny, nx)."""
+
+    kernel: CoupledKernel
+    normal: NormalConditions
+    tangential: TangentialConditions
+    friction: np.ndarray
+    forces: Forces
+    linear = False
+
+    @property
+    def known(self) -> np.ndarray:
+        return np.concatenate([self.normal.known, self.tangential.known])
+
+    def under(self, pressure: np.ndarray) -> TangentialConditions:
+        """The tangential problem under a pressure (ny, nx)."""
+        return replace(self.tangential, bound=self.friction * np.maximum(pressure, 0.0))
+
+    def projected(self, trial: np.ndarray) -> np.ndarray:
+        return np.concatenate([np.maximum(trial[:1], 0.0), self.under(trial[0]).projected(trial[1:])])
+
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
+        """Pressures, positive only where the natural map has contact, and tractions within their bound."""
+        pressure = self.normal.admissible(traction[:1], trial[:1])
+        return np.concatenate([pressure, self.under(pressure[0]).projected(traction[1:])])
+
+    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The work of the natural map after a change of the rigid shifts, with slope and curvature, by problem."""
+        split = len(self.normal.forces.components)
+        normal = self.normal.work(trial[:1], change[:split])
+        tangential = self.under(trial[0]).work(trial[1:], change[split:])
+        curvature = np.zeros((len(change), len(change)))
+        curvature[:split, :split], curvature[split:, split:] = normal[2], tangential[2]
+        return normal[0] + tangential[0], np.concatenate([normal[1], tangential[1]]), curvature
+
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> CoupledSystem:
+        normal = self.normal.linearised(traction[:1], shift[:1], trial[:1], damping)
+        under = self.under(trial[0])
+        tangential = under.linearised(traction[1:], shift[1:], trial[1:], damping)
+        bound = self.friction * traction[0]
+        right = tangential.right + (bound - under.bound) * tangential.along  # the bound of the pressure to be found
+        right = np.where(under.contact, right, -traction[1:])
+        return CoupledSystem(self, np.concatenate([normal.right, right]), normal, tangential)
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledSystem:
+    """Newton's equations of both problems; `right` (1 + c, ny, nx)."""
+
+    conditions: CoupledConditions
+    right: np.ndarray
+    normal: NormalSystem
+    tangential: TangentialSystem
+
+    @cached_property
+    def _areas(self) -> tuple[np.ndarray, np.ndarray]:
+        """Ones out of contact; the slip's direction times friction, which ties tractions to pressures."""
+        apart = (~self.tangential.conditions.contact).astype(np.float32)
+        return apart, (self.conditions.friction * self.tangential.along).astype(np.float32)
+
+    def product(self, step: np.ndarray) -> np.ndarray:
+        return self.conditions.kernel(step)
+
+    def rows(self, image: np.ndarray, step: np.ndarray) -> np.ndarray:
+        apart, tied = self._areas
+        tangential = self.tangential.rows(image[1:], step[1:]) + apart * step[1:] - tied * step[0]
+        return np.concatenate([self.normal.rows(image[:1], step[:1]), tangential])
+
+    def border(self, component: int) -> np.ndarray:
+        border = np.zeros(self.right.shape, np.float32)
+        if component == 0:
+            border[:1] = self.normal.border(0)
+        else:
+            border[1:] = self.tangential.border(component - 1)
+        return border
+
+    def precondition(self, right: np.ndarray) -> np.ndarray:
+        """Pressures first."""
+        apart, tied = self._areas
+        pressure = self.normal.precondition(right[:1])
+        tractions = right[1:] + tied * pressure[0]
+        tangential = self.tangential.precondition((1 - apart) * tractions) + apart * tractions
+        return np.concatenate([pressure, tangential])
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledCoupled:
+    """A problem in its own units: those of pressures and of tractions (1 + c, 1, 1) differ by friction."""
+
+    problem: CoupledProblem
+    load: np.ndarray
+    residual: Callable[[RawSolution], float]
+
+    @classmethod
+    def of(cls, problem: CoupledProblem, start: RawSolution, residual: Callable[[RawSolution], float]) -> ScaledCoupled:
+        bound = float((problem.friction * start.traction[0]).max())
+        load = np.full((len(start.traction), 1, 1), bound)
+        load[0] = float(start.traction[0].max())
+        return cls(problem, load, residual)
+
+    @cached_property
+    def displacement(self) -> np.ndarray:
+        """The shifts that count as one."""
+        units = np.full(self.load.shape, unit(self.problem.tangential))
+        units[0] = unit(self.problem.normal)
+        return units * self.load
+
+    @cached_property
+    def conditions(self) -> CoupledConditions:
+        problem, shape = self.problem, self.problem.distance.shape
+        part = float(self.load[-1, 0, 0] / self.load[0, 0, 0])
+        fields = problem.distance[None] - (problem.approach or 0.0), problem.rigid_shift
+        known = np.concatenate(fields) / self.displacement
+        free = [i for i, force in enumerate(problem.force) if force is not None]
+        sums = np.array([(problem.force[i] or 0.0) / (problem.area * self.load[i, 0, 0]) for i in free])
+        weight = 1 / np.sqrt(problem.distance.size)
+        split = int(0 in free)
+        normal_forces = Forces(tuple(free[:split]), sums[:split], weight)
+        tangential_forces = Forces(tuple(i - 1 for i in free[split:]), sums[split:], weight)
+        within = np.ones(shape, dtype=bool)
+        return CoupledConditions(
+            CoupledKernel(shape, _symbols(problem), part),
+            NormalConditions(kernel(problem.normal, shape), known[:1], within, normal_forces),
+            TangentialConditions(kernel(problem.tangential, shape), known[1:], within * 0.0, tangential_forces),
+            problem.friction / part,
+            Forces(tuple(free), sums, weight),
+        )
+
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        return self.problem.shift(traction * self.load) / self.displacement + rigid
+
+    def error(self, at: Point) -> float:
+        return self.residual(RawSolution(*self.physical(at.traction, at.rigid), 0, ""))
+
+    def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return traction * self.load, (rigid * self.displacement).ravel()
+
+
+def _symbols(problem: CoupledProblem) -> np.ndarray:
+    """Transforms of all blocks in their units; remembered by the block that only unlike bodies have."""
+    blocks = problem.normal, problem.traction_to_distance, problem.tangential
+    keeper = problem.pressure_to_shift.__dict__
+    known, symbols = keeper.get("_symbols", ((), None))
+    if symbols is None or any(one is not other for one, other in zip(known, blocks, strict=True)):
+        top = np.concatenate([problem.normal.table, problem.traction_to_distance.table], axis=1)
+        below = np.concatenate([problem.pressure_to_shift.table, problem.tangential.table], axis=1)
+        table = np.concatenate([top / unit(problem.normal), below / unit(problem.tangential)]).astype(np.float32)
+        transforms = wrapped_transform(table.reshape(-1, *table.shape[2:]), product_box(problem.distance.shape))
+        symbols = transforms.reshape(*table.shape[:2], *transforms.shape[1:])
+        keeper["_symbols"] = blocks, symbols
+    return np.asarray(symbols)

@@ -1,0 +1,270 @@
+"""Newton's method on the natural map of a contact problem, inexact and without a matrix: from a start or coarse grids.
+
+Each step's linear equations are solved by GCR to a rough residual; a line search, damping, and, where these fail,
+steps of Tseng's splitting keep it converging. Small problems that it leaves unsolved go to dense active sets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from varcontact.checks import wrong_shape
+from varcontact.discrete.problems import RawSolution
+from varcontact.solvers.interface import Settings, check_time
+from varcontact.solvers.newton.gcr import Step, gcr
+from varcontact.solvers.newton.globalisation import (
+    Conditions,
+    Measure,
+    Point,
+    balanced,
+    forward_backward_forward,
+    line_search,
+    measured,
+    next_damping,
+)
+
+MAX_STEPS, PATIENCE = 100, 40
+"""Newton steps at most, and where active sets can take over: it takes 10 to 30, but for steps of rolling below
+dx/20."""
+DENSE = 2000
+"""Elements up to which a problem that Newton's method leaves unsolved is given to dense active sets."""
+COARSE_TOL = 1e-2
+"""Residual on all grids but the finest."""
+ROUNDED = 0.9
+"""Part of the tolerance to reach, as the certificate rounds differently."""
+REFINED, LEAST, REFINING = 1e-3, 1e-12, 4
+"""Part of the tolerance that a solved problem of so few elements is refined to, the least residual that is asked for,
+and the steps that may take: a tenth of the time, which leaves hardly more than rounding."""
+ROUGH, FINE = 0.3, 1e-2
+"""Relative residuals of the linear equations, at first and at least."""
+FALLING = 1.5
+"""Their power of what the last step left of the residual: Newton's method is as exact as it is successful."""
+NEAR = 30.0
+"""Residual, in tolerances, from which a step is to reach the tolerance."""
+NOISE, EXACT = 3e-7, 1e-15
+"""Error of the shift in single and in double precision, by the largest traction."""
+STUCK, IDLE = 6, 0.999
+"""Restart after this many net non-improving steps; a step improves if its merit is below IDLE times the previous."""
+GUARD_STEPS, GUARD_DAMPING = 20, 0.3
+
+C = TypeVar("C", bound=Conditions)
+
+
+class Problem(Protocol):
+    """A contact problem in its own units, judged in double precision."""
+
+    @property
+    def conditions(self) -> Conditions: ...
+
+    def shift(self, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+        """E on the box, from tractions (c, ny, nx) and rigid shifts (c, 1, 1)."""
+
+    def error(self, at: Point) -> float:
+        """The residual or the relative gap of an answer, as a certificate has it: the larger."""
+
+    def physical(self, traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tractions and rigid shifts as the solver's caller has them."""
+
+
+class GridProblem(Problem, Protocol[C]):
+    """One that coarser grids lead to, and that dense active sets solve, too."""
+
+    @property
+    def conditions(self) -> C: ...
+
+    @property
+    def size(self) -> int: ...
+
+    def initial_guess(self, start: RawSolution) -> Point:
+        """Where a start leads."""
+
+    def coarser(self, fine: C) -> C | None:
+        """The problem with elements twice as large, if that is fine enough to help."""
+
+    def first(self, coarsest: C) -> Point:
+        """Where the coarsest grid begins."""
+
+    def finer(self, at: Point, coarse: C, fine: C) -> Point:
+        """The point on the next grid."""
+
+    def residual(self, raw: RawSolution) -> float: ...
+
+    def by_active_sets(self, near: RawSolution) -> RawSolution: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Where Newton's method ended on a grid: "Solved", "MaxIterations" or "NotANumber"."""
+
+    at: Point
+    status: str
+    steps: int
+
+
+def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings) -> RawSolution:
+    """Newton's method from a start; without one, or if that fails, from coarse grids; then active sets."""
+    tol, spent, raw = ROUNDED * settings.tol, 0, None
+    small = problem.size <= DENSE
+    most = PATIENCE if small else MAX_STEPS
+    if start is not None and _finite(start):
+        raw = solve_from(problem, problem.initial_guess(start), tol, settings, most)
+        spent = raw.iterations
+    if raw is None or not raw.solved:
+        at, steps = _from_coarse_grids(problem, settings)
+        raw = solve_from(problem, at, tol, settings, most)
+        spent += steps + raw.iterations
+    raw = replace(raw, iterations=spent)
+    if not small or (raw.solved and settings.rough):
+        return raw
+    if raw.solved:
+        fine = solve_from(problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING)
+        if not problem.residual(fine) < problem.residual(raw):
+            return raw
+        return replace(fine, iterations=spent + fine.iterations, status=raw.status, solved=True)
+    other = problem.by_active_sets(raw)
+    if not (_finite(other) and problem.residual(other) < problem.residual(raw)):
+        return raw
+    return replace(other, iterations=spent, reason=f"newton missed the tolerance, {other.solver} was used")
+
+
+def solve_from(problem: Problem, at: Point, tol: float, settings: Settings, most: int) -> RawSolution:
+    """Newton's method on the problem itself, from a point."""
+    result = newton(problem.conditions, at, tol, settings, problem, most)
+    traction, rigid = problem.physical(result.at.traction, result.at.rigid)
+    return RawSolution(traction, rigid, result.steps, result.status, result.status == "Solved")
+
+
+def _from_coarse_grids(problem: GridProblem[C], settings: Settings) -> tuple[Point, int]:
+    """Where coarser grids lead, and the Newton steps taken there."""
+    grids = [problem.conditions]
+    while (coarser := problem.coarser(grids[-1])) is not None:
+        grids.append(coarser)
+    at, steps = problem.first(grids[-1]), 0
+    for coarse, fine in pairwise(reversed(grids)):
+        result = newton(coarse, at, COARSE_TOL, settings)
+        at, steps = problem.finer(result.at, coarse, fine), steps + result.steps
+    return at, steps
+
+
+def newton(
+    conditions: Conditions,
+    at: Point,
+    tol: float,
+    settings: Settings,
+    finest: Problem | None = None,
+    most: int = MAX_STEPS,
+) -> Result:
+    """Solve a contact problem on one grid, from a point, to a residual of the natural map by the largest traction.
+
+    With `finest` the answer is judged in double precision; else single precision is enough.
+    """
+    goal, damping, idle, guards = tol, 0.0, 0, 0
+    best, least, before = at, np.inf, 0.0
+    now = measured(conditions, at)
+    for count in range(most):
+        check_time(settings.deadline)
+        if finest is not None and at.noise > 0.1 * max(now.residual, goal):
+            at = replace(at, shift=finest.shift(at.traction, at.rigid), noise=EXACT)
+            now = measured(conditions, at)
+        if count == 0 or damping > 0:
+            at, now = _balanced(conditions, at, now, in_any_case=count == 0)
+        if not np.isfinite(now.merit):
+            return Result(best, "NotANumber", count)
+        ny, nx = at.traction.shape[1:]
+        settings.stats.tell(f"{nx} x {ny} elements, step {count}, residual {now.residual:.1e}")
+        if now.residual < least:
+            best, least = at, now.residual
+        if now.residual <= goal:
+            best = at = _admissible(conditions, at, finest)
+            error = 0.0 if finest is None else finest.error(at)
+            if error <= tol:
+                return Result(at, "Solved", count)
+            goal *= min(0.3 * tol / error, 0.3)
+            now = measured(conditions, at)
+        if idle >= STUCK:
+            guards, idle, damping = guards + 1, 0, GUARD_DAMPING
+            at = _guarded(conditions, best, GUARD_STEPS * guards, settings, finest)
+            now = measured(conditions, at)
+            continue
+        step = _step(conditions, at, now, goal, damping, now.residual / before if before else 1.0)
+        before = now.residual
+        if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
+            idle = STUCK
+            continue
+        noise = at.noise + NOISE * float(np.abs(step.traction).max()) / now.largest
+        at, then, part = line_search(conditions, at, step, now)
+        at = replace(at, noise=noise)
+        damping = next_damping(damping, part, then.merit / now.merit)
+        idle = idle + 1 if then.merit >= IDLE * now.merit else max(idle - 1, 0)
+        now = then
+    return Result(_admissible(conditions, best, finest), "MaxIterations", most)
+
+
+def _balanced(conditions: Conditions, at: Point, now: Measure, in_any_case: bool) -> tuple[Point, Measure]:
+    """With rigid shifts at which prescribed forces are there, where that brings it nearer."""
+    if conditions.linear or not conditions.forces.components or not np.isfinite(now.merit):
+        return at, now
+    there = balanced(conditions, at)
+    then = measured(conditions, there)
+    return (there, then) if in_any_case or then.merit < now.merit else (at, now)
+
+
+def _step(conditions: Conditions, at: Point, now: Measure, goal: float, damping: float, left: float) -> Step:
+    """Newton's step, as exact as it pays, which what the last one `left` of the residual tells.
+
+    Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16-32.
+    """
+    system = conditions.linearised(at.traction, at.shift, now.trial, damping)
+    near = conditions.linear or now.residual <= NEAR * goal
+    enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
+    return gcr(system, conditions.forces, conditions.forces.lacking(at.traction), enough)
+
+
+def _guarded(conditions: Conditions, at: Point, steps: int, settings: Settings, finest: Problem | None) -> Point:
+    """After steps that converge wherever M is monotone."""
+    shift = partial(_single_shift, conditions) if finest is None else finest.shift
+    with settings.stats.called("tseng"):
+        at = forward_backward_forward(at, shift, conditions.projected, conditions.forces, steps)
+        settings.stats.iterated("tseng", steps)
+    return replace(at, noise=NOISE if finest is None else EXACT)
+
+
+def _admissible(conditions: Conditions, at: Point, finest: Problem | None) -> Point:
+    """Admissible tractions, on the finest grid with their shift in double precision."""
+    traction = conditions.admissible(at.traction, at.traction - at.shift)
+    if finest is None:
+        return replace(at, traction=traction)
+    return replace(at, traction=traction, shift=finest.shift(traction, at.rigid), noise=EXACT)
+
+
+def point(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> Point:
+    """Tractions (c, ny, nx) and rigid shifts (c, 1, 1) with their shift, in single precision."""
+    return Point(traction, _single_shift(conditions, traction, rigid), rigid, NOISE)
+
+
+def _single_shift(conditions: Conditions, traction: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+    """E, in single precision but for what is known."""
+    return conditions.known + conditions.forces.displacement(rigid) + conditions.kernel(traction.astype(np.float32))
+
+
+def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tuple[int, ...]) -> None:
+    """Refuse a start whose arrays do not have the shapes of the problem."""
+    if start is None:
+        return
+    for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
+        if found.shape != wanted:
+            raise wrong_shape(f"start.{name}", found.shape, f"of shape {wanted}, as the problem has")
+
+
+def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:
+    """The answer for data that are not finite: zeros, not solved."""
+    return RawSolution(np.zeros(traction), np.zeros(rigid), 0, "NotANumber", False)
+
+
+def _finite(raw: RawSolution) -> bool:
+    return bool(np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all())

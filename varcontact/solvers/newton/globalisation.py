@@ -1,0 +1,174 @@
+"""What leads Newton's method to the solution: line search, damping, balanced forces, steps that always converge."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from varcontact.solvers.newton.gcr import Forces, Step, System
+
+PARTS = (1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 0.01)
+"""Of a step, tried one after the other."""
+LEAST_DAMPING, FIRST_DAMPING, LARGEST_DAMPING = 0.02, 0.1, 3.0
+NEGLIGIBLE = 1e-6
+"""Length of a step of Tseng's below which it is not shortened any more."""
+BALANCING, BALANCED, LONGEST = 30, 1e-9, 2.0
+"""Steps to balance forces, at most; what they may lack of them; the longest step, by the trial tractions."""
+
+
+class Conditions(Protocol):
+    """A contact problem on a box: what Newton's method has to know of it. Fields are (c, ny, nx)."""
+
+    @property
+    def kernel(self) -> Callable[[np.ndarray], np.ndarray]: ...
+
+    @property
+    def known(self) -> np.ndarray: ...
+
+    @property
+    def forces(self) -> Forces: ...
+
+    @property
+    def linear(self) -> bool:
+        """Whether nothing bounds the tractions: Newton's equations are then the problem's."""
+
+    def projected(self, trial: np.ndarray) -> np.ndarray:
+        """The tractions of the natural map, from the trial tractions ``p - E``."""
+
+    def admissible(self, traction: np.ndarray, trial: np.ndarray) -> np.ndarray:
+        """Admissible tractions near given ones."""
+
+    def work(self, trial: np.ndarray, change: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """The work after a change of the rigid shifts (k,), with its slope (k,) and its curvature (k, k)."""
+
+    def linearised(self, traction: np.ndarray, shift: np.ndarray, trial: np.ndarray, damping: float) -> System:
+        """Newton's equations, with a damping added to the diagonal of M."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Tractions p and their shift E (c, ny, nx), rigid shifts (c, 1, 1), and the error of E by the largest p."""
+
+    traction: np.ndarray
+    shift: np.ndarray
+    rigid: np.ndarray
+    noise: float
+
+    def moved(self, step: Step, part: float) -> Point:
+        """After a part of a step: E is linear, and no product needed."""
+        traction = self.traction + part * step.traction
+        return Point(traction, self.shift + part * step.shift, self.rigid + part * step.rigid, self.noise)
+
+
+def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Scalar products (ny, nx) of vectors (c, ny, nx)."""
+    product: np.ndarray = one[0] * other[0]
+    for first, second in zip(one[1:], other[1:], strict=True):
+        product += first * second
+    return product
+
+
+def balanced(conditions: Conditions, at: Point) -> Point:
+    """The point with the rigid shifts at which the tractions of its natural map have the prescribed forces.
+
+    Where the work has its minimum, found by Newton's method with steps shortened until it falls.
+    """
+    forces, trial = conditions.forces, at.traction - at.shift
+    change, identity = np.zeros(len(forces.components)), np.eye(len(forces.components))
+    work, lacking, stiffness = conditions.work(trial, change)
+    for _ in range(BALANCING):
+        if not np.abs(lacking).max(initial=0.0) > BALANCED * np.abs(forces.sums).max(initial=1.0):
+            break
+        direction = -np.linalg.solve(stiffness + 1e-12 * (1 + np.trace(stiffness)) * identity, lacking)
+        farthest = LONGEST * float(np.abs(trial).max() + np.abs(change).max())
+        length = min(1.0, farthest / float(np.abs(direction).max()))
+        while length > NEGLIGIBLE * NEGLIGIBLE:
+            there = conditions.work(trial, change + length * direction)
+            if there[0] <= work + 1e-4 * length * float(lacking @ direction):
+                break
+            length *= 0.3
+        else:
+            break
+        change = change + length * direction
+        work, lacking, stiffness = there
+    rigid = forces.spread(change, len(at.traction))
+    return Point(at.traction, at.shift + forces.displacement(rigid), at.rigid + rigid, at.noise)
+
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """How far a point is from the solution: the largest error by the largest traction, and the size of all."""
+
+    trial: np.ndarray
+    residual: float
+    merit: float
+    largest: float
+
+
+def measured(conditions: Conditions, at: Point) -> Measure:
+    """By the natural map, whose trial tractions are kept."""
+    trial = at.traction - at.shift
+    image = conditions.projected(trial)
+    error, lacking = at.traction - image, conditions.forces.lacking(at.traction)
+    square = dot(error, error)
+    largest = float(np.sqrt(max(dot(at.traction, at.traction).max(), dot(image, image).max())))
+    largest = largest if largest > 0 else 1.0
+    residual = max(float(np.sqrt(square.max())), float(np.abs(lacking).max(initial=0.0))) / largest
+    return Measure(trial, residual, float(np.sqrt(square.sum() + lacking @ lacking)), largest)
+
+
+def line_search(conditions: Conditions, at: Point, step: Step, now: Measure) -> tuple[Point, Measure, float]:
+    """The first part of a step that lowers the merit enough, or the best of all; and that part, 0 where none does."""
+    best, least, chosen = at, now, 0.0
+    for part in PARTS:
+        there = at.moved(step, part)
+        then = measured(conditions, there)
+        if then.merit <= least.merit:
+            best, least, chosen = there, then, part
+        if then.merit < (1 - 0.1 * part) * now.merit:
+            break
+    return best, least, chosen
+
+
+def next_damping(damping: float, part: float, ratio: float) -> float:
+    """The damping of the next step, from the part of the last that was taken and the merit's ratio in it."""
+    if part < 0.5 or ratio > 0.9:
+        return min(max(2 * damping, FIRST_DAMPING), LARGEST_DAMPING)
+    return damping / 5 if damping > LEAST_DAMPING else 0.0
+
+
+def forward_backward_forward(
+    at: Point,
+    shift: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    project: Callable[[np.ndarray], np.ndarray],
+    forces: Forces,
+    steps: int,
+) -> Point:
+    """Tseng's splitting, from a point: it converges wherever M is monotone, slowly; two products a step.
+
+    P. Tseng, SIAM J. Control Optim. 38 (2000) 431-446, applied to ``0 in E(p) + normal cone``, and the equations of
+    prescribed forces.
+    """
+    components, length = len(at.traction), 1.0
+    traction, rigid = project(at.traction), at.rigid
+
+    def field(traction: np.ndarray, rigid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return shift(traction, rigid), forces.spread(forces.weight * forces.lacking(traction), components)
+
+    for _ in range(steps):
+        E, lacking = field(traction, rigid)
+        while True:
+            there, moved = project(traction - length * E), rigid - length * lacking
+            E_there, lacking_there = field(there, moved)
+            change = np.hypot(np.linalg.norm(E_there - E), np.linalg.norm(lacking_there - lacking))
+            distance = np.hypot(np.linalg.norm(there - traction), np.linalg.norm(moved - rigid))
+            if length * change <= 0.9 * distance or length < NEGLIGIBLE:
+                break
+            length *= 0.6
+        traction = project(there - length * (E_there - E))
+        rigid = moved - length * (lacking_there - lacking)
+        length *= 1.05
+    return replace(at, traction=traction, shift=shift(traction, rigid), rigid=rigid)
