@@ -9,14 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, round_rail, round_wheel
+from tests.wheel_rail import conditions
+from tests.wheel_rail.conditions import circles
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
 from varcontact.results.report import with_bar
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
-from varcontact.wheel_rail import Position, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail import Velocity
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements"),
@@ -26,14 +27,7 @@ pytestmark = [
 
 
 def wheel(y, yaw=0.005, **more):
-    more = {"vertical_force": 60e3, "track": TRACK, "wheelset": WHEELSET, **more}
-    return WheelOnRail(position=Position(y=y, yaw=yaw), **more)
-
-
-def circles(**more):
-    return WheelOnRail(
-        track=flat_track(round_rail()), wheelset=WheelSet(wheel=round_wheel()), vertical_force=80e3, **more
-    )
+    return conditions.wheel(y, yaw=yaw, **{"vertical_force": 60e3} | more)
 
 
 @pytest.mark.parametrize(("y", "patches"), [(2.0, 1), (-8.0, 1), (5.0, 2)])
@@ -121,7 +115,7 @@ def test_samples_are_the_distance_on_any_grid():
 
 def test_a_theory_on_the_ellipse_of_each_patch():
     """Of two circles it is Hertz's: the forces are those that the theory has there."""
-    case = replace(circles(dx=0.4, dy=0.4), position=Position(y=-12.0, yaw=1e-3), velocity=Velocity(pitch_rate=-2.1739))
+    case = circles(y=-12.0, yaw=1e-3, velocity=Velocity(pitch_rate=-2.1739), dx=0.4, dy=0.4)
     found = case.solve(tangential="fastsim")
     assert found.force[2] == pytest.approx(80e3, rel=1e-6)
     (each,) = found.patches
