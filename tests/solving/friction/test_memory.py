@@ -9,7 +9,7 @@ import pytest
 import varcontact as vc
 from varcontact.discrete.state import ContactState
 from varcontact.io.records import SERIES
-from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
+from varcontact.solving.coupling import Limits, Unknown, fixed_point
 from varcontact.solving.friction_law import MAX_PASSES, NEAR, PLAIN
 
 JUMP = vc.StaticKinetic(0.4, 0.2)
