@@ -120,18 +120,9 @@ def test_infinite_creepage_is_full_slip(ratio):
     np.testing.assert_allclose(forces(far, a, b), integral, rtol=0, atol=5e-3)
     without = far * (1, 1, 0)
     unit = without[:, :2] / np.hypot(without[:, 0], without[:, 1])[:, None]
-    np.testing.assert_allclose(forces(without, a, b)[:, :2], -unit, rtol=0, atol=1e-5)
-
-
-def test_saturation():
-    """Infinite creepage is full slip, and no force ever exceeds f Fz."""
-    angle = np.linspace(0, 2 * np.pi, 50)
-    far = 1e9 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    found = forces(far)
-    np.testing.assert_allclose(found[:, :2], -far[:, :2] / 1e9, rtol=0, atol=1e-3)
-    np.testing.assert_allclose(found[:, 2], 0.0, rtol=0, atol=1e-3)
-    many = forces(creepages(20_000))
-    assert np.hypot(many[:, 0], many[:, 1]).max() <= 1 + 1e-14
+    np.testing.assert_allclose(forces(without, a, b), np.column_stack([-unit, 0 * unit[:, 0]]), rtol=0, atol=1e-5)
+    many = forces(creepages(20_000, a=a, b=b), a, b)
+    assert np.hypot(many[:, 0], many[:, 1]).max() <= 1 + 1e-14, "never more than f Fz"
 
 
 def test_symmetries():
@@ -285,6 +276,7 @@ def test_outside_is_refused_or_clamped_as_asked():
         ),
         (lambda t: table_forces(A, B, G, [1.0, 2.0, np.nan], t), r"friction_force\[2\] = nan is not allowed"),
         (lambda t: table_forces(A, B, G, LIMIT, (0.1, np.nan, 0.0)), r"creepages\[1\] = nan is not allowed"),
+        (lambda t: table_forces(A, B, G, LIMIT, np.where(np.eye(3), np.nan, t)), r"creepages\[0, 0\] = nan"),
         (lambda t: table_forces(A, B, np.nan, LIMIT, t), "G = nan is not allowed"),
         (lambda t: table_forces(A, B, G, LIMIT, t[:, :2]), "creepages has shape"),
         (lambda t: table_forces(0.0, B, G, LIMIT, t), "a = 0.0 is not allowed"),
@@ -294,13 +286,6 @@ def test_outside_is_refused_or_clamped_as_asked():
 def test_refused_by_name(call, words):
     with pytest.raises(vc.SceneError, match=words):
         call(creepages(3))
-
-
-def test_what_is_no_number_is_named_by_its_place():
-    triples = creepages(5)
-    triples[3, 1] = np.nan
-    with pytest.raises(vc.SceneError, match=r"creepages\[3, 1\] = nan"):
-        forces(triples)
 
 
 def test_a_book_comes_back_from_its_file(tmp_path):
@@ -441,12 +426,7 @@ def test_compared_with_the_exact_theory(scene):
     [
         ({"bodies": vc.Bodies(G=1.0, nu=0.3)}, "its book is for nu = 0.28, and nu is 0.3"),
         ({"surface": vc.Ellipse(a=6.0, b=1.0)}, "its book has a/b from 0.2 to 5, and a/b is 6"),
-        ({"bodies": vc.Bodies(G=(1.0, 3.0), nu=(0.1, 0.3))}, "it is for quasi-identical bodies"),
-        (
-            {"friction": vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.1)},
-            "it is for one finite coefficient",
-        ),
-        ({"motion": vc.Shift(ux=0.1)}, "it is for steady rolling"),
+        ({"friction": vc.LinearFalling(0.3, 0.2, half_velocity=0.1)}, "it is for one finite coefficient"),
     ],
 )
 def test_scenes_that_are_not_in_the_book(scene, changes, words):

@@ -12,12 +12,12 @@ from tests.wheel_rail.conditions import (
     RAIL,
     TRACK,
     WHEEL,
-    WHEELSET,
     benchmark,
+    circles,
     flat_track,
     manchester,
     round_rail,
-    round_wheel,
+    wheel,
 )
 from varcontact import reference
 from varcontact.errors import NotConverged, SceneError
@@ -31,16 +31,10 @@ from varcontact.wheel_rail import (
     RoughProfile,
     Track,
     Velocity,
-    WheelOnRail,
     WheelSet,
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")  # elements are few to be fast
-
-
-def wheel(y=0.0, **more):
-    more = {"vertical_force": 80e3, "track": TRACK, "wheelset": WHEELSET, "position": Position(y=y), **more}
-    return WheelOnRail(**more)
 
 
 def row(side, y):
@@ -49,14 +43,7 @@ def row(side, y):
 
 def test_two_circles_are_hertz_contact():
     """The load at an angle: area, peak pressure and approach of the combined curvatures."""
-    case = WheelOnRail(
-        track=flat_track(round_rail()),
-        wheelset=WheelSet(wheel=round_wheel()),
-        position=Position(y=-12.0),
-        vertical_force=80e3,
-        dx=0.4,
-        dy=0.4,
-    )
+    case = circles(y=-12.0, dx=0.4, dy=0.4)
     found = case.solve()
     (each,) = found.patches
     angle = each.patch.angle
@@ -95,16 +82,16 @@ def test_the_benchmarks_position_between_tread_and_flange():
 
 
 @pytest.mark.parametrize("y", [0.0, 5.0, 7.0])
-@pytest.mark.filterwarnings("ignore:normal forces of")
+@pytest.mark.filterwarnings("ignore:normal forces of", "ignore::varcontact.wheel_rail.RoughProfile")
 def test_the_vertical_force_is_that_of_all_forces(y):
     """On tread, both and flange, where friction bears up to 40 % of it; so does the fast way."""
-    case = wheel(y, position=Position(y=y, yaw=0.02), dx=1.0, dy=0.5)
+    case = wheel(y, yaw=0.02, dx=1.0, dy=0.5)
     assert case.solve().force[2] == pytest.approx(80e3, rel=1e-6)
     assert case.estimate().force[2] == pytest.approx(80e3, rel=1e-6)
 
 
 def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
-    case = wheel(2.0, position=Position(y=2.0, yaw=0.005), dx=0.5, dy=0.5)
+    case = wheel(2.0, yaw=0.005, dx=0.5, dy=0.5)
     plain, all_of_it = replace(case, with_friction=False).solve(), case.solve()
     assert plain.patches[0].normal_force * np.cos(plain.patches[0].patch.angle) == pytest.approx(80e3, rel=1e-6)
     assert all_of_it.force[2] == pytest.approx(80e3, rel=1e-6)
@@ -116,8 +103,7 @@ def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
 
 def test_a_flange_contact_takes_few_heights():
     """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power of the depth."""
-    position = Position(y=-7.0, roll=-6e-4, yaw=0.026)
-    case = wheel(side="left", position=position, vertical_force=65e3, dx=1.0, dy=1.0)
+    case = wheel(-7.0, -6e-4, 0.026, side="left", vertical_force=65e3, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
         warnings.filterwarnings("ignore", "normal forces of")
@@ -130,13 +116,9 @@ def test_a_flange_contact_takes_few_heights():
 def test_any_position_bears_its_load(seed):
     """Random places, sides and loads: the load is met, nothing pulls, and the tractions obey Coulomb's law."""
     rng = np.random.default_rng(seed)
-    case = wheel(
-        side=("left", "right")[seed % 2],
-        position=Position(y=rng.uniform(-10, 10), roll=rng.normal() * 3e-3, yaw=rng.uniform(-0.02, 0.02)),
-        vertical_force=10 ** rng.uniform(3.5, 5.0),
-        dx=1.0,
-        dy=1.0,
-    )
+    y, roll, yaw = rng.uniform(-10, 10), rng.normal() * 3e-3, rng.uniform(-0.02, 0.02)
+    force = 10 ** rng.uniform(3.5, 5.0)
+    case = wheel(y, roll, yaw, side=("left", "right")[seed % 2], vertical_force=force, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
         warnings.filterwarnings("ignore", "normal forces of")
@@ -160,16 +142,14 @@ def test_a_softer_rail_bears_its_load_with_a_larger_patch():
     assert each.peak_pressure < steel.solve().patches[0].peak_pressure / 1.3
 
 
-def test_forces_in_the_frames_belong_together():
-    found = wheel(
-        5.0,
-        position=Position(y=5.0, roll=-3e-4, yaw=0.012),
-        vertical_force=10e3,
-        join=3.0,
-        separate=3.0,
-        dx=0.5,
-        dy=0.5,
-    ).solve()
+@pytest.fixture(scope="module")
+def two_patches():
+    """Tread and flange root, apart."""
+    return wheel(5.0, -3e-4, 0.012, vertical_force=10e3, join=3.0, separate=3.0, dx=0.5, dy=0.5).solve()
+
+
+def test_forces_in_the_frames_belong_together(two_patches):
+    found = two_patches
     assert len(found.patches) == 2
     assert found.patches[0].patch.location[1] < found.patches[1].patch.location[1]
     total = np.zeros(3)
@@ -196,7 +176,7 @@ def test_solutions_of_left_and_right_are_mirror_images():
     """Forces, moments and fields, with a seam between tread and flange root."""
     right, left = (
         wheel(
-            side=side, position=Position(y=5.0 * sign, roll=-3e-4 * sign, yaw=0.012 * sign), vertical_force=10e3,
+            5.0 * sign, -3e-4 * sign, 0.012 * sign, side=side, vertical_force=10e3,
             velocity=Velocity(speed=2e3, lateral=3.0 * sign, yaw_rate=1e-3 * sign), dx=0.6, dy=0.6,
         ).solve()
         for side, sign in (("right", 1), ("left", -1))
@@ -211,7 +191,7 @@ def test_solutions_of_left_and_right_are_mirror_images():
 
 
 def test_patches_nearer_than_the_distance_are_one():
-    case = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012))
+    case = wheel(5.0, roll=-3e-4, yaw=0.012)
     z = case.touching + 0.03
     apart, together = replace(case, join=1.0, separate=1.0).patches(z), replace(case, separate=20.0).patches(z)
     assert (len(apart), len(together)) == (2, 1)
@@ -274,9 +254,7 @@ def test_smoothing_mends_what_noise_does_to_the_pressure():
 def test_conformal_contact_is_said_with_its_numbers():
     worn = round_rail(20.0, half=15.0)
     hollow = Profile(y=worn.y, z=20.5 - np.sqrt(20.5**2 - worn.y**2), kind="wheel", kinks=[])
-    case = WheelOnRail(
-        track=flat_track(worn), wheelset=WheelSet(wheel=replace(hollow)), vertical_force=100e3, dx=1.0, dy=1.0
-    )
+    case = wheel(track=flat_track(worn), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, dx=1.0, dy=1.0)
     with pytest.warns(ConformalContact) as caught:
         case.solve()
     told = [str(each.message) for each in caught]
@@ -291,14 +269,8 @@ def test_conformal_contact_is_said_with_its_numbers():
 @pytest.mark.parametrize(
     ("sides", "said"),
     [
-        (
-            {"dx": 0.5, "dy": 0.5},
-            ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: too few for its pressures"],
-        ),
-        (
-            {"dx": 6.0, "dy": 0.2},
-            ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: too few for its pressures"],
-        ),
+        ({"dx": 0.5, "dy": 0.5}, ["with dy = 0.5 mm the patch at y = 719 mm is 1 element wide: too few"]),
+        ({"dx": 6.0, "dy": 0.2}, ["with dx = 6 mm the patch at y = 719 mm is 3 elements long: too few"]),
         ({"dx": 0.4, "dy": 0.2}, []),
     ],
 )
@@ -333,30 +305,22 @@ def test_a_wrong_name_is_told_the_right_one(make, said):
 @pytest.mark.parametrize("with_friction", [False, True])
 def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
     """With overlaps that feel each other in part, and a certificate that only the last solution has."""
-    case = wheel(
-        5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012), vertical_force=10e3, with_friction=with_friction,
-        join=1.0, separate=20.0,
-    )  # fmt: skip
-    one = case.solve()
-    other = replace(case, vertical_force=None, z=one.z).solve()
-    known = 1e-3 * 10e3  # as far as the height is found where grids are chosen
-    assert np.all(abs(other.force - one.force) <= one.error + other.error + known)
-    case = replace(case, dx=0.5, dy=0.5)
+    common = {"vertical_force": 10e3, "join": 1.0, "separate": 20.0, "dx": 0.5, "dy": 0.5}
+    case = wheel(5.0, -3e-4, 0.012, with_friction=with_friction, **common)
     found = case.solve(certify="gap")
+    (each,) = found.patches
     again = replace(case, vertical_force=None, z=found.z).solve()
-    assert len(found.patches[0].patch.seams) == 1
+    assert len(each.patch.seams) == 1
     assert found.force == pytest.approx(again.force, rel=1e-12)
-    assert found.patches[0].solution.certificate.relative_gap < 1e-8
-    bearing = found.force[2] if with_friction else found.patches[0].normal_force * np.cos(found.patches[0].patch.angle)
+    assert each.solution.certificate.relative_gap < 1e-8
+    bearing = found.force[2] if with_friction else each.normal_force * np.cos(each.patch.angle)
     assert bearing == pytest.approx(10e3, rel=1e-6)
 
 
 def test_in_short():
     """Representations for notebooks and error messages name what matters, without the arrays."""
-    case = WheelOnRail(
-        track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()), side="left",
-        vertical_force=20e3, dx=1.0, dy=1.0,
-    )  # fmt: skip
+    standard = {"track": Track(rail=Profile.rail_60e1(), cant=1 / 40), "wheelset": WheelSet(wheel=Profile.s1002())}
+    case = wheel(**standard, side="left", vertical_force=20e3, dx=1.0, dy=1.0)
     rail = "Profile(rail, '60E1', 517 points, y -37.08 to 37.08 mm)"
     assert repr(case.track.rail) == rail
     assert repr(Profile.s1002().smoothed(5.0)).endswith("60 mm, smoothing=5)")
@@ -384,7 +348,7 @@ def test_a_load_that_cannot_be_met_exactly_says_so():
 
 def test_a_wheel_that_friction_lifts_is_refused():
     """Beyond Nadal's limit, tan(angle) < f for a wheel that slides up: no height bears the load."""
-    climbing = wheel(7.0, position=Position(y=7.0, yaw=-0.02), friction=0.6, vertical_force=10e3, dx=1.0, dy=0.5)
+    climbing = wheel(7.0, yaw=-0.02, friction=0.6, vertical_force=10e3, dx=1.0, dy=0.5)
     said = r"vertical_force = 10000 N: no height of the axle bears it.* friction lifts it .* \(together -\S+ N\)"
     for do in (climbing.solve, climbing.estimate):
         with pytest.raises(SceneError, match=said):
@@ -402,9 +366,10 @@ def test_normal_forces_far_larger_than_the_load_are_said():
         wheel(3.0).solve()
 
 
-def test_a_wheel_that_rolls_backwards_is_refused():
-    with pytest.raises(SceneError, match=r"velocity: a wheel does not roll forwards, its rolling velocity is -\d+"):
-        wheel(velocity=Velocity(speed=1000.0, yaw_rate=10.0)).solve()
+def test_a_locked_wheel_slides():
+    case = wheel(vertical_force=None, z=0.0, velocity=Velocity(speed=1e3, pitch_rate=0.0))
+    (patch,) = case.patches(case.touching + 0.05)
+    assert patch.creepage.vx == pytest.approx(-2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("G", [82e9, (82e9, 80e9)])
@@ -414,24 +379,23 @@ def test_moduli_in_pascal_are_refused(G):
     assert wheel(bodies=Bodies(G=535e3, nu=0.07)).bodies.G == 535e3  # diamond
 
 
-def test_a_radius_in_metres_is_refused():
-    with pytest.raises(
-        SceneError, match=r"wheelset.radius = 0.46 mm leaves a radius of -2\.\d+ mm where .* millimetres"
-    ):
-        WheelSet(wheel=WHEEL, radius=0.46)
+@pytest.mark.parametrize(("make", "field", "words"), [
+    (lambda: WheelSet(wheel=WHEEL, radius=0.46), "wheelset.radius", r"a radius of -2\.\d+ mm where .* millimetres"),
+    (
+        lambda: WheelSet(wheel=Profile(y=WHEEL.y + 70.0, z=WHEEL.z, kind="wheel")), "wheelset.flange_back",
+        "the tip of the wheel's flange is at y = 1",
+    ),
+    (lambda: Velocity(speed=20e3, pitch_rate=43.0), "velocity.pitch_rate", "negative in rolling forward"),
+    (lambda: wheel(velocity=Velocity(yaw_rate=10.0)).solve(), "velocity", r"does not roll forwards, .* -\d"),
+])  # fmt: skip
+def test_bad_dimensions_and_velocities_are_refused(make, field, words):
+    with pytest.raises(SceneError, match=words) as caught:
+        make()
+    assert caught.value.field == field
 
 
-def test_the_picture_has_both_profiles_and_each_patch():
-    found = wheel(
-        5.0,
-        position=Position(y=5.0, roll=-3e-4, yaw=0.012),
-        vertical_force=10e3,
-        join=3.0,
-        separate=3.0,
-        dx=0.5,
-        dy=0.5,
-    ).solve()
-    figure = found.plot()
+def test_the_picture_has_both_profiles_and_each_patch(two_patches):
+    figure = two_patches.plot()
     profiles, *panels = figure.axes
     labels = {line.get_label() for line in profiles.get_lines()}
     assert {"rail", "wheel", "contact patch"} <= labels
@@ -453,11 +417,6 @@ def test_a_rail_with_its_sides_exchanged_is_told():
         warnings.simplefilter("error")
         for rail in (RAIL, upright, worn):
             wheel(track=Track(rail=rail)).estimate()
-
-
-def test_profiles_with_their_kind_only():
-    assert WHEEL.kind == "wheel"
-    assert WHEELSET.middle == pytest.approx(750.0)
 
 
 def test_profiles_too_rough_to_follow_are_told():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
-from varcontact.reference.hertz import HertzContact
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
@@ -67,43 +66,32 @@ class _Contact:
 
     disc: Discretisation
     state: ContactState
+    motion: Steady
+    a: float
+    b: float
+    G: float
+    friction: float
+    limit: float
+    coefficients: CreepageCoefficients
 
-    @cached_property
-    def hertz(self) -> HertzContact:
-        assert self.disc.hertz is not None
-        return self.disc.hertz
-
-    @cached_property
-    def motion(self) -> Steady:
-        assert isinstance(self.disc.loading.motion, Steady)
-        return self.disc.loading.motion
-
-    @cached_property
-    def friction(self) -> float:
-        assert isinstance(self.disc.loading.coefficient, float)
-        return self.disc.loading.coefficient
-
-    @cached_property
-    def coefficients(self) -> CreepageCoefficients:
-        return creepage_coefficients(self.hertz.a, self.hertz.b, self.disc.operators.nu)
-
-    @cached_property
-    def ellipse(self) -> tuple[float, float, float]:
-        """a, b and G."""
-        return self.hertz.a, self.hertz.b, self.disc.bodies.combined_G
-
-    @cached_property
-    def limit(self) -> float:
-        """f Fz."""
-        return self.friction * self.hertz.force
+    @classmethod
+    def of(cls, disc: Discretisation, state: ContactState) -> _Contact:
+        hertz, motion, law = disc.hertz, disc.loading.motion, disc.loading.law
+        friction = disc.loading.coefficient if law is None else law.static
+        assert hertz is not None
+        assert isinstance(motion, Steady)
+        assert isinstance(friction, float)
+        coefficients = creepage_coefficients(hertz.a, hertz.b, disc.operators.nu)
+        G, limit = disc.bodies.combined_G, friction * hertz.force
+        return cls(disc, state, motion, hertz.a, hertz.b, G, friction, limit, coefficients)
 
     def pressure(self, form: str) -> np.ndarray:
         """Hertz's pressure, or a parabolic one with the same total."""
         inside = self.state.pressure
         if form == "elliptic":
             return np.asarray(inside * self.disc.scales.pressure)
-        (a, b, _), grid = self.ellipse, self.disc.grid
-        height = np.maximum(1 - (grid.x[None, :] / a) ** 2 - (grid.y[:, None] / b) ** 2, 0.0) * (inside > 0)
+        x, y = self.disc.grid.x[None, :] / self.a, self.disc.grid.y[:, None] / self.b
+        height = np.maximum(1 - x**2 - y**2, 0.0) * (inside > 0)
         return np.asarray(inside.sum() * self.disc.scales.pressure * height / height.sum())
 
     def total(self, traction: np.ndarray) -> np.ndarray:
@@ -112,10 +100,10 @@ class _Contact:
 
     def creepage(self, force: Callable[[np.ndarray], np.ndarray], limit: float) -> np.ndarray:
         """The creepage; where forces below a limit are prescribed, that for which a theory gives them."""
-        motion, (a, b, G) = self.motion, self.ellipse
+        motion = self.motion
         if motion.Fx is None and motion.Fy is None:
             return np.array(motion.rigid)
-        unit = 3 * limit / (G * a * b * self.coefficients.C11)
+        unit = 3 * limit / (self.G * self.a * self.b * self.coefficients.C11)
         given = np.array([motion.vx, motion.vy, motion.spin])
         return creepage_carrying(force, given, (motion.Fx, motion.Fy), unit, limit, limit)
 
@@ -174,8 +162,9 @@ def _fastsim(
     disc: Discretisation, state: ContactState, bound: str = "parabolic", flexibility: str = "separate"
 ) -> ContactState:
     """FASTSIM at the element centres, which meets prescribed forces up to all that its elements can carry."""
-    contact = _Contact(disc, state)
-    (a, b, G), grid, pressure = contact.ellipse, disc.grid, contact.pressure(bound)
+    contact = _Contact.of(disc, state)
+    a, b, G = contact.a, contact.b, contact.G
+    grid, pressure = disc.grid, contact.pressure(bound)
 
     def flexibilities(creepage: np.ndarray) -> np.ndarray:
         return flexibilities_of(a, b, G, creepage, contact.coefficients, flexibility)
@@ -198,8 +187,8 @@ def _fastsim(
 
 def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState:
     """The tractions of strip theory, or of FaStrip, at the element centres."""
-    contact = _Contact(disc, state)
-    (a, b, G), table = contact.ellipse, contact.coefficients
+    contact = _Contact.of(disc, state)
+    a, b, G, table = contact.a, contact.b, contact.G, contact.coefficients
     bound = contact.friction * contact.pressure("elliptic")
     factors = (1 / (1 - disc.operators.nu), 1.0, 1.0) if name == "strip" else kalker_factors(a, b, table)
 
@@ -226,7 +215,7 @@ def _strip_tractions(
 
     In the slip area they point against the rigid slip, or against the vectors `against` (2, ny, nx).
     """
-    (a, b, _), grid = contact.ellipse, contact.disc.grid
+    a, b, grid = contact.a, contact.b, contact.disc.grid
     X, Y, x_by_place, turn = scaled
     across, place = grid.y[:, None] / b, grid.x[None, :] / a
     edge = np.sqrt(np.maximum(1 - across**2, 0.0))
@@ -249,8 +238,8 @@ def _strip_tractions(
 
 def _vermeulen_johnson(disc: Discretisation, state: ContactState) -> ContactState:
     """Tractions of the form that Vermeulen and Johnson assume, scaled to carry the force of Kalker's line exactly."""
-    contact = _Contact(disc, state)
-    (a, b, G), motion = contact.ellipse, contact.motion
+    contact = _Contact.of(disc, state)
+    a, b, G, motion = contact.a, contact.b, contact.G, contact.motion
     limit, table = contact.limit, contact.coefficients
     creepage = np.array(motion.rigid)
     if motion.Fx is not None or motion.Fy is not None:
@@ -275,8 +264,8 @@ def _polach(disc: Discretisation, state: ContactState) -> ContactState:
     """
     from scipy.optimize import brentq
 
-    contact = _Contact(disc, state)
-    (a, b, G), limit, table = contact.ellipse, contact.limit, contact.coefficients
+    contact = _Contact.of(disc, state)
+    a, b, G, limit, table = contact.a, contact.b, contact.G, contact.limit, contact.coefficients
 
     def force(creepage: np.ndarray) -> np.ndarray:
         return polach(a, b, G, limit, creepage, table)
@@ -305,8 +294,8 @@ def _table(disc: Discretisation, state: ContactState) -> ContactState:
     A book has no tractions. To those of FASTSIM fields in proportion to the traction bound are added until all three
     resultants are met, or the bound is reached everywhere.
     """
-    contact = _Contact(disc, state)
-    (a, b, G), limit = contact.ellipse, contact.limit
+    contact = _Contact.of(disc, state)
+    a, b, G, limit = contact.a, contact.b, contact.G, contact.limit
     creepage = contact.creepage(lambda creepage: table_forces(a, b, G, limit, creepage).force, limit)
     found = table_forces(a, b, G, limit, creepage)
     vx, vy, spin = map(float, creepage)

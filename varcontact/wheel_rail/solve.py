@@ -24,9 +24,8 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solving.options import CertifyName
+from varcontact.solving.options import BY_DEFAULT, CertifyName
 from varcontact.solving.solve import solve
-from varcontact.solving.target import BY_DEFAULT
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.patches import Seams
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution
@@ -373,7 +372,7 @@ def _warn(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
                 elements = f"{count} element{'s' * (count > 1)} {size}"
                 warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
         noisy = any(text.lower().startswith("noise") for text in solution.warnings)
-        if noisy and min(counts) >= FEWEST * (1 + len(patch.seams)):
+        if noisy and min(counts) >= FEWEST:  # waves on fewer elements are no noise
             reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
             warn(f"noise dominates {where}: {reason}", RoughProfile)
         across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])
