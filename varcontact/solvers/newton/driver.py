@@ -119,7 +119,7 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
         raw = solve_from(problem, at, tol, settings, most)
         spent += steps + raw.iterations
     raw = replace(raw, iterations=spent)
-    if not small or (raw.solved and settings.rough):
+    if not small or (raw.solved and settings.loose_tolerance):
         return raw
     if raw.solved:
         fine = solve_from(problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING)
