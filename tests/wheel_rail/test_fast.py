@@ -8,15 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tests.wheel_rail.conditions import (
-    TRACK,
-    WHEELSET,
-    benchmark,
-    flat_track,
-    manchester,
-    round_rail,
-    round_wheel,
-)
+from tests.wheel_rail.conditions import TRACK, WHEELSET, benchmark, flat_track, manchester, round_rail, round_wheel
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
 from varcontact.kinematics import rotation

@@ -25,6 +25,7 @@ from varcontact.io.contact_words import (
     Row,
     counts,
     elements,
+    modules,
     number_of,
     read_distance,
     sampled,
@@ -160,20 +161,8 @@ def _cases(lines: Lines) -> list[_Case]:
     """The cases that are to be calculated."""
     cases: list[_Case] = []
     before: _Case | None = None
-    while lines.more():
-        group = lines.group("MODULE")
-        (module,) = group.integers()
-        if module == 0:
-            break
-        if module == 1:
-            why = (
-                "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
-            )
-            group.refuse("MODULE", module, why)
-        if module != 3:
-            group.refuse("MODULE", module, "is not supported; supported: 3 (basic contact), 0 (stop)")
-        if group.rest and number_of(group.rest[0]) is not None:
-            group.refuse("MODULE", module, f"with result element {group.rest[0]} is not supported; use one")
+    wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
+    for _ in modules(lines, 3, "basic contact", {1: wheel}):
         before = _case(lines, before)
         if before.digits["R"] == 1:
             cases.append(before)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -161,6 +161,21 @@ class Lines:
 
 MOST_BYTES = 2**28
 """Of an input file, whose distances may be given element by element."""
+
+
+def modules(lines: Lines, module: int, meaning: str, others: Mapping[int, str]) -> Iterator[Group]:
+    """The MODULE line of each case, up to the stop; `others` has why other modules are refused."""
+    while lines.more():
+        group = lines.group("MODULE")
+        (found,) = group.integers()
+        if found == 0:
+            return
+        if found != module:
+            why = others.get(found, f"is not supported; supported: {module} ({meaning}), 0 (stop)")
+            group.refuse("MODULE", found, why)
+        if group.rest and number_of(group.rest[0]) is not None:
+            group.refuse("MODULE", found, f"with result element {group.rest[0]} is not supported; use one")
+        yield group
 
 
 def skip_iterations(lines: Lines, digit: int) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +17,10 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_input import Friction, read_friction
+from varcontact.io.contact_input import read_friction
 from varcontact.io.contact_words import SUPPORTED as BASIC
 from varcontact.io.contact_words import WORDS as BASIC_WORDS
-from varcontact.io.contact_words import Group, Lines, number_of, skip_iterations, skip_stresses
+from varcontact.io.contact_words import Group, Lines, modules, number_of, skip_iterations, skip_stresses
 from varcontact.scene.bodies import Bodies
 from varcontact.wheel_rail.profile import Profile
 from varcontact.wheel_rail.profile_files import Kind
@@ -43,6 +43,12 @@ SUPPORTED: dict[str, dict[int, str]] = BASIC | {
 }
 """Values of the control digits that are read, but for INFLCF: see `BASIC`."""
 SLICES = ".slcs"
+ANY_HEIGHT = 1.0
+"""A depth below the rail top that all rails reach [mm]."""
+
+Case = dict[str, Any]
+"""What a case has, and the next may keep: entries of `WheelOnRail`, "rail", "grid", "height", "has_friction", and
+"dimensions", which are GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, and CANT."""
 
 
 def read_contact_input(path: str | Path) -> list[WheelOnRail]:
@@ -97,83 +103,52 @@ def read_contact_input(path: str | Path) -> list[WheelOnRail]:
     >>> folder.cleanup()
     """
     file = checks.file_name("path", path)
-    lines, before = Lines(file), _Case()
+    lines, case = Lines(file), Case()
     wheels: list[WheelOnRail] = []
-    while lines.more():
-        group = lines.group("MODULE")
-        (module,) = group.integers()
-        if module == 0:
-            break
-        if module == 3:
-            group.refuse(
-                "MODULE", module, "is a basic contact: vc.read_contact_input reads it, `varcontact solve` solves it"
-            )
-        if module != 1:
-            group.refuse("MODULE", module, "is not supported; supported: 1 (wheel on rail), 0 (stop)")
-        if group.rest and number_of(group.rest[0]) is not None:
-            group.refuse("MODULE", module, f"with result element {group.rest[0]} is not supported; use one")
-        before, calculated = _case(lines, before, file.parent, group)
+    scene = "is a basic contact: vc.read_contact_input reads it, `varcontact solve` solves it"
+    for group in modules(lines, 1, "wheel on rail", {3: scene}):
+        calculated = _read_case(lines, case, file.parent, group)
         if calculated:
-            wheels.append(_wheel(before, group))
+            wheels.append(_wheel(case, group))
     if not wheels:
         raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
     return wheels
 
 
-@dataclass(frozen=True)
-class _Case:
-    """What one case has, and the next may keep."""
-
-    side: Side = "right"
-    friction: Friction | None = None
-    has_friction: bool = True
-    bodies: Bodies | None = None
-    grid: dict[str, float] = field(default_factory=dict)
-    dimensions: tuple[float, ...] = ()
-    """GAUGHT, GAUGSQ or RAILY0, GAUGWD or RAILZ0, CANT."""
-    rail: Profile | None = None
-    wheelset: WheelSet | None = None
-    height: dict[str, float] = field(default_factory=dict)
-    position: Position | None = None
-    velocity: Velocity | None = None
-
-
-def _case(lines: Lines, before: _Case, folder: Path, group: Group) -> tuple[_Case, bool]:
-    """The next case, which keeps of the one before what it does not give, and whether it is to be calculated."""
+def _read_case(lines: Lines, case: Case, folder: Path, group: Group) -> bool:
+    """Change what the case before had by what the next one gives; whether that is to be calculated."""
     problem, _ = lines.digits("CPBTNFS", PROBLEM, SUPPORTED)
     digits, material = lines.digits("VLDCMZE", GEOMETRY, SUPPORTED | {"C": BASIC["C"]})
     if material.rest and number_of(material.rest[0]) not in (None, 0.0):
         material.refuse("M2 (MATER2)", material.rest[0], "is not supported; supported: 0 (no damping)")
     last, _ = lines.digits("XHGIAOWR", BASIC_WORDS["XHGIAOWR"], SUPPORTED)
-    for letter, given, kept in (
-        ("L", digits["L"] != 1, before.friction),
-        ("C", digits["C"] == 2, before.bodies),
-        ("D", digits["D"] >= 2, before.grid),
-        ("Z", digits["Z"] == 3, before.rail),
-        ("E", digits["E"] == 3, before.wheelset),
+    for letter, given, name in (
+        ("L", digits["L"] != 1, "friction"),
+        ("C", digits["C"] == 2, "bodies"),
+        ("D", digits["D"] >= 2, "grid"),
+        ("Z", digits["Z"] == 3, "rail"),
+        ("E", digits["E"] == 3, "wheelset"),
     ):
-        if not given and not kept:
+        if not given and name not in case:
             group.refuse(letter, digits[letter], "keeps what the case before has, and there is none")
     skip_iterations(lines, last["G"])
-    case = replace(before, side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
+    case.update(side=SIDES[problem["C"]], has_friction=problem["T"] != 0)
     if digits["L"] != 1:
-        case = replace(case, friction=read_friction(lines, digits["L"]))
+        case["friction"] = read_friction(lines, digits["L"])
     if digits["C"] == 2:
         elastic = lines.group("POISS 1", "POISS 2", "GG 1", "GG 2")
         nu1, nu2, G1, G2 = elastic.numbers()
         with _located(elastic):
-            case = replace(case, bodies=Bodies(G=(G1, G2), nu=(nu1, nu2)))
+            case["bodies"] = Bodies(G=(G1, G2), nu=(nu1, nu2))
     if digits["D"] >= 2:
-        case = replace(case, grid=_grid(lines))
-    case = _track(lines, case, digits["Z"], folder)
-    case = _wheelset(lines, case, digits["E"], problem["N"], folder)
+        case["grid"] = _grid(lines)
+    _read_track(lines, case, digits["Z"], folder)
+    _read_wheelset(lines, case, digits["E"], problem["N"], folder)
     skip_stresses(lines, problem["S"])
-    wanted = "vertical_force" if problem["N"] else "z"
-    if wanted not in case.height:
-        group.refuse(
-            "N (NORM)", problem["N"], "is another than the case before has, whose wheel set is kept: use E >= 1"
-        )
-    return case, last["R"] == 1
+    if ("vertical_force" if problem["N"] else "z") not in case["height"]:
+        why = "is another than the case before has, whose wheel set is kept: use E >= 1"
+        group.refuse("N (NORM)", problem["N"], why)
+    return last["R"] == 1
 
 
 def _grid(lines: Lines) -> dict[str, float]:
@@ -183,42 +158,37 @@ def _grid(lines: Lines) -> dict[str, float]:
     if dqrel != 1:
         group.refuse("DQREL", dqrel, "is not supported: the step of rolling here is an element; supported: 1")
     if group.angle(3) < math.pi / 2 - 1e-6:
-        group.refuse(
-            "A_SEP", group.values[3], "is not supported: patches here are separated by distance; supported: 90d"
-        )
+        why = "is not supported: patches here are separated by distance; supported: 90d"
+        group.refuse("A_SEP", group.values[3], why)
     grid = {"dx": dx, "dy": dy, "separate": group.number(4), "join": group.number(5)}
     more = [value for value in map(number_of, group.rest[:2]) if value is not None]
     if len(more) == 2:
         group.refuse("GAP_MISS", more[1], "is not supported; leave it out")
-    return grid | dict(zip(("turn",), more, strict=False))
+    return grid | ({"turn": more[0]} if more else {})
 
 
-def _track(lines: Lines, case: _Case, digit: int, folder: Path) -> _Case:
+def _read_track(lines: Lines, case: Case, digit: int, folder: Path) -> None:
     """Track dimensions, the rail's profile, and its deviations, which must be none."""
     if digit in (1, 3):
         first = lines.group("GAUGHT", "GAUGSQ or RAILY0", "GAUGWD or RAILZ0", "CANT")
         height, second, third = (first.number(k) for k in range(3))
         if height > 0 and second not in (0, 1):
-            first.refuse(
-                "GAUGSQ", second, "is not supported: the gauge is measured at the innermost face; supported: 0, 1"
-            )
+            why = "is not supported: the gauge is measured at the innermost face; supported: 0, 1"
+            first.refuse("GAUGSQ", second, why)
         if first.rest and number_of(first.rest[0]) not in (None, 0.0):
             first.refuse("CURV", first.rest[0], "is not supported: the track here is straight; supported: 0")
-        case = replace(case, dimensions=(height, second, third, first.angle(3)))
+        case["dimensions"] = height, second, third, first.angle(3)
     if digit == 3:
-        case = replace(case, rail=_profile(lines, "rail", folder))
+        case["rail"] = _profile(lines, "rail", folder)
     if digit >= 2:
         deviations = lines.group("DY", "DZ", "ROLL", "VY", "VZ", "VROLL")
         for k, name in enumerate(deviations.names):
             if deviations.angle(k) != 0:
-                deviations.refuse(
-                    name, deviations.values[k], "is not supported: rails have no deviations; supported: 0"
-                )
-    return case
+                why = "is not supported: rails have no deviations; supported: 0"
+                deviations.refuse(name, deviations.values[k], why)
 
 
 def _profile(lines: Lines, kind: Kind, folder: Path) -> Profile:
-    """The profile that a file has."""
     group = lines.group(f"{kind[0].upper()}FNAME", "MIRRORY", "SCALE", "SMOOTH")
     name = group.values[0].strip("'\"").replace("\\", "/")
     if name.lower().endswith(SLICES):
@@ -243,87 +213,56 @@ def _profile(lines: Lines, kind: Kind, folder: Path) -> Profile:
             if error.field != "profile.z" or mirror_z != 0:
                 raise
             profile = Profile.read(folder / name, kind, mirror_z=True, **read)
-        return _smoothed(profile, smooth) if method == 0 and smooth > 0 else profile
+        if method == 1 or smooth <= 0:
+            return profile
+        # ISMOOTH = 0: the weight multiplies the integral of the squared second derivative; the squared distances are
+        # summed over points, which is an integral by their spacing
+        spacing = float(np.median(np.hypot(np.diff(profile.y), np.diff(profile.z))))
+        length = 2 * math.pi * (smooth * spacing) ** 0.25
+        return profile.smoothed(length) if length >= spacing else profile
 
 
-def _smoothed(profile: Profile, weight: float) -> Profile:
-    """The profile smoothed as by ISMOOTH = 0, whose weight multiplies the integral of the squared second derivative.
-
-    The squared distances are summed over points: an integral by their spacing, for evenly spaced ones.
-    """
-    spacing = float(np.median(np.hypot(np.diff(profile.y), np.diff(profile.z))))
-    length = 2 * math.pi * (weight * spacing) ** 0.25
-    return profile.smoothed(length) if length >= spacing else profile
-
-
-def _wheelset(lines: Lines, case: _Case, digit: int, norm: int, folder: Path) -> _Case:
+def _read_wheelset(lines: Lines, case: Case, digit: int, norm: int, folder: Path) -> None:
     """Wheel set, its position and its velocity."""
     if digit == 3:
         group = lines.group("FBDIST", "FBPOS", "NOMRAD")
         distance, back, radius = group.numbers()
         wheel = _profile(lines, "wheel", folder)
         with _located(group):
-            wheelset = WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
-        case = replace(case, wheelset=wheelset)
+            case["wheelset"] = WheelSet(wheel=wheel, radius=radius, inside_distance=distance, flange_back=back)
     if digit >= 1:
         group = lines.group("S", "Y", "FZ" if norm else "Z", "ROLL", "YAW", "PITCH")
-        height = {"vertical_force" if norm else "z": group.number(2)}
+        case["height"] = {"vertical_force" if norm else "z": group.number(2)}
         with _located(group):
-            position = Position(y=group.number(1), roll=group.angle(3), yaw=group.angle(4))
-        case = replace(case, height=height, position=position)
+            case["position"] = Position(y=group.number(1), roll=group.angle(3), yaw=group.angle(4))
     if digit >= 2:
         group = lines.group("VS", "VY", "VZ", "VROLL", "VYAW", "VPITCH")
         speed, lateral, vertical = (group.number(k) for k in range(3))
-        roll, yaw, pitch = (group.angle(k) for k in range(3, 6))
+        rates = dict(zip(("roll_rate", "yaw_rate", "pitch_rate"), map(group.angle, range(3, 6)), strict=True))
         with _located(group):
-            velocity = Velocity(
-                speed=speed, lateral=lateral, vertical=vertical, roll_rate=roll, yaw_rate=yaw, pitch_rate=pitch
-            )
-        case = replace(case, velocity=velocity)
-    return case
+            case["velocity"] = Velocity(speed=speed, lateral=lateral, vertical=vertical, **rates)
 
 
-def _wheel(case: _Case, group: Group) -> WheelOnRail:
+def _wheel(case: Case, group: Group) -> WheelOnRail:
     """The case as a wheel on a rail."""
-    assert case.friction is not None
-    assert case.bodies is not None
-    assert case.rail is not None
-    assert case.wheelset is not None
-    assert case.position is not None
-    assert case.velocity is not None
-    gauge_height, second, third, cant = case.dimensions
-    height = dict(case.height)
+    gauge_height, second, third, cant = case["dimensions"]
+    height = case["height"]
     with _located(group):
         if gauge_height > 0:
-            track = Track(rail=case.rail, gauge=third, gauge_height=gauge_height, cant=cant)
-        else:
-            track, drop = _by_origin(case.rail, SIGN[case.side] * second, third, cant)
-            height |= {"z": height["z"] - drop} if "z" in height else {}
+            track = Track(rail=case["rail"], gauge=third, gauge_height=gauge_height, cant=cant)
+        else:  # the rail's origin is given; its top has the height 0 here, and the gauge may be measured anywhere
+            track = Track(rail=case["rail"], gauge_height=ANY_HEIGHT, cant=cant)
+            beside = SIGN[case["side"]] * second - float(track.origin[0])
+            track = replace(track, gauge=track.gauge + 2 * beside)
+            drop = third - float(track.origin[1])
+            height = {name: value - drop if name == "z" else value for name, value in height.items()}
         return WheelOnRail(
             track=track,
-            wheelset=case.wheelset,
-            side=case.side,
-            position=case.position,
-            velocity=case.velocity,
-            with_friction=True,
-            bodies=case.bodies,
-            friction=case.friction.at(case.velocity.speed) if case.has_friction else 0.0,
-            **case.grid,
+            **{name: case[name] for name in ("wheelset", "side", "position", "velocity", "bodies")},
+            friction=case["friction"].at(case["velocity"].speed) if case["has_friction"] else 0.0,
+            **case["grid"],
             **height,
         )
-
-
-def _by_origin(rail: Profile, y: float, z: float, cant: float) -> tuple[Track, float]:
-    """The track whose rail's origin is at y, with the rail's top at 0, and how far down it is in CONTACT's track.
-
-    Where the gauge is measured does not matter then: any height that all rails reach.
-    """
-    some = Track(rail=rail, gauge_height=ANY_HEIGHT, cant=cant)
-    track = replace(some, gauge=some.gauge + 2 * (y - float(some.origin[0])))
-    return track, z - float(track.origin[1])
-
-
-ANY_HEIGHT = 1.0
 
 
 @contextmanager

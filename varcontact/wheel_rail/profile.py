@@ -346,14 +346,10 @@ def _falls(y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     return y[first : last + 1], z[first : last + 1] - z[top], top - first
 
 
-def _widths(y: np.ndarray) -> np.ndarray:
-    return np.gradient(y) if y.size > 1 else np.zeros(1)
-
-
 def _is_rail(y: np.ndarray, z: np.ndarray) -> bool:
     """Whether most of the width is near the top, from which both sides fall to their ends, without a flange's tip."""
     at, depth, top = _falls(y, z)
-    width = _widths(at)
+    width = np.gradient(at) if at.size > 1 else np.zeros(1)
     near = width[depth < TIP].sum() > width.sum() / 2
     return bool(near) and all(
         side[-1] > TIP and side[-1] > side.max() - ON_LINE for side in (depth[top::-1], depth[top:])
@@ -365,7 +361,7 @@ def _is_wheel(y: np.ndarray, z: np.ndarray) -> bool:
     at, height, tip = _falls(y, -z)
     sides = slice(tip + 1), slice(tip, None)
     back = min(height[side].max() for side in sides)
-    width = _widths(at)
+    width = np.gradient(at) if at.size > 1 else np.zeros(1)
     far = width * (height > TIP)
     lip = min(far[side].sum() for side in sides)
     return flange(y, z) != 0 and bool(back > BACK and lip < TIP and far.sum() > width.sum() / 2)

@@ -160,26 +160,22 @@ def _simpack(name: str, lines: list[str]) -> list[list[float]]:
         elif "=" in text:
             key, value = (part.strip().strip("'\"") for part in text.split("=", 1))
             if key in CHANGES:
-                found, positive = _numbers(value), key.startswith("units")
-                if found is None or len(found) != 1 or (positive and found[0] <= 0):
+                numbers, positive = _numbers(value), key.startswith("units")
+                if numbers is None or len(numbers) != 1 or (positive and numbers[0] <= 0):
                     wanted = "a positive number" if positive else "a number"
                     reason = f"{name}, line {number}: {key} must be {wanted}, not {value!r}"
                     raise SceneError("path", value, message=reason)
-                header[key] = found[0]
-    return _changed(np.array(points).reshape(-1, 2), header).tolist()
-
-
-def _changed(points: np.ndarray, header: dict[str, float]) -> np.ndarray:
-    """Shifts, rotation, bounds, mirrors and the unit of length of SIMPACK: metres times units.len.f."""
-    points = points + np.array([header.get("shift.y", 0.0), header.get("shift.z", 0.0)])
+                header[key] = numbers[0]
+    # shifts, rotation, bounds, mirrors and the unit of length, metres times units.len.f
+    found = np.array(points).reshape(-1, 2) + np.array([header.get("shift.y", 0.0), header.get("shift.z", 0.0)])
     turn = header.get("rotate", 0.0) / header.get("units.ang.f", 1.0)
-    points = points @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    found = found @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     for column, axis in enumerate("yz"):
         low, high = header.get(f"bound.{axis}.min", 0.0), header.get(f"bound.{axis}.max", 0.0)
         if low < high:
-            points = points[(points[:, column] >= low) & (points[:, column] <= high)]
+            found = found[(found[:, column] >= low) & (found[:, column] <= high)]
     signs = [-1.0 if header.get(f"mirror.{axis}", 0.0) else 1.0 for axis in "yz"]
-    return points * signs * (1000.0 / header.get("units.len.f", 1000.0))
+    return (found * signs * (1000.0 / header.get("units.len.f", 1000.0))).tolist()
 
 
 def _miniprof(name: str, lines: list[str]) -> list[list[float]]:

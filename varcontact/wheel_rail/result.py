@@ -12,6 +12,7 @@ from varcontact.errors import SceneError
 from varcontact.results.quantities_of_interest import units
 from varcontact.results.report import with_bar
 from varcontact.results.solution import Solution
+from varcontact.wheel_rail.track import check_kind
 from varcontact.wheel_rail.wheel_on_rail import ContactPatch, WheelOnRail
 
 if TYPE_CHECKING:
@@ -239,61 +240,38 @@ class Archard:
 class PatchWear:
     """Indices of wear of one patch.
 
-    Parameters
+    Attributes
     ----------
     solved : PatchSolution
-    archard : Archard, optional
+    archard : Archard or None
         Needed for depth and volume alone.
+    t_gamma : float
+        Energy per distance rolled, ``-(Fx vx + Fs vy + Mz spin)`` [N]. It is also what friction dissipates, the sum of
+        `power_by_area`.
+    t_gamma_without_spin : float
+        ``-(Fx vx + Fs vy)`` [N], as in vehicle codes that know no moment.
+    area : float
+        Of the contact [mm^2].
+    t_gamma_by_area : float
+        T-gamma by area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257) classify regimes of wear by it.
+    power : float
+        Friction power at the speed of the case [W].
+    power_by_area : ndarray, shape (ny, nx)
+        Friction power by area [W/mm^2].
+    sliding : ndarray, shape (ny, nx)
+        Pressure times slip by distance rolled [N/mm^2]: `power_density` by the coefficient f. For constant f its
+        integral is T-gamma / f. Where f is zero, it is that of the slip of the elements.
     """
 
     solved: PatchSolution
-    archard: Archard | None = None
-
-    @property
-    def t_gamma(self) -> float:
-        """Energy by distance rolled, ``-(Fx vx + Fs vy + Mz spin)`` [N].
-
-        It is also what friction loses, which `power_by_area` sums up to exactly.
-        """
-        return self.solved.solution.power
-
-    @property
-    def t_gamma_without_spin(self) -> float:
-        """``-(Fx vx + Fs vy)`` [N], as vehicle codes have it that know no moment."""
-        force, rolled = self.solved.solution.force, self.solved.patch.creepage
-        return float(0.0 - force[0] * rolled.vx - force[1] * rolled.vy)
-
-    @property
-    def area(self) -> float:
-        """Of the contact [mm^2]."""
-        solution = self.solved.solution
-        return float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
-
-    @property
-    def t_gamma_by_area(self) -> float:
-        """T-gamma by area of contact [N/mm^2]; Lewis and Olofsson (2004, Wear 257) classify regimes of wear by it."""
-        return self.t_gamma / self.area
-
-    @property
-    def power(self) -> float:
-        """Friction power at the speed of the case [W]."""
-        return self.t_gamma * self.solved.patch.creepage.speed / 1e3
-
-    @property
-    def power_by_area(self) -> np.ndarray:
-        """Friction power by area, shape (ny, nx) [W/mm^2]."""
-        return self.solved.solution.power_density * self.solved.patch.creepage.speed / 1e3
-
-    @property
-    def sliding(self) -> np.ndarray:
-        """Pressure times slip by distance rolled, shape (ny, nx) [N/mm^2]: `power_density` by the coefficient f.
-
-        For constant f its integral is T-gamma / f. Where f is zero, it is that of the slip of the elements.
-        """
-        solution = self.solved.solution
-        f = np.asarray(solution.scene.friction if solution.friction is None else solution.friction, dtype=float)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(f > 0, solution.power_density / f, solution.pressure * np.hypot(*solution.slip))
+    archard: Archard | None
+    t_gamma: float
+    t_gamma_without_spin: float
+    area: float
+    t_gamma_by_area: float
+    power: float
+    power_by_area: np.ndarray
+    sliding: np.ndarray
 
     @property
     def depth(self) -> np.ndarray:
@@ -369,8 +347,27 @@ def wear(found: WheelRailSolution, archard: Archard | None = None) -> Wear:
     >>> print(f"T-gamma = {worn.t_gamma:.1f} N, {1e6 * worn.patches[0].depth.max():.2f} nm by a passage")
     T-gamma = 79.0 N, 5.53 nm by a passage
     """
-    if not isinstance(found, WheelRailSolution):
-        raise SceneError("found", found, "a WheelRailSolution, from WheelOnRail.solve")
-    if archard is not None and not isinstance(archard, Archard):
-        raise SceneError("archard", archard, "an Archard(k=..., hardness=...)")
-    return Wear(tuple(PatchWear(each, archard) for each in found.patches))
+    check_kind("found", found, WheelRailSolution)
+    if archard is not None:
+        check_kind("archard", archard, Archard)
+    return Wear(tuple(_patch_wear(each, archard) for each in found.patches))
+
+
+def _patch_wear(solved: PatchSolution, archard: Archard | None) -> PatchWear:
+    solution, rolled = solved.solution, solved.patch.creepage
+    area = float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
+    t_gamma, density = solution.power, solution.power_density
+    f = np.asarray(solution.scene.friction if solution.friction is None else solution.friction, dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sliding = np.where(f > 0, density / f, solution.pressure * np.hypot(*solution.slip))
+    return PatchWear(
+        solved=solved,
+        archard=archard,
+        t_gamma=t_gamma,
+        t_gamma_without_spin=float(0.0 - solution.force[0] * rolled.vx - solution.force[1] * rolled.vy),
+        area=area,
+        t_gamma_by_area=t_gamma / area,
+        power=t_gamma * rolled.speed / 1e3,
+        power_by_area=density * rolled.speed / 1e3,
+        sliding=sliding,
+    )

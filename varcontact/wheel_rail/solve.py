@@ -373,7 +373,7 @@ def _warn(case: WheelOnRail, solved: tuple[PatchSolution, ...]) -> None:
                 elements = f"{count} element{'s' * (count > 1)} {size}"
                 warn(f"with {name} = {side:g} mm {where} is {elements}: {reason}", CoarseElements)
         noisy = any(text.lower().startswith("noise") for text in solution.warnings)
-        if noisy and min(counts) >= FEWEST * (1 + len(patch.seams)):
+        if noisy and min(counts) >= FEWEST:  # waves on fewer elements are no noise
             reason = "a profile is rough there, and the pressure in stripes; smooth it, Profile(..., smoothing=...)"
             warn(f"noise dominates {where}: {reason}", RoughProfile)
         across = half * np.cos(patch.angle) * np.array([-1.0, 1.0])

@@ -283,7 +283,8 @@ class Velocity:
 def check_kind(field: str, value: Any, kind: type[Any]) -> None:
     """Refuse what is not of a class."""
     if not isinstance(value, kind):
-        raise SceneError(field, value, f"a {kind.__name__}")
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        raise SceneError(field, value, f"{article} {kind.__name__}")
 
 
 def check_forward(rolling: float) -> None:
