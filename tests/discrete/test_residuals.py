@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import varcontact as vc
 from varcontact.discrete.certificate import certificate_of
+from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.force_bounds import force_bound
 from varcontact.discrete.residuals import (
@@ -20,7 +21,6 @@ from varcontact.discrete.residuals import (
     tangential_residual,
 )
 from varcontact.discrete.state import ContactState
-from varcontact.solving.potential_contact import first_grid
 
 MOTIONS = {
     "rolling": vc.Steady(vx=0.04, vy=-0.02, spin=0.05),
@@ -190,7 +190,7 @@ def test_certify_given_pressure(rolling):
 
 def test_first_grid_of_a_hertzian_scene(rolling):
     scene = rolling()
-    assert first_grid(scene, None).shape == (14, 14)
+    assert known_grid(scene).shape == (14, 14)
 
 
 # ----------------------------------------------------------------------------- what must never pass as exact
@@ -244,7 +244,7 @@ def test_no_force_bound_where_the_symmetric_part_is_not_positive_definite(rollin
     a, b = np.sqrt(5), 1 / np.sqrt(5)
     motion = vc.Steady(vx=0.04, vy=-0.02, spin=0.05, dq=0.2 * a / 5)
     scene = rolling(surface=vc.Ellipse(a=a, b=b), motion=motion, grid=vc.Grid(nx=10, ny=10))
-    grid = first_grid(scene, None)
+    grid = known_grid(scene)
     pressure = scene.hertz.pressure(grid.x[None, :], grid.y[:, None])
     for field in (-0.2 * np.array([pressure, 0 * pressure]), np.zeros((2, *grid.shape))):
         certificate = vc.certify(scene, field)
@@ -256,7 +256,7 @@ def test_no_force_bound_even_where_the_gap_is_zero(rolling):
     """Full slip, the gap as good as zero: it says nothing where S is not positive definite, and must read infinite."""
     motion = vc.Steady(vx=1e6, dq=0.1 * np.sqrt(5) / 5)
     scene = rolling(surface=vc.Ellipse(a=np.sqrt(5), b=1 / np.sqrt(5)), motion=motion, grid=vc.Grid(nx=10, ny=10))
-    grid = first_grid(scene, None)
+    grid = known_grid(scene)
     disc = discretise(scene, grid)
     problem = disc.tangential_problem(scene.hertz.pressure(grid.x[None, :], grid.y[:, None]) / disc.scales.pressure)
     opposed = np.array([-problem.bound, 0 * problem.bound])

@@ -12,7 +12,7 @@ import varcontact as vc
 from tests.command import run
 from tests.fuzz.judge import faults
 from tests.fuzz.junk import Hostile
-from varcontact.solving.fixed_point import distance
+from varcontact.solving.coupling import distance
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import varcontact as vc
 from varcontact.elasticity.operators import GridOperator
 from varcontact.solvers import registry
 from varcontact.solvers.newton import kernel
-from varcontact.solving import inner_tolerances
+from varcontact.solving import contact_solver
 
 DENSE, NEWTON = ({"normal": pair[0], "tangential": pair[1]} for pair in (("norm", "tang-safeguarded"), ("newton",) * 2))
 FORCE = 1e-3
@@ -119,7 +119,7 @@ def test_where_both_together_fail_passes_go_on(monkeypatch, failing):
     def failed(problem, settings, start, residual):
         return dataclasses.replace(start, traction=wrong * start.traction, solved=False, status="MaxIterations")
 
-    monkeypatch.setattr("varcontact.solving.at_once.newton_coupled", failed)
+    monkeypatch.setattr("varcontact.solving.coupling.newton_coupled", failed)
     sol = vc.solve(ball(), coupling="newton")
     check_same(sol, vc.solve(ball(), **DENSE))
     assert len(sol.passes) > 3
@@ -167,7 +167,7 @@ def test_no_pass_asks_for_more_than_the_next_one_sees(monkeypatch, changes):
     methods = {} if changes else {"normal": "newton", "coupling": "panagiotopoulos"}
     sol = vc.solve(ball(**changes), tangential="newton", **methods)
     residuals = [residual for _, residual in sol.passes]
-    assert asked[0] == (inner_tolerances.FIRST, True)
+    assert asked[0] == (contact_solver.FIRST, True)
     assert not any(anew for _, anew in asked[1:])
     for (tol, _), residual in zip(asked[1:], residuals, strict=False):
         assert tol == pytest.approx(max(0.01 * residual, 1e-10), rel=1e-12)

@@ -51,7 +51,7 @@ def test_grid_grows_where_the_first_look_was_too_small(monkeypatch):
     expected = vc.solve(scene, normal="clarabel")
     small = scene.grid.spread((-0.3 * a, 0.2 * a, -0.3 * b, 0.3 * b))
     begun = []
-    monkeypatch.setattr(potential_contact, "_looked_for", lambda *_: (begun.append(small) or small, None))
+    monkeypatch.setattr(potential_contact, "place", lambda *_: (begun.append(small) or small, None))
     grown = vc.solve(scene, normal="clarabel")
     assert begun == [small], "the search began with the small box"
     assert grown.approach == pytest.approx(expected.approach, rel=0.01)

@@ -23,26 +23,15 @@ NORMAL = ("approach", "normal_force", "peak_pressure")
 """The quantities of normal contact."""
 
 
-def check_measurable(scene: Scene) -> None:
-    """Refuse scenes whose error has no unit: nothing slips under infinite friction, so there is no friction limit.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Raises
-    ------
-    SceneError
-        If friction is infinite, in one step of a history at least.
-    """
-    if scene.motion is not None and any(isinstance(f, float) and math.isinf(f) for f in scene.frictions):
-        raise SceneError(
-            "friction",
-            math.inf,
-            "finite: errors are measured by the friction limit f Fz",
-            message="friction = inf: errors are measured by the friction limit f Fz, which is infinite; "
-            "give a finite coefficient, or a grid in place of an accuracy",
-        )
+def not_measurable(scene: Scene) -> SceneError | None:
+    """Why errors of a scene have no unit: nothing slips under infinite friction, so there is no friction limit."""
+    if scene.motion is None or not any(isinstance(f, float) and math.isinf(f) for f in scene.frictions):
+        return None
+    message = (
+        "friction = inf: errors are measured by the friction limit f Fz, which is infinite; "
+        "give a finite coefficient, or a grid in place of an accuracy"
+    )
+    return SceneError("friction", math.inf, "finite: errors are measured by the friction limit f Fz", message=message)
 
 
 def values(answer: Solution | History, steps: Sequence[int] | None = None) -> dict[str, float]:
@@ -115,7 +104,9 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
     >>> print({name: round(unit, 6) for name, unit in units(vc.solve(scene)).items()})
     {'Fx': 0.3, 'Fy': 0.3, 'Mz': 0.3}
     """
-    check_measurable(answer.scene)
+    refusal = not_measurable(answer.scene)
+    if refusal is not None:
+        raise refusal
     if not isinstance(answer, History):
         return units_of(answer, list(values(answer)))
     single = {k: units_of(answer[k], list(values(answer[k]))) for k in steps_that_count(len(answer), steps)}
@@ -127,20 +118,7 @@ def units(answer: Solution | History, steps: Sequence[int] | None = None) -> dic
 
 
 def steps_that_count(number: int, steps: Sequence[int] | None) -> Sequence[int]:
-    """The steps of a history in which errors are measured.
-
-    Parameters
-    ----------
-    number : int
-        Steps of the history.
-    steps : sequence of int, optional
-        Those asked for, from 0; all of them if not given.
-
-    Raises
-    ------
-    SceneError
-        If the history lacks one.
-    """
+    """Steps of a history in which errors are measured: those asked for, or all; a `SceneError` if it lacks one."""
     return range(number) if steps is None else checks.wholes("steps", steps, least=0, most=number - 1)
 
 
@@ -168,12 +146,7 @@ def error(found: Mapping[str, float], exact: Mapping[str, float], units: Mapping
 
 
 def creepage_names(sol: Solution) -> tuple[str, str, str]:
-    """What the entries of a solution's `creepage` are called.
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """What the entries of a solution's `creepage` are called."""
     rolls = sol.motion is not None and sol.motion.rolls
     return ("vx", "vy", "spin") if rolls else ("ux", "uy", "rotation")
 
@@ -192,14 +165,7 @@ def _frictional(sol: Solution) -> dict[str, float]:
 
 
 def units_of(sol: Solution, names: Sequence[str]) -> dict[str, float]:
-    """What an error of one is, of some quantities of a solution with finite friction; zero of those without contact.
-
-    Parameters
-    ----------
-    sol : Solution
-    names : sequence of str
-        As of `values`; creepages that have no value, too.
-    """
+    """What an error of one is, of quantities named as by `values`, with finite friction; zero without contact."""
     found = _normal(sol)
     if not sol.scene.frictionless and sol.pressure.any():
         limit, (a, b) = friction_limit(sol), semi_axes(sol)
@@ -210,12 +176,7 @@ def units_of(sol: Solution, names: Sequence[str]) -> dict[str, float]:
 
 
 def friction_limit(sol: Solution) -> float:
-    """f Fz: what friction can carry, with the static coefficient where it follows a law [force].
-
-    Parameters
-    ----------
-    sol : Solution
-    """
+    """f Fz: what friction can carry, with the static coefficient where it follows a law [force]."""
     friction = sol.scene.friction
     if isinstance(friction, np.ndarray):
         return float(sol.traction_bound.sum() * sol.grid.area)
@@ -224,16 +185,9 @@ def friction_limit(sol: Solution) -> float:
 
 
 def semi_axes(sol: Solution) -> tuple[float, float]:
-    """Semi-axes along x and y of Hertz's ellipse, or of one with the area and ratio of second moments of the contact.
+    """Semi-axes along x and y [length] of Hertz's ellipse, or of one with the area and ratio of second moments.
 
-    Parameters
-    ----------
-    sol : Solution
-
-    Returns
-    -------
-    tuple of float
-        [length]; in line contact b is 1, as forces are per unit length.
+    In line contact b is 1, as forces are per unit length.
     """
     hertz = sol.scene.hertz
     if sol.scene.line:

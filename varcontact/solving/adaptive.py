@@ -28,9 +28,8 @@ from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
 from varcontact.solving.history import bytes_of_steps
 from varcontact.solving.on_grid import Answer, solve_on_grid
-from varcontact.solving.options import SolveOptions
+from varcontact.solving.options import SolveOptions, Target
 from varcontact.solving.pipeline import peak
-from varcontact.solving.target import Target
 from varcontact.system import memory
 from varcontact.system.threads import one_blas_thread
 
@@ -80,29 +79,10 @@ class GridLevel:
 
 @one_blas_thread()
 def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None) -> Answer:
-    """Solve a scene to an accuracy, or within a time.
+    """A scene without a grid of its own, solved to an accuracy or within a time, on the finest grid that it took.
 
-    Parameters
-    ----------
-    scene : Scene
-        Without a grid of its own.
-    options : SolveOptions
-        With a target.
-    progress : callable, optional
-        Told the grid, and the stages of its solution.
-
-    Returns
-    -------
-    Solution or History
-        On the finest grid that was solved, with its `error_estimate`.
-
-    Raises
-    ------
-    NotConverged
-        If the accuracy is not reached: a finer grid does not fit into memory, or a solver misses its tolerance there.
-        It has the best answer.
-    SceneError
-        If a history is not solved in time even on the coarsest grids.
+    `NotConverged`, with the best answer, if the accuracy is not reached: a finer grid does not fit into memory, or a
+    solver misses its tolerance there. A `SceneError` if a history is not solved in time on the coarsest grids.
     """
     target, begun = options.target, time.perf_counter()
     assert target is not None
@@ -139,12 +119,6 @@ def gridded(scene: Scene, plan: Plan, n: int) -> Scene:
 
     Rolling takes differences of the second order and more elements along x; under Hertz's pressure elements at the
     contact's edge count in part.
-
-    Parameters
-    ----------
-    scene : Scene
-    plan : Plan
-    n : int
     """
     motion, rolls = scene.motion, isinstance(scene.motion, Steady)
     edge: Edge = "centres"
@@ -159,12 +133,6 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
     """The values of the last grids, extrapolated, with their errors.
 
     A patch that is too narrow on the coarsest of them adds its part of the load, or of the peak, by its elements.
-
-    Parameters
-    ----------
-    levels : list of GridLevel
-        Three at least.
-    target : Target
     """
     first, second, fine = levels[-GRIDS:]
     last, before = _step(fine, second), _step(second, first)
@@ -337,14 +305,7 @@ def _peaks_by_hertz(answer: Answer) -> dict[str, float]:
 
 
 def with_values(answer: Answer, estimate: ErrorEstimate) -> Answer:
-    """An answer with an estimate, whose values become its own; of a history each step with those of the step.
-
-    Parameters
-    ----------
-    answer : Solution or History
-    estimate : ErrorEstimate
-        With the names of `values`.
-    """
+    """An answer with an estimate, whose values become its own; of a history each step with those of the step."""
     if isinstance(answer, History):
         steps = [_with_values(sol, estimate.of_step(k)) for k, sol in enumerate(answer)]
         return replace(answer, solutions=steps)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,18 +15,25 @@ from varcontact.discrete.problems import RawSolution, TangentialProblem
 from varcontact.discrete.residuals import project, residuals
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.discrete.subgrid import cells_of, divided, means
-from varcontact.errors import NotConverged, Saturated
+from varcontact.errors import NotConverged, Saturated, VarcontactError
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
+from varcontact.scene.friction import BRANCHES
 from varcontact.scene.motion import Steady, TimeStep
 from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.interface import Settings
+from varcontact.solvers.registry import MATRIX_FREE
 from varcontact.solvers.statistics import SolveStats
-from varcontact.solving.at_once import at_once
-from varcontact.solving.coupling import alternating, joint, panagiotopoulos
-from varcontact.solving.friction_law import branch_of, under_law
+from varcontact.solving.coupling import (
+    FixedPoint,
+    Limits,
+    Unknown,
+    coupled_newton,
+    coupled_residual,
+    distance,
+)
+from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
 from varcontact.solving.grid_transfer import interpolated
-from varcontact.solving.inner_tolerances import SEEN, WHOLE, enough_pressure, enough_traction, in_passes
 from varcontact.solving.pipeline import (
     check_memory,
     solve_joint_program,
@@ -36,33 +42,31 @@ from varcontact.solving.pipeline import (
     without_noise,
 )
 
+PASSES = 0.1
+"""Part of the tolerance at which passes end, and part of that to which the last of them are exact."""
+FIRST, SEEN = 1e-3, 0.01
+"""Residuals asked for in passes: in the first, and by the residual after the pass before."""
+EXACTEST = 1e-12
+"""The least residual that is asked for."""
+MOST_ALTERNATIONS = 50
+"""Pressures and tractions in turn within a joint pass."""
+PLAIN, NEAR, MOST_UNDER_LAW = 100, 1e-4, 500
+"""Passes without acceleration before the residual is so small, and all passes, under a law that is continuous.
+
+Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
+"""
+
 
 @dataclass(frozen=True)
 class ContactSolver:
-    """The methods of a plan, each a step from one contact state to the next.
+    """The methods of a plan, each a step from one contact state to the next, dimensionless.
 
-    Attributes
-    ----------
-    plan : Plan
-    tol : float
-        Natural-map residual to reach.
-    polish : bool
-        Whether the answers of solvers of programs are taken to rounding.
-    stats : SolveStats
-    workspace : Workspace, optional
-        Where solvers keep their set-ups.
-    start : str or Solution, optional
-        Where the passes under a law of friction begin.
-    certify : str
-        How much of a certificate is wanted.
-    refined : bool
-        Whether Newton's method goes on to rounding where that is cheap.
-    continuum : bool
-        Whether the solution is to be near the continuum's. Under a law of friction the passes then begin with the
-        kinetic coefficient, where no `start` is given: what the static one adds to a coarse grid's solution vanishes as
-        the grid gets finer. Under a law that falls continuously, particles of a history begin with what they had.
-    deadline : float
-        When solvers raise `OutOfTime`, by `time.perf_counter` [s].
+    `tol`: natural-map residual to reach. `polish`: whether answers of programs are taken to rounding. `workspace`:
+    where solvers keep their set-ups. `start`: where passes under a law of friction begin. `certify`: how much of a
+    certificate is wanted. `refined`: whether Newton's method goes on to rounding where that is cheap. `continuum`:
+    whether the solution is to be near the continuum's; under a law the passes then begin with the kinetic coefficient
+    (what the static one adds vanishes as the grid gets finer), but in a history with what particles had. `deadline`:
+    when solvers raise `OutOfTime`, by `time.perf_counter` [s].
     """
 
     plan: Plan
@@ -77,23 +81,7 @@ class ContactSolver:
     deadline: float = math.inf
 
     def pressure(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the pressure that goes with its tractions.
-
-        Raises
-        ------
-        SceneError
-            If no element can come into contact.
-        TooLarge
-            If the memory does not suffice.
-        NotConverged
-            If the solver gives no numbers.
-
-        Parameters
-        ----------
-        disc : Discretisation
-        state : ContactState
-            Dimensionless.
-        """
+        """The state with the pressure that goes with its tractions."""
         with self.stats.stage("normal"):
             if self.plan.closed_form:
                 with self.stats.called("hertz"):
@@ -108,7 +96,7 @@ class ContactSolver:
             start = None
             if np.any(state.pressure):
                 start = RawSolution(state.pressure.ravel()[elements], np.array([state.approach]), 0, "start")
-            enough = enough_pressure(self.plan, disc, state, self.tol)
+            enough = self._enough_pressure(disc, state)
             raw = solve_normal(problem, self.plan, self.polish, self._settings(enough, self.plan.loops), start)
             if not (np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all()):
                 raise NotConverged(f"{self.plan.normal} gave no pressure, it says: {raw.status}", np.inf)
@@ -121,22 +109,8 @@ class ContactSolver:
                 **_answered(state, "normal", raw),
             )
 
-    def pressed_on_parts(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
-        """A contact with its pressure solved for on parts of the elements, where those at the edge count in part.
-
-        Parameters
-        ----------
-        disc : Discretisation
-        state : ContactState
-            With a pressure to begin with, dimensionless.
-
-        Returns
-        -------
-        Discretisation
-            That knows the pressure on the parts.
-        ContactState
-            With its means.
-        """
+    def pressure_on_subgrid(self, disc: Discretisation, state: ContactState) -> tuple[Discretisation, ContactState]:
+        """The contact with its pressure solved for on parts of the elements, which bear the means."""
         cells = cells_of(disc.grid.edge, disc.line)
         parts = divided(disc, cells)
         begun = interpolated(disc.grid, state.pressure[None], parts.grid)[0]
@@ -146,23 +120,7 @@ class ContactSolver:
         return replace(disc, subgrid=Subgrid(parts, solved.pressure)), found
 
     def traction(self, disc: Discretisation, state: ContactState) -> ContactState:
-        """The state with the tractions that go with its pressure.
-
-        Parameters
-        ----------
-        disc : Discretisation
-        state : ContactState
-            Dimensionless.
-
-        Raises
-        ------
-        Saturated
-            If a prescribed force cannot be carried.
-        TooLarge
-            If the memory does not suffice.
-        NotConverged
-            If the solver gives no numbers.
-        """
+        """The state with the tractions that go with its pressure; `Saturated` if these cannot carry a force."""
         with self.stats.stage("tangential"):
             if self.plan.theory is not None:
                 with self.stats.called(self.plan.tangential):
@@ -170,8 +128,8 @@ class ContactSolver:
                 return replace(state, solved_by={**state.solved_by, "tangential": self.plan.tangential})
             problem = disc.tangential_problem(state.pressure, state.bound_pressure, marching=self.plan.marches)
             _check_force(problem, disc.scales.force)
-            enough = enough_traction(self.plan, disc, state, self.tol)
-            settings = self._settings(enough, in_passes(self.plan, disc))
+            in_passes = self.plan.loops or disc.loading.law is not None
+            settings = self._settings(self._enough_traction(disc, state, in_passes), in_passes)
             raw = self._tractions(problem, state, settings)
             if (
                 isinstance(disc.loading.motion, Steady)
@@ -209,20 +167,23 @@ class ContactSolver:
         """The state with pressure and tractions of each other, under the traction bound of its `bound_pressure`.
 
         One convex program for a shift, where the tangential solver takes programs, its answer polished; else the
-        two problems in turn.
-
-        Parameters
-        ----------
-        disc : Discretisation
-        state : ContactState
-            With its `bound_pressure`, dimensionless.
+        two problems in turn: block descent of the complementary energy, which is convex.
         """
         if self.plan.formulation == "complementary" and self.plan.programs:
             state = self._joint_program(disc, state)
             if not self.polish or self.plan.convex:
                 return state
         enough = SEEN * max(self.tol, state.passes[-1][1] if state.passes else 1.0)  # no more than the next pass sees
-        return alternating(state, partial(self.pressure, disc), partial(self.traction, disc), tol=enough)
+        state = self.traction(disc, state)
+        for _ in range(MOST_ALTERNATIONS):
+            before, state = state, self.traction(disc, self.pressure(disc, state))
+            if distance(state.traction, before.traction) <= enough:
+                break
+        return state
+
+    def joint_pass(self, disc: Discretisation, state: ContactState) -> ContactState:
+        """Pressure and tractions together, under the traction bound of the pressure before."""
+        return replace(self.together(disc, replace(state, bound_pressure=state.pressure)), bound_pressure=None)
 
     def _joint_program(self, disc: Discretisation, state: ContactState) -> ContactState:
         assert state.bound_pressure is not None
@@ -270,66 +231,112 @@ class ContactSolver:
         check_memory("tangential", self.plan.tangential, self.plan.formulation, problem.rigid_shift.size)
         return solve_tangential(problem, self.plan, self.polish, settings, start)
 
+    def _enough_pressure(self, disc: Discretisation, state: ContactState) -> float:
+        """The residual to ask of pressures in a pass: tractions see their errors K by friction times as large.
+
+        The first pressures, those without tractions, settle the grid, and are as exact as any.
+        """
+        if not (self.plan.loops and state.passes and self.plan.normal in MATRIX_FREE):
+            return self.tol
+        friction = float(np.abs(state.traction).max()) / float(state.pressure.max())
+        return max(self._seen(state) * min(1.0, friction / abs(disc.K)), EXACTEST)
+
+    def _enough_traction(self, disc: Discretisation, state: ContactState, in_passes: bool) -> float:
+        """The residual to ask of tractions in a pass.
+
+        Under a law with two coefficients who slips once slips for good: there no pass may be rough.
+        """
+        if not (self.plan.matrix_free and in_passes):
+            return self.tol
+        law = disc.loading.law
+        return PASSES**2 * self.tol if law is not None and not law.continuous else self._seen(state)
+
+    def _seen(self, state: ContactState) -> float:
+        """What the next pass sees, after the last one's residual."""
+        return max(SEEN * state.passes[-1][1], PASSES**2 * self.tol) if state.passes else FIRST
+
     def _settings(self, tol: float, rough: bool = False) -> Settings:
         rough = rough or not self.refined
         return Settings(tol, self.plan.formulation, self.workspace, self.stats, rough, self.deadline)
 
 
-def contact(disc: Discretisation, steps: ContactSolver, start: ContactState) -> ContactState:
-    """Pressure and traction, from the pressure without traction.
-
-    Parameters
-    ----------
-    disc : Discretisation
-    steps : ContactSolver
-    start : ContactState
-        With the pressure without traction, dimensionless.
-
-    Raises
-    ------
-    Saturated
-        If a prescribed force cannot be carried.
-    """
-    if not steps.plan.has_friction:
+def contact(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
+    """Pressure and tractions, from the pressure without tractions; `Saturated` if a force cannot be carried."""
+    plan, law = solver.plan, disc.loading.law
+    if not plan.has_friction:
         return start
-    if disc.loading.law is None:
-        return _coupled(disc, steps, start, WHOLE * steps.tol)
-    if steps.plan.theory is not None:
-        return _coupled(disc, steps, replace(start, branch=branch_of(steps.start)), steps.tol)
-
-    def solve(disc: Discretisation, state: ContactState, tol: float) -> ContactState:
-        return _coupled(disc, steps, state, tol)
-
-    judge = _tangential if not steps.plan.loops else _whole
-    begin, remembered = steps.start, disc.loading.law.continuous and isinstance(disc.loading.motion, TimeStep)
-    if steps.continuum and begin is None and not remembered:
+    if law is None:
+        return _coupled(disc, solver, start, PASSES * solver.tol)
+    if plan.theory is not None:
+        return _coupled(disc, solver, replace(start, branch=branch_of(solver.start)), solver.tol)
+    begin = solver.start
+    if solver.continuum and begin is None and not (law.continuous and isinstance(disc.loading.motion, TimeStep)):
         start, begin = replace(start, friction=None), "slip"
-    return under_law(disc, solve, judge, start, begin, tol=WHOLE * steps.tol)
+    return _under_law(disc, solver, with_coefficients(disc, start, begin))
 
 
-def _coupled(disc: Discretisation, steps: ContactSolver, start: ContactState, tol: float) -> ContactState:
-    """Pressure and traction by the plan's coupling, with known coefficients of friction."""
-    normal, tangential, whole = partial(steps.pressure, disc), partial(steps.traction, disc), partial(_whole, disc)
-    if steps.plan.coupling == "joint":
-        return joint(start, partial(steps.together, disc), whole, tol=tol)
-    if steps.plan.coupling == "newton":
-        start = tangential(start)
+def _under_law(disc: Discretisation, solver: ContactSolver, start: ContactState) -> ContactState:
+    """The contact under the law of its scene: each pass takes the coefficients of the slip in the one before."""
+    tol, law = PASSES * solver.tol, disc.loading.law
+    assert law is not None
+
+    def residual(state: ContactState) -> float:
+        own = disc.with_loading(coefficient=coefficient(disc, state))
+        return coupled_residual(own, state) if solver.plan.loops else residuals(own, state)[1]
+
+    elements = int(np.count_nonzero(start.pressure)) + 2
+    limits = Limits(tol, elements, patience=elements, plain=elements)
+    if law.continuous:
+        limits = Limits(tol, MOST_UNDER_LAW, patience=MOST_UNDER_LAW, plain=PLAIN, near=NEAR)
+    try:
+        state = _pass_under_law(disc, solver, replace(start, passes=()), tol)
+        passes = FixedPoint(state, residual(state), Unknown("friction", law.kinetic, law.static), limits)
+        while passes.goes_on:
+            try:
+                state = _pass_under_law(disc, solver, passes.state, tol)
+            except VarcontactError as error:
+                passes.fail(error)
+            else:
+                passes.add(state, residual(state))
+    except Saturated as error:
+        raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[start.branch]})") from None
+    return passes.best
+
+
+def _pass_under_law(disc: Discretisation, solver: ContactSolver, state: ContactState, tol: float) -> ContactState:
+    """The contact with the coefficients of a state, and those of its slip; no more exact than the next pass sees."""
+    assert state.friction is not None
+    trial = disc.with_loading(coefficient=state.friction)
+    after = _coupled(trial, solver, state, max(tol, SEEN * state.passes[-1][1] if state.passes else FIRST))
+    return replace(after, friction=coefficients_after(trial, after))
+
+
+def _coupled(disc: Discretisation, solver: ContactSolver, start: ContactState, tol: float) -> ContactState:
+    """Pressure and tractions by the plan's coupling, with known coefficients of friction.
+
+    Joint passes have both under a fixed traction bound, until that stays; Panagiotopoulos's process has them in turn.
+    Sources: P. D. Panagiotopoulos, Ing.-Arch. 44 (1975) 421-432; Kalker's paper, 4.5.
+    """
+    plan, together = solver.plan, solver.plan.coupling == "joint"
+    if plan.coupling == "newton":
+        start = solver.traction(disc, start)
         check_memory("coupled", "newton", "none", 3 * disc.grid.size)
-        with steps.stats.stage("both"):
-            start = at_once(disc, start, whole, Settings(tol, stats=steps.stats, deadline=steps.deadline))
-    if steps.plan.loops:
-        return panagiotopoulos(start, normal, tangential, whole, tol=tol)
-    return tangential(start)
-
-
-def _whole(disc: Discretisation, state: ContactState) -> float:
-    """The residual of the whole problem in a state, by FFT."""
-    return max(residuals(disc, state))
-
-
-def _tangential(disc: Discretisation, state: ContactState) -> float:
-    """The residual of the tangential problem alone, under the pressure as it is."""
-    return residuals(disc, state)[1]
+        with solver.stats.stage("both"):
+            start = coupled_newton(disc, start, Settings(tol, stats=solver.stats, deadline=solver.deadline))
+    state = solver.joint_pass(disc, start) if together else solver.traction(disc, start)
+    if not plan.loops:
+        return state
+    unknown = Unknown("pressure", least=0.0) if together else Unknown("traction")
+    passes = FixedPoint(state, coupled_residual(disc, state), unknown, Limits(tol))
+    while passes.goes_on:
+        try:
+            state = passes.state
+            state = solver.joint_pass(disc, state) if together else solver.traction(disc, solver.pressure(disc, state))
+        except VarcontactError as error:
+            passes.fail(error)
+        else:
+            passes.add(state, coupled_residual(disc, state))
+    return passes.best
 
 
 def _check_force(problem: TangentialProblem, scale: float) -> None:

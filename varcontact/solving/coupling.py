@@ -1,90 +1,162 @@
-"""Where the bodies differ, pressure and traction depend on each other (paper, sections 2 and 4.5).
+"""Pressure and tractions that depend on each other, friction on slip: passes until a field stays, or Newton's method.
 
-Johnson's process is a single pass: the pressure without tractions, then the tractions. The two loops here repeat
-passes until the whole is solved. Both are fixed points, Panagiotopoulos's of the tractions, the joint one of the
-traction bound; where a fixed point is approached slowly or not at all, Anderson's acceleration takes over.
-
-Sources: P. D. Panagiotopoulos, Ing.-Arch. 44 (1975) 421-432; K. L. Johnson, Contact Mechanics, Cambridge University
-Press 1985; for Anderson's acceleration see `varcontact.solving.fixed_point`.
+A fixed point that is approached slowly, or not at all, is accelerated by Anderson's method. Source: D. G. Anderson,
+J. ACM 12 (1965) 547-560.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.problems import RawSolution
+from varcontact.discrete.residuals import residuals
 from varcontact.discrete.state import ContactState
-from varcontact.solving.fixed_point import Judge, Limits, Step, Unknown, distance, fixed_point
+from varcontact.errors import Saturated, VarcontactError
+from varcontact.solvers.interface import Settings
+from varcontact.solvers.newton.coupled import CoupledProblem, newton_coupled
+
+SLOW = 0.2
+"""A pass that leaves more than this part of the residual is slow: from then on passes are accelerated."""
+HELD = 15
+"""Accelerated passes in a row without gain after which passes stay plain: where two solutions have just vanished,
+acceleration would hold them there."""
+MEMORY = 6
+"""Passes that the acceleration combines."""
 
 
-def panagiotopoulos(
-    start: ContactState, normal: Step, tangential: Step, residual: Judge, tol: float, max_passes: int = 100
-) -> ContactState:
-    """Normal problem with the tractions fixed, tangential problem with the pressure fixed, until neither changes.
+@dataclass(frozen=True)
+class Unknown:
+    """The field of a state by which a pass depends on the one before, and the least and greatest value it may have."""
 
-    The paper's process (4.5), from the pressure without tractions.
+    name: str
+    least: float = -np.inf
+    greatest: float = np.inf
 
-    Parameters
-    ----------
-    start : ContactState
-        With the pressure that goes with its tractions, or with none.
-    normal, tangential : callable
-        The two problems, from one state to the next.
-    residual : callable
-        Natural-map residual of the whole in a state.
-    tol : float
-        Residual to stop at.
-    max_passes : int
 
-    Returns
-    -------
-    ContactState
-        That of the least residual; `passes` tells how it went.
+@dataclass(frozen=True)
+class Limits:
+    """When passes end, and from when on they may be accelerated.
+
+    They end at the residual `tol`, after so many `passes`, or so many in a row without gain (`patience`). The first
+    `plain` ones are accelerated only below the residual `near`; a force that friction cannot carry is an error in them.
     """
 
-    def one_pass(state: ContactState) -> ContactState:
-        return tangential(normal(state))
+    tol: float
+    passes: int = 100
+    patience: int = 12
+    plain: int = 0
+    near: float = 0.0
 
-    return fixed_point(tangential(start), one_pass, Unknown("traction"), residual, Limits(tol, max_passes))
 
+class FixedPoint:
+    """Passes repeated until a field stays: who makes them asks `goes_on`, and adds each state that a pass ends in.
 
-def joint(start: ContactState, together: Step, residual: Judge, tol: float, max_passes: int = 100) -> ContactState:
-    """Pressure and tractions together with the traction bound fixed, until that stays.
-
-    Parameters
-    ----------
-    start : ContactState
-        With the pressure without tractions, which gives the first bound.
-    together : callable
-        Pressure and tractions under the bound that `bound_pressure` gives.
-    residual, tol, max_passes
-        As in `panagiotopoulos`.
+    The next pass begins at `state`; `best` has the least residual, and its `passes` tell how all went. They end also
+    where solvers give up twice in a row with nothing gained, or altogether.
     """
 
-    def one_pass(state: ContactState) -> ContactState:
-        return replace(together(replace(state, bound_pressure=state.pressure)), bound_pressure=None)
+    def __init__(self, first: ContactState, residual: float, unknown: Unknown, limits: Limits) -> None:
+        self.state = self._best = replace(first, passes=((1.0, residual),))
+        self._unknown, self._limits = unknown, limits
+        self._lost = self._failures = self._held = 0
+        self._accelerated = self._over = False
+        self._given: list[np.ndarray] = []
+        self._found: list[np.ndarray] = []
 
-    return fixed_point(one_pass(start), one_pass, Unknown("pressure", least=0.0), residual, Limits(tol, max_passes))
+    @property
+    def best(self) -> ContactState:
+        """That of the least residual."""
+        return replace(self._best, passes=self.state.passes)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether there is to be another pass."""
+        limits = self._limits
+        reached = self._best.passes[-1][1] <= limits.tol or np.isnan(self._best.passes[-1][1])
+        patient = len(self.state.passes) < limits.passes and self._lost < limits.patience and self._failures < 2
+        return patient and not (reached or self._over)
+
+    def fail(self, error: VarcontactError) -> None:
+        """A pass that ended in an error, as from an iterate that is no contact any more: the last one."""
+        if isinstance(error, Saturated) and len(self.state.passes) <= self._limits.plain and not self._accelerated:
+            raise error
+        self._over = True
+
+    def add(self, after: ContactState, residual: float) -> None:
+        """The state that a pass ended in."""
+        name, before = self._unknown.name, self.state.passes
+        given, found = np.asarray(getattr(self.state, name)), np.asarray(getattr(after, name))
+        self._given, self._found = [*self._given, given][-MEMORY:], [*self._found, found][-MEMORY:]
+        after = replace(after, passes=(*before, (distance(found, given), residual)))
+        gained = residual < self._best.passes[-1][1]
+        self._best, self._lost = (after, 0) if gained else (self._best, self._lost + 1)
+        self._failures = 0 if gained or all(after.solved.values()) else self._failures + 1
+        ready = len(before) > self._limits.plain or residual < self._limits.near
+        self._held = 0 if gained and self._held < HELD else self._held + self._accelerated
+        slow = ready and not residual < SLOW * before[-1][1]
+        self._accelerated = self._held < HELD and (self._accelerated or slow)
+        if self._accelerated:
+            mixed = np.clip(self._mixed(), self._unknown.least, self._unknown.greatest)
+            after = replace(after, **{name: mixed})
+        self.state = after
+
+    def _mixed(self) -> np.ndarray:
+        """The combination of found values for which the same combination of changes is smallest."""
+        given, found = np.array(self._given), np.array(self._found)
+        if len(found) == 1:
+            return np.asarray(found[-1])
+        changes = (found - given).reshape(len(found), -1)
+        weights, *_ = np.linalg.lstsq(np.diff(changes, axis=0).T, changes[-1], rcond=1e-10)
+        return np.asarray(found[-1] - np.tensordot(weights, np.diff(found, axis=0), axes=1))
 
 
-def alternating(start: ContactState, normal: Step, tangential: Step, tol: float, max_passes: int = 50) -> ContactState:
-    """A joint pass by alternation: both problems in turn under a fixed bound.
+def distance(one: np.ndarray, other: np.ndarray) -> float:
+    """Largest difference of two fields by the largest of the first."""
+    size, apart = float(np.abs(one).max()), float(np.abs(one - other).max())
+    return apart / max(size, apart * np.finfo(float).eps, np.finfo(float).tiny)  # of nothing, not beyond all numbers
 
-    In a shift that is block descent of the complementary energy, which is convex, and converges.
 
-    Parameters
-    ----------
-    start : ContactState
-    normal, tangential : callable
-        From a state to one with the pressure, or the tractions, that go with the rest.
-    tol : float
-        Change of the tractions at which it ends, relative [-].
-    max_passes : int
-    """
-    state = tangential(start)
-    for _ in range(max_passes):
-        after = tangential(normal(state))
-        change = distance(after.traction, state.traction)
-        state = after
-        if change <= tol:
-            break
-    return state
+def coupled_residual(disc: Discretisation, state: ContactState) -> float:
+    """Natural-map residual of both problems in a state, by FFT."""
+    return max(residuals(disc, state))
+
+
+def coupled_newton(disc: Discretisation, state: ContactState, settings: Settings) -> ContactState:
+    """Pressure and tractions by one Newton's method, from tractions under a pressure; as they were where it fails."""
+    tangential, loading = disc.tangential_problem(state.pressure), disc.loading
+    if tangential.size == 0 or not np.any(state.traction):
+        return state
+    chosen, operators = tangential.directions, disc.operators
+    free = loading.normal_force is not None
+    problem = CoupledProblem(
+        normal=operators.normal,
+        traction_to_distance=operators.traction_to_distance.between((0,), chosen),
+        pressure_to_shift=disc.pressure_to_shift.between(chosen, (0,)),
+        tangential=disc.tangential_operator.between(chosen, chosen),
+        distance=(disc.distance - disc.base) / disc.scales.displacement,
+        rigid_shift=disc.known_shift[list(chosen)],
+        friction=np.broadcast_to(np.asarray(loading.coefficient, dtype=float), disc.grid.shape),
+        area=disc.lattice.area,
+        approach=None if free else state.approach,
+        force=(None if loading.normal_force is None else loading.normal_force / disc.scales.force, *tangential.force),
+    )
+
+    def found(raw: RawSolution) -> ContactState:
+        traction, rigid = np.zeros((2, *disc.grid.shape)), np.zeros(2)
+        traction[list(chosen)], rigid[list(chosen)] = raw.traction[1:], raw.rigid[1:]
+        approach = -float(raw.rigid[0]) if free else state.approach
+        return replace(state, pressure=raw.traction[0], approach=approach, traction=traction, rigid=rigid)
+
+    level = np.concatenate([[-state.approach if free else 0.0], state.rigid[list(chosen)]])
+    fields = np.concatenate([state.pressure[None], state.traction[list(chosen)]])
+    start = RawSolution(fields, level, 0, "start")
+    with settings.stats.called("newton"):
+        raw = newton_coupled(problem, settings, start, lambda raw: coupled_residual(disc, found(raw)))
+        settings.stats.iterated("newton", raw.iterations)
+    finite = np.isfinite(raw.traction).all() and np.isfinite(raw.rigid).all() and np.any(raw.traction[0])
+    better = finite and (raw.solved or coupled_residual(disc, found(raw)) < coupled_residual(disc, state))
+    iterations = {**state.iterations, "both": state.iterations.get("both", 0) + raw.iterations}
+    return replace(found(raw) if better else state, iterations=iterations)

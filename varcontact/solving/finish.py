@@ -28,49 +28,25 @@ ROUNDED = 1e-3
 
 
 def finish(
-    scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver, refinement: Refinement | None = None
+    scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver, refinement: Refinement | None = None
 ) -> Solution:
-    """The solution, with its certificate; held to the tolerance.
-
-    Parameters
-    ----------
-    scene : Scene
-    disc : Discretisation
-        On the grid of the solution.
-    state : ContactState
-        Of the solution, dimensionless.
-    steps : Steps
-    refinement : Refinement, optional
-        Of the corrected problem whose discretisation and state these are.
-
-    Returns
-    -------
-    Solution
-        In physical units.
-
-    Raises
-    ------
-    NotConverged
-        If the residual misses the tolerance.
-    SceneError
-        If rounding is seen in the distances.
-    """
-    plan, tol = steps.plan, steps.tol
+    """The solution, with its certificate; `NotConverged` if its residual misses the tolerance."""
+    plan, tol = solver.plan, solver.tol
     _check_rounding(disc, state)
     if disc.loading.law is not None and plan.has_friction:
         disc = disc.with_loading(coefficient=coefficient(disc, state))
-    lazily = plan.matrix_free and steps.certify == "auto"
-    with steps.stats.stage("certificate"):
-        certificate = certificate_of(disc, state, plan.closed_form, steps.certify, lazily)
+    lazily = plan.matrix_free and solver.certify == "auto"
+    with solver.stats.stage("certificate"):
+        certificate = certificate_of(disc, state, plan.closed_form, solver.certify, lazily)
     residual = _residual_as_posed(disc, plan, state, certificate)
-    if residual > tol and certificate.level != "full" and steps.certify == "auto":  # it may tell why
+    if residual > tol and certificate.level != "full" and solver.certify == "auto":  # it may tell why
         certificate = certificate_of(disc, state, plan.closed_form, "full", lazily)
     if not plan.has_moment:
         certificate = certificate.without_moment()
-    if not isinstance(disc.loading.motion, TimeStep):  # the steps of a history share its plan
+    if not isinstance(disc.loading.motion, TimeStep):  # the solver of a history share its plan
         found = {problem: f"{plan.reasons[problem]}; {why}" for problem, why in state.reasons.items() if why}
         plan = replace(plan, reasons=plan.reasons | found)
-    stats = steps.stats
+    stats = solver.stats
     solution = solution_of(scene, disc, plan, state, certificate, residual <= tol, stats.timing, stats.calls)
     if refinement is not None:
         density = means(refinement.power_density, refinement.cells)
@@ -81,23 +57,14 @@ def finish(
     return solution
 
 
-def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, steps: ContactSolver) -> Solution:
-    """The solution on a first, coarse grid, as its solvers tell it: without a certificate, and without sizes.
+def finish_coarse(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> Solution:
+    """The solution on a coarse grid, as its solvers tell it: without a certificate.
 
     Where they are not done, and where no single solver can tell, it is judged as any other.
-
-    Parameters
-    ----------
-    scene : Scene
-    disc : Discretisation
-        On the grid of the solution.
-    state : ContactState
-        Of the solution, dimensionless.
-    steps : Steps
     """
-    plan, stats = steps.plan, steps.stats
+    plan, stats = solver.plan, solver.stats
     if plan.loops or plan.marches or disc.loading.law is not None or not all(state.solved.values()):
-        return finish(scene, disc, state, steps)
+        return finish(scene, disc, state, solver)
     return solution_of(scene, disc, plan, state, Certificate.none(), True, stats.timing, stats.calls)
 
 

@@ -12,7 +12,6 @@ passes are no more than there are elements; and the solution for the kinetic one
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,57 +20,29 @@ from varcontact.discrete.discretisation import Discretisation
 from varcontact.discrete.residuals import magnitude, project
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import SLIP, STICK, own_influence, shift_and_areas, unit_slip
-from varcontact.errors import Saturated, SceneError
+from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
-from varcontact.scene.friction import BRANCHES, Law
+from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solving.fixed_point import Limits, Unknown, fixed_point
 
-Contact = Callable[[Discretisation, ContactState, float], ContactState]
-Judge = Callable[[Discretisation, ContactState], float]
-
-PLAIN, NEAR, MAX_PASSES = 100, 1e-4, 500
-"""Passes without acceleration before the residual is so small, and all passes, under a law that is continuous.
-
-Where two solutions have just vanished, passes linger for a while, then go on; acceleration would hold them there.
-"""
 POWER_STEPS = 15
 """Iterations for the largest eigenvalue, to a few per cent."""
 
 
-def under_law(
-    disc: Discretisation, solve: Contact, judge: Judge, state: ContactState, start: str | Solution | None, tol: float
-) -> ContactState:
-    """The contact under the law of its scene: the state of the least residual, from `start` or what `state` knows.
+def with_coefficients(disc: Discretisation, state: ContactState, start: str | Solution | None) -> ContactState:
+    """The state with coefficients to begin with: its own, or those of the start."""
+    if state.friction is not None:
+        return state
+    return replace(state, friction=_start(_law(disc), disc.grid, start), branch=branch_of(start))
 
-    `solve` and `judge` take given coefficients. `Saturated` if a pass cannot carry a prescribed force.
-    """
-    law = _law(disc)
 
-    def one_pass(state: ContactState) -> ContactState:
-        assert state.friction is not None
-        trial = disc.with_loading(coefficient=state.friction)
-        enough = max(tol, 0.01 * state.passes[-1][1] if state.passes else 1e-3)  # the next pass sees no more
-        after = solve(trial, state, enough)
-        shift, areas = shift_and_areas(trial, after)
-        return replace(after, friction=np.where(areas == SLIP, _at_slip(trial, shift), state.friction))
-
-    def residual(state: ContactState) -> float:
-        return judge(disc.with_loading(coefficient=coefficient(disc, state)), state)
-
-    coefficients = Unknown("friction", law.kinetic, law.static)
-    elements = int(np.count_nonzero(state.pressure)) + 2
-    limits = Limits(tol, elements, patience=elements, plain=elements)
-    if law.continuous:
-        limits = Limits(tol, MAX_PASSES, patience=MAX_PASSES, plain=PLAIN, near=NEAR)
-    if state.friction is None:
-        state = replace(state, friction=_start(law, disc.grid, start), branch=branch_of(start))
-    try:
-        return fixed_point(one_pass(replace(state, passes=())), one_pass, coefficients, residual, limits)
-    except Saturated as error:
-        raise Saturated(error.force, error.limit, f" under its law (sought from {BRANCHES[state.branch]})") from None
+def coefficients_after(disc: Discretisation, state: ContactState) -> np.ndarray:
+    """The law's coefficients at the slip of a state, where it slips with those it had; elsewhere these."""
+    assert state.friction is not None
+    shift, areas = shift_and_areas(disc, state)
+    return np.where(areas == SLIP, _at_slip(disc, shift), state.friction)
 
 
 def coefficient(disc: Discretisation, state: ContactState) -> np.ndarray:

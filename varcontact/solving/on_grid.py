@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from varcontact.discrete.state import unloaded
 from varcontact.results.history import History
 from varcontact.results.solution import Solution
 from varcontact.scene.friction import Law
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.conic.programs import Workspace
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
@@ -37,20 +37,10 @@ def solve_on_grid(
     near: Solution | None = None,
     deadline: float = math.inf,
 ) -> Answer:
-    """Solve a scene on its own grid.
+    """A scene on its own grid: from the plan to the certified solution.
 
-    Parameters
-    ----------
-    scene : Scene
-    options : SolveOptions
-    progress : callable, optional
-        Told the name of each stage.
-    final : bool
-        Whether the answer may be the last one: otherwise it has no certificate, and a loose tolerance.
-    near : Solution, optional
-        Of the same scene on another grid, to begin from.
-    deadline : float
-        When solvers raise `OutOfTime`, by `time.perf_counter` [s].
+    Where it is not the `final` grid, without a certificate and to a loose tolerance; a solution `near` is of the same
+    scene on another grid. Solvers raise `OutOfTime` at the `deadline`, by `time.perf_counter` [s].
     """
     plan = options.plan_for(scene)
     if final:  # a coarse grid fits where a finer one does
@@ -63,18 +53,20 @@ def solve_on_grid(
             deadline,
         )  # fmt: skip
     workspace = Workspace() if isinstance(scene.friction, Law) or plan.loops or plan.marches else None
-    steps = ContactSolver(
+    solver = ContactSolver(
         plan, tol, options.polish, SolveStats(progress), workspace, options.start, certify, final, continuum, deadline
     )
-    disc, state = solve_contact(scene, defect_correction.loosely(steps) if options.refine else steps, near=near)
+    disc, state = solve_contact(scene, defect_correction.loosely(solver) if options.refine else solver, near=near)
     try:
         if not final:
-            return finish_coarse(scene, disc, state, steps)
+            return finish_coarse(scene, disc, state, solver)
         if options.refine:
-            disc, state, refinement = defect_correction.run(scene, disc, state, steps)
-            return finish(scene, disc, state, steps, refinement)
-        solution = finish(scene, disc, state, steps)
-        warning = noise_warning(scene, disc, state, lambda other: steps.pressure(other, unloaded(other.grid)))
+            disc, state, refinement = defect_correction.run(scene, disc, state, solver)
+            return finish(scene, disc, state, solver, refinement)
+        solution = finish(scene, disc, state, solver)
+        if not isinstance(scene.surface, SampledDistance):
+            return solution
+        warning = noise_warning(scene, disc, state, solver)
         return replace(solution, warnings=(warning,)) if warning else solution
     finally:
         disc.operators.forget()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
@@ -11,17 +11,22 @@ from varcontact import checks
 from varcontact.discrete.certificate import LEVELS
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
+from varcontact.results.quantities_of_interest import not_measurable
 from varcontact.results.solution import Solution
-from varcontact.scene.motion import Transient
+from varcontact.scene.friction import StaticKinetic
+from varcontact.scene.grid import Grid
+from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.defect_correction.applicability import check_refine
 from varcontact.solving.friction_law import check_start
 from varcontact.solving.selection import select
-from varcontact.solving.target import Target, target_of
 from varcontact.solving.warm_start import check_saturation
 
 TOLERANCE = 1e-8
 """Natural-map residual to reach if none is given. Every method reaches it, see docs/methods.md."""
+
+BY_DEFAULT = 0.01
+"""The accuracy of an answer where neither a grid nor an accuracy is given."""
 
 NormalName = Literal[
     "auto",
@@ -98,27 +103,30 @@ class Options(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class SolveOptions:
-    """How a scene is solved: the arguments of `solve`, checked once.
+class Target:
+    """What an answer is to reach: an accuracy by the units of its quantities of interest, or seconds.
 
-    Attributes
-    ----------
-    choices : tuple of str
-        Names of the methods: normal, tangential, coupling, formulation, method.
-    plan : Plan
-        Of the scene as it is given.
-    tol : float
-    polish : bool
-        Whether active sets take the answers of programs to rounding.
-    start : str, Solution or None
-    certify : str
-    refine : bool
-        Whether the solution is corrected towards the continuum.
-    store : str, Path or None
-    target : Target or None
-        None: it is solved on its own grid.
+    `by_default`: nothing was given; then an accuracy that is not reached is no error, but a larger error bar.
     """
 
+    accuracy: float | None = None
+    time_budget: float | None = None
+    by_default: bool = False
+
+    @property
+    def least(self) -> float:
+        """The part of the load with which a patch of the contact counts."""
+        return BY_DEFAULT if self.accuracy is None else self.accuracy
+
+
+@dataclass(frozen=True)
+class SolveOptions:
+    """How a scene is solved: the arguments of `solve`, checked once, with the scene's plan.
+
+    `choices`: names of the methods, as `select` takes them. `target`: None where the scene has its own grid.
+    """
+
+    scene: Scene
     choices: tuple[str, str, str, str, str]
     plan: Plan
     tol: float
@@ -147,76 +155,122 @@ class SolveOptions:
         accuracy: float | None = None,
         time_budget: float | None = None,
     ) -> SolveOptions:
-        """The arguments of `solve`, refused before any work where they do not suit the scene.
-
-        Parameters
-        ----------
-        scene, normal, tangential, coupling, formulation, method, tol, polish, start, certify, refine, store
-            As of `solve`.
-        accuracy, time_budget : float or None
-            As of `solve`.
-
-        Raises
-        ------
-        SceneError, SolverUnavailable, Saturated, TooLarge
-            As `solve`.
-        """
+        """The arguments of `solve`, refused as there, before any work, where they do not suit the scene."""
         if not isinstance(scene, Scene):
             raise SceneError("scene", scene, "a Scene")
         choices = normal, tangential, coupling, formulation, method
         plan = select(scene, *choices)
-        tol, polish, certify = checks.positive("tol", tol), polished_by(plan, polish), level(certify)
-        check_start(scene, start, plan.theory is not None)
-        check_saturation(scene)
-        target = target_of(scene, plan, accuracy, time_budget, start, store, refine)
-        corrects = check_refine(scene, plan, refine, target is not None, start)
+        tol, polish = checks.positive("tol", tol), polished_by(plan, polish)
+        certify = checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
+        if start is not None:
+            check_start(scene, start, plan.theory is not None)
+        if not (getattr(scene.motion, "Fx", None) is None and getattr(scene.motion, "Fy", None) is None):
+            check_saturation(scene)
+        target = _target(scene, plan, accuracy, time_budget, start, store, refine)
+        corrects = refine is not None and check_refine(scene, plan, refine, target is not None, start)
         if store is not None and not isinstance(scene.motion, Transient):
             allowed = "left out: only a history of steps, motion Transient, is stored as it grows"
             raise SceneError("store", store, allowed)
-        return cls(choices, plan, tol, polish, start, certify, corrects, store, target)
+        return cls(scene, choices, plan, tol, polish, start, certify, corrects, store, target)
 
     def plan_for(self, scene: Scene) -> Plan:
-        """The plan of the `scene` on another grid."""
-        return select(scene, *self.choices)
+        """The plan of the `scene`, as on another grid."""
+        return self.plan if scene is self.scene else select(scene, *self.choices)
 
 
 def polished_by(plan: Plan, polish: bool | None) -> bool:
-    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex".
-
-    Parameters
-    ----------
-    plan : Plan
-    polish : bool or None
-        As asked for; None leaves it to the method.
-
-    Raises
-    ------
-    SceneError
-        If it is neither, or asked for with the method "convex".
-    """
-    convex = plan.convex
-    polish = not convex if polish is None else checks.flag("polish", polish)
-    if polish and convex:
+    """Whether active sets polish the answers of programs: unless `polish` is False or the method "convex"."""
+    polish = not plan.convex if polish is None else checks.flag("polish", polish)
+    if polish and plan.convex:
         raise SceneError("polish", True, 'left out: method = "convex" calls no active sets')
     return polish
 
 
-def level(certify: str | None) -> str:
-    """How much of a certificate is wanted, checked.
+def _target(
+    scene: Scene,
+    plan: Plan,
+    accuracy: float | None,
+    time_budget: float | None,
+    start: Any,
+    store: Any,
+    refine: Any,
+) -> Target | None:
+    """The target of a solution; None where the scene or the method leaves no choice of a grid, and none was given."""
+    if accuracy is None and time_budget is None:
+        if isinstance(scene.grid, Grid) or refine is not None or _names_a_difference(scene.motion):
+            return None
+        refusals = _refusals(scene, plan, "accuracy", start, store)
+        return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
+    if accuracy is not None and time_budget is not None:
+        message = "accuracy and time_budget are both given: give one of them, as each decides on the grid"
+        raise SceneError("time_budget", time_budget, "left out", message=message)
+    if accuracy is not None:
+        field, accuracy = "accuracy", checks.positive("accuracy", accuracy)
+        if accuracy >= 1:
+            allowed = "below 1: it is a part of the largest friction force (without friction of the approach), as 0.01"
+            raise SceneError("accuracy", accuracy, allowed)
+    else:
+        field, time_budget = "time_budget", checks.positive("time_budget", time_budget)
+    for refusal in _refusals(scene, plan, field, start, store):
+        raise refusal
+    return Target(accuracy, time_budget)
 
-    Parameters
-    ----------
-    certify : str or None
-        As of `solve`.
 
-    Returns
-    -------
-    str
-        "auto", or one of `LEVELS`.
+def _names_a_difference(motion: Any) -> bool:
+    """Whether the slip of steady rolling is discretised as the scene says."""
+    return isinstance(motion, Steady) and replace(motion, slip_difference="first-order", spin_offset=None) != motion
 
-    Raises
-    ------
-    SceneError
-        If there is no such level.
-    """
-    return checks.choice("certify", "none" if certify is None else certify, ("auto", *LEVELS))
+
+def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> Iterator[SceneError]:
+    """Why a scene has a grid already, or needs one, or the error of its answer is not that of a grid."""
+    motion = scene.motion
+    if isinstance(scene.grid, Grid):
+        message = f"grid: the grid is chosen for the {field}; leave the grid out, or {field}"
+        yield SceneError("grid", scene.grid, '"auto"', message=message)
+    if isinstance(motion, Transient):
+        if motion.dq is None:
+            message = f"motion.dq: the length of the steps is an element's, unless it is given; with {field} give it"
+            yield SceneError("motion.dq", None, "a length, or one for each step", message=message)
+        if motion.start is not None:
+            message = (
+                f"motion.start: a solution belongs to its own grid, and {field} chooses one; leave one of them out"
+            )
+            yield SceneError("motion.start", motion.start, "left out", message=message)
+        if store is not None:
+            message = f"store: with {field} a history is solved on several grids; leave store out, and save the answer"
+            yield SceneError("store", store, "left out", message=message)
+    if isinstance(motion, Steady) and motion.dq is not None:
+        message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
+        yield SceneError("motion.dq", motion.dq, "left out", message=message)
+    if isinstance(motion, Shift) and scene.line and scene.reference_depth is None:
+        for name in ("Fx", "Fy"):
+            if getattr(motion, name) is not None:
+                message = (
+                    f"surface.reference_depth: in line contact the shift for motion.{name} is known but for a "
+                    f"constant, which no {field} is for; give the depth from which displacements count"
+                )
+                yield SceneError("surface.reference_depth", None, "a depth", message=message)
+    if plan.marches and isinstance(motion, Steady):
+        message = (
+            f'formulation = "marching" takes the slip of first order, and with {field} it is of second order; '
+            "leave formulation out, or give a grid"
+        )
+        yield SceneError("formulation", "marching", '"auto"', message=message)
+    if plan.theory is not None:
+        message = (
+            f'tangential = "{plan.tangential}": a theory has an error that no grid removes; '
+            f"with {field} take a method of the exact theory, or leave tangential out"
+        )
+        yield SceneError("tangential", plan.tangential, "a method of the exact theory", message=message)
+    if start is not None and not isinstance(start, str):
+        message = f'start: with {field} it is "stick" or "slip"; a solution belongs to its own grid'
+        yield SceneError("start", start, '"stick" or "slip"', message=message)
+    if start == "stick" and isinstance(scene.friction, StaticKinetic):
+        message = (
+            'start = "stick": under a static and a kinetic coefficient what the static one adds vanishes as the grid '
+            f"gets finer, and {field} counts errors against the continuum; leave start out, or give a grid"
+        )
+        yield SceneError("start", start, 'left out, or "slip"', message=message)
+    refusal = not_measurable(scene)
+    if refusal is not None:
+        yield refusal

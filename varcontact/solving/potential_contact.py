@@ -1,10 +1,9 @@
-"""The size of the potential contact."""
+"""The potential contact: a grid is placed, adjusted to what is found on it, and solved on again until it holds that."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -40,137 +39,120 @@ FOUND = 1e-4
 ROUNDING = 1e-9
 """Part of an element by which a sample may miss its border and still lie on it."""
 
-PressureOn = Callable[[Discretisation, ContactState], ContactState]
-"""Solves the frictionless normal problem of a discretisation, from a state that may have a pressure to begin with."""
-
-
-def first_grid(scene: Scene, pressure_on: PressureOn) -> Grid:
-    """An explicit grid for a scene: its own, or one across the bounding box of the contact.
-
-    A Hertzian contact has its ellipse. For sampled distances the box is found by looks at the frictionless
-    contact, first across all samples, then closer and closer.
-
-    Parameters
-    ----------
-    scene : Scene
-    pressure_on : callable
-        Solves the frictionless normal problem of a discretisation.
-    """
-    return _looked_for(scene, pressure_on)[0]
-
-
-def _looked_for(scene: Scene, pressure_on: PressureOn) -> tuple[Grid, _Found | None]:
-    """The first grid of a scene, and the contact that the last look found, if one was needed."""
-    spec = known_grid(scene)
-    if spec.explicit:
-        return spec, None
-    surface = scene.surface
-    assert isinstance(surface, SampledDistance)
-    box, found = surface.box, None
-    depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
-    for _ in range(60):
-        look = Grid(nx=24, ny=None if scene.line else 24, margin=0).spread(box)
-        lowest = _lowest_in_elements(surface, look, depth)
-        disc = discretise(replace(scene, surface=lowest, grid=look, motion=None, friction=None), look)
-        state = pressure_on(disc, unloaded(look) if found is None else found.on(disc))
-        found = _Found.of(disc, state)
-        contact = contact_box(look, state.pressure)
-        if min(across(state.pressure)) >= (1 if scene.line else 8) and max(across(state.pressure)) >= 8:
-            break
-        box = clipped(contact_box(look, state.pressure, around=1), surface)
-    return within(spec.spread(contact), surface), found
+LOOK, LOOKS = 24, 60
+"""Elements across on a grid by which a contact is looked for, and the most looks."""
+ACROSS = 8
+"""Elements across the contact with which a look is close enough."""
+GRIDS, CLOSER = 20, 3
+"""The most grids that are tried, and how often one that lies closer around the contact."""
+ROOM = 0.1
+"""Room that a contact is given where tractions move it, by its length: only the next elements are seen."""
 
 
 def solve_contact(
     scene: Scene,
-    steps: ContactSolver,
+    solver: ContactSolver,
     known: Operators | None = None,
     begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
     near: Solution | None = None,
 ) -> tuple[Discretisation, ContactState]:
-    """Solve; where the contact goes on outside a grid of our choice, enlarge that and solve again.
+    """The contact on a grid that holds it: where it goes on outside a grid of our choice, that is enlarged.
 
-    Operators that are `known` from the scene before serve again, where they are of the same lattice.
-    The contact without tangential tractions settles the grid; of unlike bodies it is then that with tractions.
-
-    Parameters
-    ----------
-    scene : Scene
-    steps : Steps
-    known : Operators, optional
-    begun : callable, optional
-        Gives the state without tractions those to begin with.
-    near : Solution, optional
-        Of the same scene on another grid: the contact is looked for where that has it, from its pressure, and
-        tractions are begun from its own.
-
-    Returns
-    -------
-    Discretisation
-    ContactState
-        The solution, dimensionless.
-
-    Raises
-    ------
-    SceneError
-        If no grid is found that holds the contact.
+    The contact without tractions settles the grid; of unlike bodies it is then that with tractions. Operators that are
+    `known` serve again on the same lattice. `begun` gives a state without tractions those to begin with; a solution
+    `near`, on another grid, gives the place of the contact, its pressure and its tractions.
     """
-    closed_form, coupled = steps.plan.closed_form, steps.plan.coupling != "none"
-    with steps.stats.stage("grid"):
-        normal = steps.plan.normal if steps.plan.convex else "norm"
-        looks = ContactSolver(replace(steps.plan, normal=normal), 1e-6, True, steps.stats, deadline=steps.deadline)
-        beside = None if near is None or closed_form else _Found(near.grid, near.pressure, near.approach)
-        grid, last = _looked_for(scene, looks.pressure) if beside is None else _near(scene, beside)
-    if near is not None and begun is None:
-        begun = partial(_rubbing_as, near)
+    closed_form, coupled = solver.plan.closed_form, solver.plan.coupling != "none"
+    with solver.stats.stage("grid"):
+        grid, found = place(scene, solver, near)
     moved = 0
-    for attempt in range(20):
-        disc = discretise(scene, grid, known, coupled=not steps.plan.left_out)
+    for attempt in range(GRIDS):
+        disc = discretise(scene, grid, known, coupled=not solver.plan.left_out)
         known = disc.operators
-        disc, state = _pressed(scene, disc, steps, unloaded(grid) if last is None else last.on(disc), attempt < 3)
-        with steps.stats.stage("grid"):
-            overlap = outside(disc, state, closed_form)
-            closer = fitted(scene, grid, state.pressure) if attempt < 3 else None
-        if (overlap is None and closer is None) or (coupled and moved):
-            state = contact(disc, steps, state if begun is None else begun(disc, state))
+        start = unloaded(grid) if found is None else found.on(disc)
+        disc, state = _without_tractions(scene, disc, solver, start, attempt < CLOSER)
+        with solver.stats.stage("grid"):
+            settled = coupled and moved > 0
+            wanted = None if settled else adjust(scene, disc, state, attempt < CLOSER, closed_form)
+        if wanted is None:
+            if begun is not None:
+                state = begun(disc, state)
+            elif near is not None:
+                state = _with_tractions_of(near, disc, state)
+            state = contact(disc, solver, state)
             if not coupled:
                 return disc, state
-            with steps.stats.stage("grid"):
-                overlap = outside(disc, state)
-                closer = fitted(scene, grid, state.pressure, any_surface=True) if 0 < moved < 4 else None
-            if overlap is None and closer is None:
+            with solver.stats.stage("grid"):
+                wanted = adjust(scene, disc, state, 0 < moved <= CLOSER, with_tractions=True)
+            if wanted is None:
                 return disc, state
             moved += 1
         known.forget()
-        last = _Found.of(disc, state)
-        if overlap is not None:
-            grid = enlarged(scene, grid, state.pressure, overlap, 0.1 * (moved > 0))
-        elif closer is not None:
-            grid = closer
-    raise SceneError(
-        "grid",
-        scene.grid,
-        "explicit",
-        message="grid: no potential contact was found that holds the contact; give an explicit grid"
-        f"{if_noise(scene, grid)}",
-    )
+        grid, found = wanted, _Found.of(disc, state)
+    message = "grid: no potential contact was found that holds the contact; give an explicit grid"
+    raise SceneError("grid", scene.grid, "explicit", message=f"{message}{if_noise(scene, grid)}")
 
 
-def _pressed(
-    scene: Scene, disc: Discretisation, steps: ContactSolver, state: ContactState, may_move: bool
+def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> tuple[Grid, _Found | None]:
+    """The first grid: the scene's own, or one across the contact, and the contact, where one was looked for.
+
+    A Hertzian contact has its ellipse. For sampled distances looks at the frictionless contact tell, first across all
+    samples, then closer and closer; or a solution `near`.
+    """
+    spec, surface = known_grid(scene), scene.surface
+    if near is not None and not solver.plan.closed_form:
+        found = _Found(near.grid, near.pressure, near.approach)
+        grid = spec if spec.explicit else spec.spread(contact_box(found.grid, found.pressure))
+        return within(grid, surface), found
+    if spec.explicit:
+        return spec, None
+    assert isinstance(surface, SampledDistance)
+    normal = solver.plan.normal if solver.plan.convex else "norm"
+    plan = replace(solver.plan, normal=normal)
+    look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)
+    box, last = surface.box, None
+    depth = None if scene.approach is None else surface.reference_depth  # which may lie within the samples
+    for _ in range(LOOKS):
+        grid = Grid(nx=LOOK, ny=None if scene.line else LOOK, margin=0).spread(box)
+        lowest = _lowest_in_elements(surface, grid, depth)
+        disc = discretise(replace(scene, surface=lowest, grid=grid, motion=None, friction=None), grid)
+        state = look.pressure(disc, unloaded(grid) if last is None else last.on(disc))
+        last, columns_and_rows = _Found.of(disc, state), across(state.pressure)
+        if min(columns_and_rows) >= (1 if scene.line else ACROSS) and max(columns_and_rows) >= ACROSS:
+            break
+        box = clipped(contact_box(grid, state.pressure, around=1), surface)
+    return within(spec.spread(contact_box(grid, state.pressure)), surface), last
+
+
+def adjust(
+    scene: Scene,
+    disc: Discretisation,
+    state: ContactState,
+    closer: bool,
+    closed_form: bool = False,
+    with_tractions: bool = False,
+) -> Grid | None:
+    """A larger grid where the contact goes on outside, or a `closer` one where it has few elements; None: it fits."""
+    overlap = outside(disc, state, closed_form)
+    if overlap is not None:
+        return enlarged(scene, disc.grid, state.pressure, overlap, ROOM * with_tractions)
+    return fitted(scene, disc.grid, state.pressure, any_surface=with_tractions) if closer else None
+
+
+def _without_tractions(
+    scene: Scene, disc: Discretisation, solver: ContactSolver, state: ContactState, closer: bool
 ) -> tuple[Discretisation, ContactState]:
     """The pressure without tractions; on parts of the elements only where the grid is the last one, as far as known."""
-    if steps.plan.cells(scene) == (1, 1):
-        return disc, steps.pressure(disc, state)
+    if solver.plan.cells(scene) == (1, 1):
+        return disc, solver.pressure(disc, state)
     if known_grid(scene).explicit:
-        return steps.pressed_on_parts(disc, state)
-    few = not (steps.plan.convex or many_pressures(scene))
-    plan = replace(steps.plan, normal="norm") if few else steps.plan
-    with steps.stats.stage("grid"):
-        look = replace(steps, plan=plan, tol=max(steps.tol, FOUND), refined=False)
-        state = look.pressure(disc, state)
-        moves = outside(disc, state) is not None or (may_move and fitted(scene, disc.grid, state.pressure) is not None)
-    return (disc, state) if moves else steps.pressed_on_parts(disc, state)
+        return solver.pressure_on_subgrid(disc, state)
+    few = not (solver.plan.convex or many_pressures(scene))
+    plan = replace(solver.plan, normal="norm") if few else solver.plan
+    with solver.stats.stage("grid"):
+        state = replace(solver, plan=plan, tol=max(solver.tol, FOUND), refined=False).pressure(disc, state)
+        moves = outside(disc, state) is not None or (closer and fitted(scene, disc.grid, state.pressure) is not None)
+    return (disc, state) if moves else solver.pressure_on_subgrid(disc, state)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,14 +177,7 @@ class _Found:
         return replace(unloaded(disc.grid), pressure=pressure, approach=approach)
 
 
-def _near(scene: Scene, found: _Found) -> tuple[Grid, _Found]:
-    """The scene's grid, without a look: across the contact that was found, where it is not known anyway."""
-    spec = known_grid(scene)
-    grid = spec if spec.explicit else spec.spread(contact_box(found.grid, found.pressure))
-    return within(grid, scene.surface), found
-
-
-def _rubbing_as(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
+def _with_tractions_of(near: Solution, disc: Discretisation, state: ContactState) -> ContactState:
     """The state with the tractions of a solution on another grid; under a law of friction they choose no branch."""
     motion = disc.loading.motion
     if motion is None or disc.loading.law is not None:

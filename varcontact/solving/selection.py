@@ -102,8 +102,8 @@ def select(
     """
     wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
     wanted["method"] = method
-    effect = left_out(scene) if coupling == "auto" else 0.0
     K = scene.bodies.K
+    effect = left_out(scene) if coupling == "auto" and K != 0 else 0.0
     for error in _unknown_names(scene, wanted):
         raise error
     if effect:

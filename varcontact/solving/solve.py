@@ -11,6 +11,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.discrete.certificate import Certificate, certificate_of
+from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState, hertz_pressure, unloaded
 from varcontact.discrete.subgrid import cells_of, means, with_subgrid
@@ -25,7 +26,6 @@ from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
-from varcontact.solving.potential_contact import first_grid
 from varcontact.solving.selection import select
 from varcontact.system.threads import one_blas_thread
 
@@ -246,7 +246,7 @@ def certify(scene: Scene, traction: np.ndarray, pressure: np.ndarray | None = No
             message="grid: tractions are certified on an explicit grid; give its dx, dy, x0 and y0",
         )
     plan = select(scene, "hertz" if pressure is None else "clarabel")
-    grid = first_grid(scene, lambda disc, state: state)
+    grid = known_grid(scene)
     disc = discretise(scene, grid, coupled=not plan.left_out)
     if pressure is None:
         state = hertz_pressure(disc, unloaded(grid))

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.state import ContactState
+from varcontact.discrete.state import ContactState, unloaded
 from varcontact.errors import SceneError
 from varcontact.scene.interpolation import how_to_smooth, smoothed_field
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.solving.contact_solver import ContactSolver
 
 SHORTEST = 4
 """The shortest waves that elements resolve, in elements: pressure sees two a wave as noise."""
@@ -29,15 +28,7 @@ ABOVE = 4.0
 
 @dataclass(frozen=True)
 class Look:
-    """What the pressure looks like.
-
-    Attributes
-    ----------
-    peak : float
-        The largest pressure [force/area].
-    patches : int
-        Pieces of the contact, each connected by sides or corners of elements.
-    """
+    """The largest pressure [force/area], and the pieces of the contact, connected by sides or corners of elements."""
 
     peak: float
     patches: int
@@ -47,53 +38,34 @@ class Look:
         return abs(self.peak / other.peak - 1) if self.patches == other.patches else math.inf
 
 
-def noise_warning(
-    scene: Scene, disc: Discretisation, state: ContactState, pressure_on: Callable[[Discretisation], ContactState]
-) -> str:
-    """Say so if the shortest waves of a sampled surface rule the pressure.
+def noise_warning(scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver) -> str:
+    """The warning that the shortest waves of a sampled surface rule the pressure, and what smoothing helps; or nothing.
 
-    Parameters
-    ----------
-    scene : Scene
-    disc : Discretisation
-        On the grid of the solution.
-    state : ContactState
-        Of the solution, dimensionless.
-    pressure_on : callable
-        Solves the normal problem of a discretisation without tractions.
-
-    Returns
-    -------
-    str
-        With the wavelength from which smoothing helps; empty where nothing is wrong.
-
-    Notes
-    -----
     A wave of length L and amplitude d takes the pressure ``pi G d / ((1 - nu) L)`` to be pressed flat. If what is
     shorter than four elements, within the contact, comes to less than 3 % of the largest pressure, there is no noise.
     Otherwise the normal problem is solved without it: it rules if the largest pressure changes by more than a fifth,
     or the number of patches does. The wavelength that helps is the least, doubled from four elements on, with which
     the largest pressure changes by less than a tenth and the patches do not, if it is doubled.
     """
-    if not isinstance(scene.surface, SampledDistance) or not state.pressure.any():
-        return ""
     element = max(disc.grid.sides[:1] if disc.line else disc.grid.sides)
-    if _shortest(disc, state, SHORTEST * element) < SUSPECT * float(state.pressure.max()):
+    shortest = SHORTEST * element
+    if not state.pressure.any() or _shortest(disc, state, shortest) < SUSPECT * float(state.pressure.max()):
         return ""
-
-    def look(wavelength: float) -> Look:
-        posed = disc if wavelength == 0 else replace(disc, distance=_without(disc, state, wavelength))
-        return _look(posed, pressure_on(posed))
-
     try:
-        found = look(0.0) if disc.K != 0 or disc.subgrid is not None else _look(disc, state)
-        without = look(SHORTEST * element)
+        found = _look(disc, state)
+        if disc.K != 0 or disc.subgrid is not None:
+            found = _look(disc, solver.pressure(disc, unloaded(disc.grid)))
+        without = before = _smoothed_look(disc, state, solver, shortest)
         if found.apart(without) < RULES:
             return ""
-        helps = _helps(look, without, list(_wavelengths(disc, element)))
+        helps, wavelength, longest = 0.0, 2 * shortest, _longest(disc)
+        while helps == 0 and wavelength <= longest:
+            after = _smoothed_look(disc, state, solver, wavelength)
+            helps = wavelength / 2 if before.apart(after) < SETTLED else 0.0
+            before, wavelength = after, 2 * wavelength
     except SceneError:  # so few elements that none is left without the waves: nothing to compare
         return ""
-    return _message(found, without, SHORTEST * element, helps, scene)
+    return _message(found, without, shortest, helps, scene)
 
 
 def _look(disc: Discretisation, state: ContactState) -> Look:
@@ -101,6 +73,18 @@ def _look(disc: Discretisation, state: ContactState) -> Look:
 
     patches = label(state.pressure > 0, structure=np.ones((3, 3)))[1]
     return Look(float(state.pressure.max()) * disc.scales.pressure, int(patches))
+
+
+def _smoothed_look(disc: Discretisation, state: ContactState, solver: ContactSolver, wavelength: float) -> Look:
+    """The pressure without tractions on the surface without shorter waves."""
+    smooth = replace(disc, distance=_without(disc, state, wavelength))
+    return _look(smooth, solver.pressure(smooth, unloaded(disc.grid)))
+
+
+def _longest(disc: Discretisation) -> float:
+    """The length of the potential contact."""
+    left, right, bottom, top = disc.grid.box
+    return max(right - left, 0.0 if disc.line else top - bottom)
 
 
 def _without(disc: Discretisation, state: ContactState, wavelength: float) -> np.ndarray:
@@ -116,27 +100,6 @@ def _shortest(disc: Discretisation, state: ContactState, wavelength: float) -> f
     waves = (disc.distance - _without(disc, state, wavelength))[state.pressure > 0]
     amplitude = math.sqrt(2) * float(np.std(waves)) / disc.scales.displacement
     return math.pi * amplitude * disc.scales.length / ((1 - disc.bodies.combined_nu) * wavelength)
-
-
-def _wavelengths(disc: Discretisation, element: float) -> Iterator[float]:
-    """From twice the shortest on, doubled, up to the length of the potential contact."""
-    box = disc.grid.box
-    longest = max(box[1] - box[0], 0.0 if disc.line else box[3] - box[2])
-    wavelength = 2 * SHORTEST * element
-    while wavelength <= longest:
-        yield wavelength
-        wavelength *= 2
-
-
-def _helps(look: Callable[[float], Look], shortest: Look, wavelengths: list[float]) -> float:
-    """The least wavelength from which the pressure has settled; 0: none."""
-    before = shortest
-    for wavelength in wavelengths:
-        after = look(wavelength)
-        if before.apart(after) < SETTLED:
-            return wavelength / 2
-        before = after
-    return 0.0
 
 
 def _message(found: Look, without: Look, shortest: float, helps: float, scene: Scene) -> str:

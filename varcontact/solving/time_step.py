@@ -145,7 +145,7 @@ class March:
             bare = steps.pressure(disc, replace(state, traction=np.zeros_like(state.traction)))
             state = replace(bare, traction=state.traction)
         elif cells != (1, 1):
-            disc, state = steps.pressed_on_parts(disc, state)
+            disc, state = steps.pressure_on_subgrid(disc, state)
         else:
             state = steps.pressure(disc, state)
         state = contact(disc, steps, state)

@@ -35,8 +35,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.scene import Scene
 from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
-from varcontact.solving.options import TOLERANCE, SolveOptions
-from varcontact.solving.target import BY_DEFAULT
+from varcontact.solving.options import BY_DEFAULT, TOLERANCE, SolveOptions
 from varcontact.solving.warm_start import Series
 from varcontact.study.methods import figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results

@@ -24,9 +24,8 @@ from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import DENSE
 from varcontact.solvers.newton.normal import newton_normal
-from varcontact.solving.options import CertifyName
+from varcontact.solving.options import BY_DEFAULT, CertifyName
 from varcontact.solving.solve import solve
-from varcontact.solving.target import BY_DEFAULT
 from varcontact.theories.on_grid import THEORIES
 from varcontact.wheel_rail.patches import Seams
 from varcontact.wheel_rail.result import PatchSolution, WheelRailSolution

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import varcontact as vc
+from varcontact.discrete.contact_grid import known_grid
 from varcontact.discrete.discretisation import discretise
 from varcontact.discrete.force_bounds import force_bound
 from varcontact.discrete.problems import RawSolution
@@ -21,7 +22,6 @@ from varcontact.solvers.conic.backends import solve_tangential
 from varcontact.solvers.conic.programs import gap_program, shift_potential, shift_program
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.registry import normal_methods, states_programs, tangential_methods
-from varcontact.solving.potential_contact import first_grid
 
 UNLIKE = vc.Bodies(G=(1.0, np.inf), nu=(0.286, 0.0))
 QUADRATIC = [name for name in normal_methods() if states_programs(name) and name not in tangential_methods()]
@@ -57,7 +57,7 @@ def in_full(motion, other):
 
 def posed(motion, marching=False, **changes):
     described = scene(motion=motion, **changes)
-    disc = discretise(described, first_grid(described, None))
+    disc = discretise(described, known_grid(described))
     return disc.tangential_problem(hertz_pressure(disc, unloaded(disc.grid)).pressure, marching=marching)
 
 

@@ -16,12 +16,12 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.discrete.problems import RawSolution
-from varcontact.elasticity.operators import GridOperator
+from varcontact.elasticity.operators import GridOperator, fields_of, spectrum_of, wrapped
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import point, solve_from
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
-from varcontact.solvers.newton.kernel import fast_box, field_of, kernel, spectrum, unit, wrapped_transform
+from varcontact.solvers.newton.kernel import fast_box, kernel, unit
 from varcontact.solvers.newton.normal import NormalConditions, NormalSystem
 from varcontact.solvers.newton.tangential import TangentialConditions, TangentialSystem
 
@@ -98,14 +98,14 @@ class CoupledKernel:
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (1 + c, ny, nx), both float32."""
         box = product_box(self.shape)
-        transform = spectrum(traction, box)
+        transform = spectrum_of(traction, box)
         product = np.empty_like(transform)
         product[0] = self.symbols[0, 0] * transform[0]
         product[0] += np.float32(self.load) * _row(self.symbols[0, 1:], transform[1:])
         for i in range(1, len(transform)):
             product[i] = np.float32(1 / self.load) * (self.symbols[i, 0] * transform[0])
             product[i] += _row(self.symbols[i, 1:], transform[1:])
-        return field_of(product, box, self.shape)
+        return fields_of(product, box, self.shape)
 
 
 def product_box(shape: tuple[int, int]) -> tuple[int, int]:
@@ -268,7 +268,8 @@ def _symbols(problem: CoupledProblem) -> np.ndarray:
         top = np.concatenate([problem.normal.table, problem.traction_to_distance.table], axis=1)
         below = np.concatenate([problem.pressure_to_shift.table, problem.tangential.table], axis=1)
         table = np.concatenate([top / unit(problem.normal), below / unit(problem.tangential)]).astype(np.float32)
-        transforms = wrapped_transform(table.reshape(-1, *table.shape[2:]), product_box(problem.distance.shape))
+        box = product_box(problem.distance.shape)
+        transforms = spectrum_of(wrapped(table.reshape(-1, *table.shape[2:]), box), box)
         symbols = transforms.reshape(*table.shape[:2], *transforms.shape[1:])
         keeper["_symbols"] = blocks, symbols
     return np.asarray(symbols)

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator
+from varcontact.elasticity.operators import GridOperator, fields_of, spectrum_of, wrapped
 
 KERNELS = 16
 """Kernels that an operator remembers: those of the levels of two or three contacts."""
@@ -32,39 +32,11 @@ PAIRS = 2
 """Pairs of inverses that are remembered."""
 
 
-def spectrum(fields: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    """Transform of fields on a periodic box, filled up by zeros."""
-    from scipy import fft
-
-    return np.asarray(fft.fft(fft.rfft(fields, box[1], axis=-1), box[0], axis=-2, overwrite_x=True))
-
-
-def field_of(transform: np.ndarray, box: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
-    """The first rows and columns of the fields of a transform, which is overwritten."""
-    from scipy import fft
-
-    rows = fft.ifft(transform, axis=-2, overwrite_x=True)[..., : shape[0], :]
-    return np.asarray(fft.irfft(rows, box[1], axis=-1)[..., : shape[1]])
-
-
 def fast_box(rows: int, columns: int) -> tuple[int, int]:
     """The next lengths for which transforms are fast."""
     from scipy.fft import next_fast_len
 
     return next_fast_len(rows), next_fast_len(columns, real=True)
-
-
-def wrapped_transform(numbers: np.ndarray, box: tuple[int, int]) -> np.ndarray:
-    """Transform of numbers by offset (m, 2 ny - 1, 2 nx - 1) on a periodic box; those that coincide are added up."""
-    ny, nx = (numbers.shape[1] + 1) // 2, (numbers.shape[2] + 1) // 2
-    wrapped = np.zeros((len(numbers), *box), dtype=numbers.dtype)
-    for rows, to_rows in ((slice(0, ny - 1), slice(box[0] - ny + 1, None)), (slice(ny - 1, None), slice(0, ny))):
-        for columns, to_columns in (
-            (slice(0, nx - 1), slice(box[1] - nx + 1, None)),
-            (slice(nx - 1, None), slice(0, nx)),
-        ):
-            wrapped[:, to_rows, to_columns] += numbers[:, rows, columns]
-    return spectrum(wrapped, box)
 
 
 def symmetric_product(symbol: np.ndarray, transform: np.ndarray) -> np.ndarray:
@@ -116,7 +88,7 @@ class Kernel:
     @cached_property
     def symbol(self) -> np.ndarray:
         """Transform of the numbers on a box of twice the size, complex64."""
-        return wrapped_transform(self.numbers, self._box)
+        return spectrum_of(wrapped(self.numbers, self._box), self._box)
 
     @cached_property
     def circulant(self) -> Circulant:
@@ -125,7 +97,7 @@ class Kernel:
 
     def __call__(self, traction: np.ndarray) -> np.ndarray:
         """Displacements by tractions (c, ny, nx), both float32."""
-        return field_of(symmetric_product(self.symbol, spectrum(traction, self._box)), self._box, self.shape)
+        return fields_of(symmetric_product(self.symbol, spectrum_of(traction, self._box)), self._box, self.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +167,8 @@ class Circulant:
         y, x = np.arange(-(ny - 1), ny), np.arange(-(nx - 1), nx)
         causal = np.exp(-self.rolling * np.log(CAUSAL) * x / columns)
         window = parzen(y / rows)[:, None] * (parzen(x / columns) * causal)
-        return wrapped_transform(self.kernel.numbers * window.astype(np.float32), self._box)
+        numbers = self.kernel.numbers * window.astype(np.float32)
+        return spectrum_of(wrapped(numbers, self._box), self._box)
 
     @cached_property
     def stick(self) -> np.ndarray:
@@ -228,7 +201,7 @@ class Circulant:
 
     def apply(self, inverses: np.ndarray, fields: np.ndarray) -> np.ndarray:
         """Inverses (m, k, ...) times fields (c, k, ny, nx), both weighted by `growth`."""
-        return field_of(symmetric_product(inverses, spectrum(fields, self._box)), self._box, self.kernel.shape)
+        return fields_of(symmetric_product(inverses, spectrum_of(fields, self._box)), self._box, self.kernel.shape)
 
 
 def parzen(t: np.ndarray) -> np.ndarray:
