@@ -9,6 +9,27 @@ from unittest import mock
 from varcontact import cli
 
 
+def scene_file(motion="vx = 0.05", axes=(1.0, 1.0), cells=8):
+    """A scene in steady rolling, as TOML."""
+    return f"""
+normal_force = 1.0
+friction = 0.3
+[bodies]
+G = 1.0
+nu = 0.28
+[surface]
+kind = "ellipse"
+a = {axes[0]}
+b = {axes[1]}
+[motion]
+kind = "steady"
+{motion}
+[grid]
+nx = {cells}
+ny = {cells}
+"""
+
+
 def run(*arguments, folder):
     """What ``varcontact`` does with these arguments in that folder: status, output and messages, as of a process.
 

@@ -29,17 +29,7 @@ LOG = "told.log"
 
 @dataclass(frozen=True)
 class Study:
-    """A kind of study that is stored.
-
-    Attributes
-    ----------
-    store : str
-        Name of its file.
-    work : callable
-        Does the study, given the store and whom to tell of its progress.
-    contents : callable
-        From the store to its finished pieces, each as what can be compared.
-    """
+    """A kind of study: the name of its store, its work, and from the store its finished pieces."""
 
     store: str
     work: Callable[[Path, Callable[[str], None] | None], object]
@@ -48,24 +38,8 @@ class Study:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the kills of a study came to.
-
-    Attributes
-    ----------
-    kills : int
-        Processes that were killed before they were through.
-    rounds : int
-        How often the study came to its end, and was begun anew until there were enough kills.
-    pieces : int
-        Of work, in the whole study.
-    begun : int
-        How often one was begun, in all rounds.
-    lost : int
-        Pieces that were in the store before a kill and not after it.
-    same : bool
-        Whether the whole is that of a study which nobody killed.
-    left : list of str
-        What is left beside the store in the end.
+    """Result of the kills: how often the study ended, pieces of work in it, and begun in all; pieces lost; whether the
+    whole is that of a study which nobody killed; what is left beside the store.
     """
 
     kills: int
@@ -138,18 +112,7 @@ STUDIES = {
 
 
 def killed(study: Study, folder: Path, moments: int, seed: int) -> Outcome:
-    """Kill a study at random moments, from the beginning again whenever it is through, then let it end.
-
-    Parameters
-    ----------
-    study : Study
-    folder : Path
-        Empty.
-    moments : int
-        Kills.
-    seed : int
-        Of the moments.
-    """
+    """Kill a study at random moments, from the beginning again whenever it is through, then let it end."""
     store, log, generator = folder / study.store, folder / LOG, random.Random(seed)
     until_second, seconds, pieces = _alone(study, folder)
     longest = until_second + 2 * (seconds - until_second) / moments

@@ -11,26 +11,16 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 from varcontact.cli.compare import by_name
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-[bodies]
-G = 1.0
-nu = 0.28
-[surface]
-kind = "ellipse"
-a = 1.0
-b = 1.0
-[motion]
-kind = "steady"
-vx = 0.05
-[grid]
-nx = 8
-ny = 8
-"""
+SCENE = scene_file()
+
+
+HISTORY = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 2\ndq = 0.1').replace(
+    'kind = "ellipse"\na = 1.0\nb = 1.0\n', 'kind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
+)
+OFF_GRID = SCENE.replace("nx = 8\nny = 8", "nx=4\nny=4\ndx=0.2\ndy=0.2\nx0=0\ny0=0")
 
 
 def test_law_of_friction(folder):
@@ -134,24 +124,6 @@ def test_a_plan_in_json_is_that_of_the_solution(folder):
     assert (printed["normal"], printed["tangential"], printed["special"]) == ("norm", "tang", [])
 
 
-@pytest.mark.parametrize(
-    ("scene", "options", "words"),
-    [
-        (SCENE, ("--tangential", "fastism"), ["tangential", "fastism", "fastsim"]),
-        (SCENE, ("--coupling", "both"), ["coupling", "both", "johnson"]),
-        (SCENE.replace("nu = 0.28", "nu = 0.6"), (), ["bodies.nu", "0.6"]),
-        (SCENE.replace("nx = 8", "nx = 8000000"), (), ["a grid of this size", "GiB"]),
-    ],
-)
-def test_bad_input_of_a_plan(folder, scene, options, words):
-    (folder / "scene.toml").write_text(scene)
-    done = run("plan", "scene.toml", *options, folder=folder)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert "Traceback" not in done.stderr
-    assert all(word in done.stderr for word in words)
-
-
 def test_report_file_and_picture(folder, pictures):
     done = run("solve", "scene.toml", "--out", "result.nc", "--plot", "result.png", folder=folder)
     assert done.returncode == 0, done.stderr
@@ -170,43 +142,59 @@ def test_options_go_before_the_file(folder):
 
 
 @pytest.mark.parametrize(
-    ("scene", "options", "words"),
+    ("command", "scene", "options", "words"),
     [
-        (SCENE.replace("nu = 0.28", "nu = 0.6"), (), ["bodies.nu", "0.6", "(-1, 0.5]"]),
-        (SCENE.replace("friction", "frictoin"), (), ["frictoin", "friction"]),
-        (SCENE.replace("nx = 8", "nx = 8\ndx = 0.1"), (), ["grid.dy"]),
-        ("no toml at all", (), ["scene.toml", "TOML"]),
-        (SCENE, ("--normal", "hertzz"), ["normal", "hertzz", "did you mean hertz"]),
-        (SCENE, ("--tangential", "magic"), ["tangential", "magic", "clarabel"]),
-        (SCENE, ("--tol", "-1"), ["tol", "-1"]),
-        (SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
-        (SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
-        (SCENE, ("--out", "a.vtk"), ["--out = 'a.vtk'", "written as .nc, .csv, .vtu", "must end in one of these"]),
-        (SCENE, ("--out", "a"), ["--out = 'a'", "must end in one of these"]),
-        (SCENE, ("--out", "a.png", "--plot", "a.png"), ["--out = 'a.png'", "must end in one of these"]),
-        (SCENE, ("--out", "a" * 300 + ".nc"), ["--out", "cannot be written"]),
-        (SCENE.replace("nx = 8", "nx = 100000000"), (), ["grid of this size", "GiB"]),
-        ("a = " + "[" * 5000 + "]" * 5000, (), ["scene.toml", "nested too deep"]),
-        (SCENE + "[solve]\npolish = 0\n", (), ["polish", "true or false"]),
-        (SCENE.replace("vx = 0.05", "Fx = 0.4"), (), ["0.4", "0.3"]),
+        ("solve", SCENE.replace("nu = 0.28", "nu = 0.6"), (), ["bodies.nu", "0.6", "(-1, 0.5]"]),
+        ("solve", SCENE.replace("friction", "frictoin"), (), ["frictoin", "friction"]),
+        ("solve", SCENE.replace("nx = 8", "nx = 8\ndx = 0.1"), (), ["grid.dy"]),
+        ("solve", "no toml at all", (), ["scene.toml", "TOML"]),
+        ("solve", SCENE, ("--normal", "hertzz"), ["normal", "hertzz", "did you mean hertz"]),
+        ("solve", SCENE, ("--tangential", "magic"), ["tangential", "magic", "clarabel"]),
+        ("solve", SCENE, ("--tol", "-1"), ["tol", "-1"]),
+        ("solve", SCENE, ("--out", "no/such/folder/a.nc"), ["--out", "no/such/folder"]),
+        ("solve", SCENE, ("--plot", "picture.xyz"), ["--plot", "picture.xyz", ".png"]),
         (
-            SCENE.replace("nx = 8\nny = 8", "nx=4\nny=4\ndx=0.2\ndy=0.2\nx0=0\ny0=0"),
-            (),
-            ["grid", "does not contain the contact"],
+            "solve",
+            SCENE,
+            ("--out", "a.vtk"),
+            ["--out = 'a.vtk'", "as .nc, .csv, .vtu", "must end in one of these"],
         ),
-        (SCENE.replace("normal_force = 1.0", "approach = -0.1"), (), ["approach", "-0.1"]),
+        ("solve", SCENE, ("--out", "a"), ["--out = 'a'", "must end in one of these"]),
+        ("solve", SCENE, ("--out", "a.png", "--plot", "a.png"), ["--out = 'a.png'", "must end in one of these"]),
+        ("solve", SCENE, ("--out", "a" * 300 + ".nc"), ["--out", "cannot be written"]),
+        ("solve", SCENE.replace("nx = 8", "nx = 100000000"), (), ["grid of this size", "GiB"]),
+        ("solve", "a = " + "[" * 5000 + "]" * 5000, (), ["scene.toml", "nested too deep"]),
+        ("solve", SCENE + "[solve]\npolish = 0\n", (), ["polish", "true or false"]),
+        ("solve", SCENE.replace("vx = 0.05", "Fx = 0.4"), (), ["0.4", "0.3"]),
+        ("solve", OFF_GRID, (), ["grid", "does not contain the contact"]),
+        ("solve", SCENE.replace("normal_force = 1.0", "approach = -0.1"), (), ["approach", "-0.1"]),
+        ("plan", SCENE, ("--tangential", "fastism"), ["tangential", "fastism", "fastsim"]),
+        ("plan", SCENE, ("--coupling", "both"), ["coupling", "both", "johnson"]),
+        ("plan", SCENE.replace("nu = 0.28", "nu = 0.6"), (), ["bodies.nu", "0.6"]),
+        ("plan", SCENE.replace("nx = 8", "nx = 8000000"), (), ["a grid of this size", "GiB"]),
+        ("compare", SCENE, ("--methods", "clarable"), ["methods", "did you mean clarabel?"]),
+        ("compare", SCENE, ("--methods", ""), ["methods", "at least one"]),
+        ("compare", SCENE, ("--tol", "-1"), ["tol", "positive"]),
+        ("compare", SCENE, ("nothing.toml",), ["nothing.toml"]),
+        ("compare", SCENE, ("scene.toml",), ["scenes", "a file is given twice"]),
+        ("compare", SCENE, ("--out", "none/t.csv"), ["--out", "no folder"]),
+        ("compare", SCENE, ("--out", "a.png"), ["--out = 'a.png'", "tables are written as CSV", "must end in .csv"]),
+        ("converge", SCENE, ("--cells", "6,8", "--store", "a.nc"), ["--store = 'a.nc'", "the name must end in .csv"]),
     ],
 )
-def test_bad_input(folder, scene, options, words):
+def test_bad_input(folder, command, scene, options, words):
     (folder / "scene.toml").write_text(scene)
-    options = [option.replace("{folder}", folder.name) for option in options]
-    done = run("solve", "scene.toml", *options, folder=folder)
+    done = run(command, "scene.toml", *options, folder=folder)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert done.stdout == ""
-    for word in words:
-        assert word in done.stderr
+    assert all(word in done.stderr for word in words), done.stderr
     assert os.listdir(folder) == ["scene.toml"]
+
+
+def test_nothing_to_compare(folder):
+    done = run("compare", folder=folder)
+    assert done.returncode == 2 and "scenes" in done.stderr and "--bank" in done.stderr
 
 
 def test_not_solved_to_tolerance(folder):
@@ -257,6 +245,8 @@ def test_what_would_overflow_is_refused_by_its_own_name(folder, entry):
         ("compare", "scene.toml", "--methods", "tang", "--out", "a.csv"),
         ("converge", "scene.toml", "--cells", "4,5,6", "--offsets", "1", "--store", "a.csv"),
         ("--version",),
+        ("--help",),
+        ("solve", "--help"),
     ],
 )
 def test_reader_that_has_gone(folder, arguments):
@@ -266,18 +256,9 @@ def test_reader_that_has_gone(folder, arguments):
     command = [sys.executable, "-m", "varcontact", *arguments]
     done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writing)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert sorted(os.listdir(folder)) == sorted({"scene.toml", *(name for name in arguments if name.startswith("a."))})
-
-
-@pytest.mark.parametrize("arguments", [("--help",), ("solve", "--help")])
-def test_reader_of_help_that_has_gone(folder, arguments):
-    reading, writing = os.pipe()
-    os.close(reading)
-    command = [sys.executable, "-m", "varcontact", *arguments]
-    done = subprocess.run(command, cwd=folder, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
-    os.close(writing)
     assert done.stderr == ""
+    assert done.returncode == 0 or "--help" in arguments  # printed by click, which calls it an error
+    assert sorted(os.listdir(folder)) == sorted({"scene.toml", *(name for name in arguments if name.startswith("a."))})
 
 
 def test_output_that_cannot_be_written(folder):
@@ -341,35 +322,14 @@ def test_compare(folder, pictures):
     assert rows[2]["Fx"] is None
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["scene.toml", "--methods", "clarable"], ["methods", "did you mean clarabel?"]),
-        (["scene.toml", "--methods", ""], ["methods", "at least one"]),
-        (["scene.toml", "--tol", "-1"], ["tol", "positive"]),
-        (["nothing.toml"], ["nothing.toml"]),
-        (["scene.toml", "scene.toml"], ["scenes", "a file is given twice"]),
-        ([], ["scenes", "--bank"]),
-        (["scene.toml", "--out", "none/t.csv"], ["--out", "no folder"]),
-        (["scene.toml", "--out", "t.txt"], ["--out = 't.txt'", "tables are written as CSV"]),
-    ],
-)
-def test_compare_refuses(folder, arguments, words):
-    done = run("compare", *arguments, folder=folder)
-    assert done.returncode == 2
-    assert "Traceback" not in done.stderr
-    assert all(word in done.stderr for word in words), done.stderr
-    assert {path.name for path in folder.iterdir()} == {"scene.toml"}
-
-
 def test_compare_refuses_a_history(folder):
-    history = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 3\ndq = 0.1')
-    surface = 'kind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
-    (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
+    (folder / "history.toml").write_text(HISTORY)
     done = run("compare", "scene.toml", "history.toml", folder=folder)
     assert (done.returncode, done.stdout) == (2, "")
-    assert "scene 'history' is a history: methods are compared on one problem" in done.stderr
-    assert "a history: methods are compared on one problem (motion Steady, Shift or none)" in done.stderr
+    assert (
+        "scene 'history' is a history: methods are compared on one problem (motion Steady, Shift or none)"
+        in done.stderr
+    )
 
 
 def test_compare_takes_the_accuracy_of_a_file(folder):
@@ -391,9 +351,7 @@ def test_compare_takes_the_accuracy_of_a_file(folder):
 
 @pytest.mark.parametrize(("options", "accuracy"), [((), 0.01), (("--accuracy", "0.1"), 0.1)])
 def test_a_history_to_an_accuracy_is_saved_at_the_end(folder, options, accuracy):
-    history = SCENE.replace('kind = "steady"', 'kind = "transient"\nsteps = 2\ndq = 0.1').split("[grid]")[0]
-    surface = 'kind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
-    (folder / "history.toml").write_text(history.replace('kind = "ellipse"\na = 1.0\nb = 1.0\n', surface))
+    (folder / "history.toml").write_text(HISTORY.split("[grid]")[0])
     done = run("solve", "history.toml", *options, "--out", "h.nc", folder=folder)
     assert done.returncode == 0, done.stderr
     assert vc.load(folder / "h.nc").error_estimate.largest <= accuracy
@@ -419,22 +377,6 @@ def test_a_solver_without_polish_that_is_not_exact_enough(folder):
     assert done.returncode == 3
     assert "clarabel says" in done.stderr
     assert json.loads(done.stdout)["converged"] is False
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("compare", "scene.toml", "--methods", "tang", "--out", "a.png"),
-        ("converge", "scene.toml", "--cells", "6,8,10", "--store", "a.nc"),
-    ],
-)
-def test_tables_are_csv_files(folder, arguments):
-    done = run(*arguments, folder=folder)
-    assert done.returncode == 2
-    assert (
-        f"{arguments[-2]} = '{arguments[-1]}': tables are written as CSV, and the name must end in .csv" in done.stderr
-    )
-    assert os.listdir(folder) == ["scene.toml"]
 
 
 def test_how_much_of_the_certificate(folder):

@@ -7,27 +7,11 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 from varcontact.cli.options import values_of
 from varcontact.io.scene_toml import read_scene
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-[bodies]
-G = 1.0
-nu = 0.28
-[surface]
-kind = "ellipse"
-a = 1.2
-b = 0.9
-[motion]
-kind = "steady"
-vy = 0.01
-[grid]
-nx = 8
-ny = 8
-"""
+SCENE = scene_file("vy = 0.01", axes=(1.2, 0.9))
 
 
 @pytest.fixture

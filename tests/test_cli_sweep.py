@@ -7,25 +7,9 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 
-SCENE = """
-normal_force = 1.0
-friction = 0.3
-[bodies]
-G = 1.0
-nu = 0.28
-[surface]
-kind = "ellipse"
-a = 1.2
-b = 0.9
-[motion]
-kind = "steady"
-spin = 0.05
-[grid]
-nx = 6
-ny = 6
-"""
+SCENE = scene_file("spin = 0.05", axes=(1.2, 0.9), cells=6)
 OVER = """
 [over]
 "motion.vx" = {from = 0.01, to = 0.16, count = 3, spacing = "log"}

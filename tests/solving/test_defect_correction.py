@@ -76,7 +76,7 @@ def test_forces_given(index, tmp_path):
     wanted, unit = scene(case, 16).motion, 0.3 / 3.7
     motion = vc.Steady(Fx=0.3 * row["Fx"], Fy=0.3 * row["Fy"], spin=wanted.spin)
     posed = dataclasses.replace(scene(case, 16), motion=motion)
-    plain, found = vc.solve(posed), vc.solve(posed, refine="continuum")
+    plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum")
     errors = [np.abs(np.subtract(one.creepage[:2], wanted.rigid[:2])).max() / unit for one in (plain, found)]
     assert errors[1] < 1e-3
     assert errors[1] < 0.06 * errors[0]
@@ -503,7 +503,6 @@ def three(one):
     "law",
     [
         vc.LinearFalling(static=0.3, kinetic=0.2, half_velocity=0.08),
-        vc.ExponentialFalling(static=0.3, kinetic=0.22, half_velocity=0.05),
         vc.StaticKinetic(0.3, 0.25),
     ],
 )
@@ -512,7 +511,7 @@ def test_laws_of_friction(law, rolling, tmp_path):
     posed = rolling(friction=law, motion=vc.Steady(vx=0.05, vy=-0.02, spin=0.05), grid=vc.Grid(nx=16, ny=16))
     coarse, fine = (
         three(vc.solve(dataclasses.replace(posed, grid=vc.Grid(nx=n, ny=n, edge="touched")), certify=None))
-        for n in (48, 96)
+        for n in (32, 64)
     )
     plain, found = vc.solve(posed, certify=None), vc.solve(posed, refine="continuum")
     error = np.abs(three(found) - (2 * fine - coarse)).max()

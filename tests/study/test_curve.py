@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import varcontact as vc
-from tests.command import run
+from tests.command import run, scene_file
 
 VX = np.linspace(0.0, 0.2, 5)
 
@@ -61,10 +61,7 @@ def test_picture(rolling):
 
 def test_the_command(tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(
-        "normal_force = 1.0\nfriction = 0.3\n[bodies]\nG = 1.0\nnu = 0.28\n"
-        "[surface]\nkind = 'ellipse'\na = 1.2\nb = 0.9\n[motion]\nkind = 'steady'\n[grid]\nnx = 10\nny = 10\n"
-    )
+    path.write_text(scene_file("", axes=(1.2, 0.9), cells=10))
     out, picture = tmp_path / "curve.nc", tmp_path / "curve.png"
     command = ["curve", str(path), "--vx", "0:0.2:3", "--methods", "newton,polach", "--out", str(out), "--plot"]
     done = run(*command, str(picture), "--json", folder=tmp_path)

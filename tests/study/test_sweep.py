@@ -45,6 +45,7 @@ def test_a_sweep_is_its_single_solves(scene, alone):
     _, swept = alone
     assert dict(swept.sizes) == {"friction": 2, "motion.vx": 5}
     assert (swept["outcome"] == "solved").all()
+    assert "Fx_error" not in swept and "accuracy" not in swept.attrs
     for f in OVER["friction"]:
         for vx in OVER["motion.vx"]:
             motion = dataclasses.replace(scene.motion, vx=vx)
@@ -105,11 +106,8 @@ def test_scenes_by_name_and_by_number(scene):
     np.testing.assert_allclose(numbered["Fx"], named["Fx"].sel(friction=0.3), rtol=0, atol=1e-8)
 
 
-def test_a_single_scene_and_normal_contact(scene):
+def test_a_single_scene_of_normal_contact_and_theories(scene):
     assert vc.sweep(dataclasses.replace(scene, motion=None))["approach"].shape == ()
-
-
-def test_theories_are_approximate(scene):
     assert (vc.sweep(scene, OVER, tangential="fastsim")["outcome"] == "approximate").all()
 
 
@@ -126,11 +124,8 @@ def test_all_executors_give_the_same_bytes(scene, alone, tmp_path):
     with cluster, Client(cluster, set_as_default=False) as client:
         assert len(client.scheduler_info()["workers"]) == 2
         vc.sweep(scene, OVER, chunk=4, executor=client.get_executor(), store=tmp_path / "cluster.nc")
-    assert {file.name: file.read_bytes() == expected for file in tmp_path.iterdir()} == {
-        "processes.nc": True,
-        "threads.nc": True,
-        "cluster.nc": True,
-    }
+    same = {file.stem: file.read_bytes() == expected for file in tmp_path.iterdir()}
+    assert same == {"processes": True, "threads": True, "cluster": True}
 
 
 class Beginning(ThreadPoolExecutor):
@@ -314,9 +309,7 @@ def test_an_executor_that_dies(scene, alone, tmp_path):
 def test_an_executor_that_is_shut_down(scene):
     pool = ThreadPoolExecutor(1)
     pool.shutdown()
-    with pytest.raises(
-        vc.WorkersLost, match=r"\(RuntimeError: cannot schedule new futures after shutdown\) after 0 of"
-    ):
+    with pytest.raises(vc.WorkersLost, match=r"\(RuntimeError: cannot schedule .*\) after 0 of"):
         vc.sweep(scene, OVER, executor=pool)
 
 
@@ -335,25 +328,20 @@ def test_a_store_of_another_sweep_is_refused_and_stays(scene, alone, tmp_path):
     assert store.read_bytes() == alone[0].read_bytes()
 
 
-@pytest.mark.parametrize("content", [b"words", b"CDF\x02" + bytes(40)])
-def test_another_file_is_refused_and_stays(scene, content, tmp_path):
-    store = tmp_path / "sweep.nc"
-    store.write_bytes(content)
-    with pytest.raises(vc.OutputError, match=r"exists already and .*; name a new file"):
-        vc.sweep(scene, OVER, store=store)
-    assert store.read_bytes() == content
-
-
-def test_a_history_is_no_sweep(scene, tmp_path):
+def test_another_file_is_refused_and_stays(scene, tmp_path):
     store = tmp_path / "run.nc"
     vc.solve(dataclasses.replace(scene, motion=vc.Transient(steps=1, dq=0.2, vx=0.01)), store=store)
     with pytest.raises(vc.OutputError, match=r"path = .*run\.nc.*: is not a 'varcontact sweep 1' file$"):
         vc.read_sweep(store)
     with pytest.raises(vc.OutputError, match="exists already and is not a 'varcontact sweep 1' file; name a new file"):
         vc.sweep(scene, OVER, store=store)
-    store.write_bytes(b"words")
-    with pytest.raises(vc.OutputError, match=r"path = .*run\.nc.*: cannot be read as a sweep \(.*\)$"):
-        vc.read_sweep(store)
+    for content in (b"words", b"CDF\x02" + bytes(40)):
+        store.write_bytes(content)
+        with pytest.raises(vc.OutputError, match=r"path = .*run\.nc.*: cannot be read as a sweep \(.*\)$"):
+            vc.read_sweep(store)
+        with pytest.raises(vc.OutputError, match=r"exists already and .*; name a new file"):
+            vc.sweep(scene, OVER, store=store)
+        assert store.read_bytes() == content
 
 
 @pytest.mark.parametrize("where", [0, 100, RECORD.itemsize - 1])
@@ -451,26 +439,17 @@ def test_errors_come_whole_out_of_other_processes(error):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (
-            lambda s: vc.sweep(3),
-            "scenes = 3 is not allowed: must be a Scene, a list of them, or a dict of them by name",
-        ),
+        (lambda s: vc.sweep(3), "scenes = 3 .* must be a Scene, a list of them, or a dict of them by name"),
         (lambda s: vc.sweep([]), "no scenes to sweep: give one at least"),
         (lambda s: vc.sweep([s, 3]), r"scenes\[1\] = 3 is not allowed: must be a Scene"),
         (lambda s: vc.sweep({1: s}), "scenes = 1 is not allowed: must be named by strings"),
-        (
-            lambda s: vc.sweep(dataclasses.replace(s, motion=vc.Transient(steps=1, vx=0.1))),
-            "scenes is a history: a sweep solves single problems",
-        ),
+        (lambda s: vc.sweep(dataclasses.replace(s, motion=vc.Transient(steps=1, vx=0.1))), "scenes is a history"),
         (lambda s: vc.sweep(s, [1.0]), "over = .* must be a dict of values by entry"),
         (lambda s: vc.sweep(s, {"motion.spni": [1.0]}), r'the scene has no "motion.spni" \(did you mean spin\?\)'),
         (lambda s: vc.sweep(s, {"mu": [1.0]}), 'over: the scene has no "mu"'),
         (lambda s: vc.sweep(s, {"friction.static": [1.0]}), 'no "friction.static": friction is float'),
         (lambda s: vc.sweep(s, {"motion": [1.0]}), r'over: "motion" is no number \(as "motion.vx"\)'),
-        (
-            lambda s: vc.sweep(dataclasses.replace(s, motion=None), {"motion.vx": [1.0]}),
-            'no "motion.vx": motion is missing',
-        ),
+        (lambda s: vc.sweep(dataclasses.replace(s, motion=None), {"motion.vx": [1.0]}), "motion is missing"),
         (lambda s: vc.sweep(s, {"motion.vx": []}), r"over\['motion.vx'\] is empty"),
         (lambda s: vc.sweep(s, {"motion.vx": 0.1}), r"over\['motion.vx'\] = 0.1 is not allowed: must be a list of"),
         (lambda s: vc.sweep(s, {"motion.vx": [0.1, None]}), r"over\['motion.vx'\] = None .* a list of numbers"),
@@ -523,8 +502,3 @@ def test_without_a_grid_each_has_error_bars(rolling, options, tmp_path):
     assert vc.sweep(rolling(grid="auto"), over, store=store, **options).identical(swept)
     with pytest.raises(vc.OutputError, match=r"holds another sweep \(accuracy"):
         vc.sweep(rolling(grid="auto"), over, store=store, accuracy=0.05)
-
-
-def test_on_a_grid_there_are_no_error_bars(alone):
-    _, swept = alone
-    assert "Fx_error" not in swept and "accuracy" not in swept.attrs

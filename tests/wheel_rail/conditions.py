@@ -57,3 +57,15 @@ def flat_track(rail, height=1.0):
     """A track whose rail tops are at y = 750 mm, above the middles of the wheels."""
     track = Track(rail=rail, gauge_height=height)
     return Track(rail=rail, gauge_height=height, gauge=2 * (750.0 + track.gauge / 2 - track.origin[0]))
+
+
+def wheel(y=0.0, roll=0.0, yaw=0.0, **more):
+    """A wheel of the benchmark's profiles, with 80 kN unless more is given."""
+    common = {"track": TRACK, "wheelset": WHEELSET, "vertical_force": 80e3}
+    return WheelOnRail(**common | {"position": Position(y=y, roll=roll, yaw=yaw)} | more)
+
+
+def circles(radius=300.0, y=0.0, yaw=0.0, **more):
+    """A wheel of a radius of 500 mm across on a rail of another, both circular."""
+    common = {"track": flat_track(round_rail(radius)), "wheelset": WheelSet(wheel=round_wheel())}
+    return wheel(y, yaw=yaw, **common | more)

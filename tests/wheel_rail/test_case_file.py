@@ -10,7 +10,7 @@ import pytest
 from tests.wheel_rail.conditions import DATA, WHEEL
 from varcontact.errors import Interrupted, SceneError
 from varcontact.scene.friction import ExponentialFalling
-from varcontact.wheel_rail import Position, Profile, Track, Velocity, WheelOnRail, WheelSet
+from varcontact.wheel_rail import Position, Profile, Velocity
 from varcontact.wheel_rail.case_file import COLUMNS, read_case, solve_cases
 from varcontact.wheel_rail.plots import plot_positions
 
@@ -84,32 +84,26 @@ def test_a_sequence_of_both_wheels(tmp_path):
     assert [case.position.yaw for case in found.cases[::2]] == [0.0, 0.005, 0.01]
     assert [case.vertical_force for case in found.cases[1::2]] == [1e4, 2e4, 3e4]
     assert len({id(case.track) for case in found.cases}) == 1
+    assert np.array_equal(found.cases[0].wheelset.wheel.z, Profile.s1002().z)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        (
-            '"60e1"',
-            '"s1002"',
-            r"track.rail = 's1002' is not allowed: must be the name of a file beside the case file, or \"60e1\"",
-        ),
-        ('"60e1"', '{ file = "60e1", smoothing = 5.0 }', r"track.rail: 60e1 has no options, give its name alone"),
-        ('"60e1"', "3", r"track.rail = 3 is not allowed: must be the name of a file"),
-        ('rail = "60e1", ', "", r"track.rail is missing"),
-        ("track =", "rails =", r"rails: there is no such key"),
-        ("yaw", "jaw", r"position.jaw: there is no such key \(did you mean yaw\?\)"),
-        ("yaw = 1e-3", "yaw = [0.0, 1e-3]", r"must have the same length.*position.y has 3, position.yaw has 2"),
-        ("9e2", '"three"', r"position.y"),
-        ("20e3", "-20e3", r"vertical_force = -20000"),
-        ("dx = 1.0", "z = 0.1", r"vertical_force"),
-        ("dx = 1.0", 'side = "middle"', r"side = 'middle'"),
-        ("dx = 1.0", "wear = { k = 1e-4 }", r"wear.hardness is missing"),
-        ("dx = 1.0", "solve = { polish = true }", r"solve.polish: there is no such key"),
-        ("wheelset = ", "wheelset = 1 #", r"wheelset = 1 is not allowed: must be a table, \[wheelset\]"),
-        ("dx = 1.0", "dx", r"case file .* is not a TOML file"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ('"60e1"', '"s1002"', r"track.rail = 's1002' .* the name of a file beside the case file, or \"60e1\""),
+    ('"60e1"', '{ file = "60e1", smoothing = 5.0 }', "track.rail: 60e1 has no options"),
+    ('"60e1"', "3", r"track.rail = 3 .* the name of a file"),
+    ('rail = "60e1", ', "", "track.rail is missing"),
+    ("track =", "rails =", "rails: there is no such key"),
+    ("yaw", "jaw", r"position.jaw: there is no such key \(did you mean yaw\?\)"),
+    ("yaw = 1e-3", "yaw = [0.0, 1e-3]", "same length.*position.y has 3, position.yaw has 2"),
+    ("9e2", '"three"', "position.y"),
+    ("20e3", "-20e3", "vertical_force = -20000"),
+    ("dx = 1.0", "z = 0.1", "vertical_force"),
+    ("dx = 1.0", 'side = "middle"', "side = 'middle'"),
+    ("dx = 1.0", "wear = { k = 1e-4 }", "wear.hardness is missing"),
+    ("dx = 1.0", "solve = { polish = true }", "solve.polish: there is no such key"),
+    ("wheelset = ", "wheelset = 1 #", r"wheelset = 1 .* a table, \[wheelset\]"),
+    ("dx = 1.0", "dx", "case file .* is not a TOML file"),
+])  # fmt: skip
 def test_what_a_case_cannot_be(tmp_path, old, new, said):
     with pytest.raises(SceneError, match=said):
         read(tmp_path, CASE.replace(old, new))
@@ -202,15 +196,3 @@ def test_the_picture_over_the_positions(tmp_path):
     solved = table[table["outcome"] == "solved"]
     assert drawn["Contact angle [mrad]"] == pytest.approx(1e3 * solved["angle"].to_numpy())
     assert figure.axes[0].lines[0].get_xdata() == pytest.approx([1.0, 2.0])
-
-
-def test_the_cases_are_those_of_the_classes(tmp_path):
-    """A range of one entry with the others left alone."""
-    (first, *_) = read(tmp_path, CASE).cases
-    own = WheelOnRail(
-        track=Track(rail=Profile.rail_60e1(), cant=0.025),
-        wheelset=WheelSet(wheel=Profile.s1002()),
-        position=Position(y=1.0, yaw=1e-3),
-        vertical_force=20e3,
-    )
-    assert first.touching == own.touching

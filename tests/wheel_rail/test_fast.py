@@ -8,23 +8,17 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tests.wheel_rail.conditions import TRACK, WHEELSET, benchmark, flat_track, manchester, round_rail, round_wheel
+from tests.wheel_rail.conditions import benchmark, circles, manchester, wheel
 from varcontact import creep_forces, reference
 from varcontact.errors import SceneError
 from varcontact.kinematics import rotation
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import StaticKinetic
 from varcontact.theories import table_forces
-from varcontact.wheel_rail import Position, WheelOnRail, WheelSet
-
-
-def circles(radius=300.0, **more):
-    more = {"vertical_force": 80e3, **more}
-    return WheelOnRail(track=flat_track(round_rail(radius)), wheelset=WheelSet(wheel=round_wheel()), **more)
 
 
 def test_two_circles_are_hertz_contact():
-    case = circles(position=Position(y=-12.0, yaw=1e-3))
+    case = circles(y=-12.0, yaw=1e-3)
     found = case.estimate("hertz")
     (each,) = found.patches
     assert found.force[2] == pytest.approx(80e3, rel=1e-6)
@@ -114,29 +108,29 @@ def test_forces_of_the_table_are_those_of_the_table_by_hand(y, options):
     assert each.moment == pytest.approx(float(found.moment), rel=1e-9)
 
 
-def test_what_the_table_has_not_is_refused():
+@pytest.mark.parametrize(("more", "arguments", "words"), [
+    ({}, {"tangential": "table", "outside": "nearest"}, r"outside = 'nearest' .* refuse, clamp"),
+    ({"bodies": Bodies(G=82e3, nu=0.3)}, {"tangential": "table"}, r"nu = 0\.3 .* within 0\.01 of the book's, 0\.28"),
+    ({"bodies": Bodies(G=(82e3, 26e3), nu=(0.28, 0.33))}, {"tangential": "table"}, "bodies: .* quasi-identical bodies"),
+    ({}, {"outside": "clamp"}, "outside is no option of fastsim"),
+    ({}, {"normal": "herz"}, "normal = 'herz'.*did you mean hertz"),
+    ({"friction": StaticKinetic(0.4, 0.3)}, {}, "fast theories have one coefficient"),
+    ({}, {"tangential": "contact"}, "theory"),
+])  # fmt: skip
+def test_what_is_refused(more, arguments, words):
+    with pytest.raises(SceneError, match=words):
+        circles(**more).estimate(**arguments)
+
+
+def test_an_ellipse_that_the_table_has_not_is_refused():
     flange = next(each for each in manchester() if (each["side"], each["y_ws"]) == ("right", 9.0))
     with pytest.raises(SceneError, match=r'a/b = 9\.\d+ .* the range of the book \(outside="clamp" takes the nearest'):
         benchmark(flange).estimate(tangential="table")
-    with pytest.raises(SceneError, match=r"outside = 'nearest' .* refuse, clamp"):
-        circles().estimate(tangential="table", outside="nearest")
-    with pytest.raises(SceneError, match=r"nu = 0\.3 .* within 0\.01 of the book's, 0\.28"):
-        circles(bodies=Bodies(G=82e3, nu=0.3)).estimate(tangential="table")
-    with pytest.raises(SceneError, match="bodies: the fast theories hold for quasi-identical bodies"):
-        circles(bodies=Bodies(G=(82e3, 26e3), nu=(0.28, 0.33))).estimate(tangential="table")
-    with pytest.raises(SceneError, match="outside is no option of fastsim"):
-        circles().estimate(outside="clamp")
 
 
 def test_left_and_right_are_mirror_images():
     right, left = (
-        WheelOnRail(
-            track=TRACK,
-            wheelset=WHEELSET,
-            side=side,
-            position=Position(y=sign * 3.0, yaw=sign * 2e-3),
-            vertical_force=5e4,
-        ).estimate()
+        wheel(sign * 3.0, yaw=sign * 2e-3, side=side, vertical_force=5e4).estimate()
         for side, sign in (("right", 1), ("left", -1))
     )
     assert left.force == pytest.approx(right.force * [1, -1, 1], rel=1e-6)
@@ -161,22 +155,11 @@ def test_overlaps_of_few_circles_are_near_hertz(depth, circles, within):
     assert found.ellipse.normal_force == pytest.approx(exact.ellipse.normal_force, rel=within)
 
 
-def test_what_is_refused():
-    with pytest.raises(SceneError, match=r"normal = 'herz'.*did you mean hertz"):
-        circles().estimate("herz")
-    with pytest.raises(SceneError, match="fast theories have one coefficient"):
-        circles(friction=StaticKinetic(0.4, 0.3)).estimate()
-    with pytest.raises(SceneError, match="theory"):
-        circles().estimate(tangential="contact")
-
-
 @pytest.mark.filterwarnings("ignore:with dy")
 @pytest.mark.parametrize("normal", ["virtual-penetration", "hertz"])
 def test_each_overlap_has_its_ellipse(normal):
     """Tread and flange root 8 mm apart: nothing jumps where the exact way begins to see one patch."""
-    case = WheelOnRail(
-        track=TRACK, wheelset=WHEELSET, position=Position(y=5.05, yaw=0.01), vertical_force=4e3, dx=0.4, dy=0.2
-    )
+    case = wheel(5.05, yaw=0.01, vertical_force=4e3, dx=0.4, dy=0.2)
     for depth in (0.007, 0.008):
         at = replace(case, vertical_force=None, z=case.touching + depth)
         fast = at.estimate(normal)
@@ -188,7 +171,7 @@ def test_each_overlap_has_its_ellipse(normal):
 
 
 def test_without_friction_nothing_acts_along_the_surface():
-    fast = WheelOnRail(track=TRACK, wheelset=WHEELSET, friction=0.0, vertical_force=50e3).estimate()
+    fast = wheel(friction=0.0, vertical_force=50e3).estimate()
     (each,) = fast.patches
     assert each.force[:2].tolist() == [0.0, 0.0] and each.moment == 0.0
     assert fast.force[2] == pytest.approx(50e3, rel=1e-6)

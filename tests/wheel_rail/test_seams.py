@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from tests.wheel_rail.conditions import TRACK, WHEELSET
+from tests.wheel_rail.conditions import wheel
 from varcontact.elasticity.operators import influence_operator
 from varcontact.errors import SceneError
-from varcontact.wheel_rail import Position, WheelOnRail, solve
+from varcontact.wheel_rail import solve
 from varcontact.wheel_rail.solve import weakened
 
 GRID = vc.Grid(nx=16, ny=40, dx=0.5, dy=0.5, x0=-4.0, y0=-10.0)
@@ -74,10 +74,7 @@ def test_three_parts_feel_each_other_through_the_seams_between():
 @pytest.mark.filterwarnings("ignore:with dy")
 def test_forces_do_not_jump_when_parts_become_patches():
     """Tread and flange root touch 5 mm apart: as the distance of separation passes that, nothing jumps."""
-    case = WheelOnRail(
-        track=TRACK, wheelset=WHEELSET, position=Position(y=5.0, roll=-3e-4, yaw=0.012), z=0.0, join=1.0, separate=20.0,
-        dx=0.4, dy=0.1,
-    )  # fmt: skip
+    case = wheel(5.0, -3e-4, 0.012, vertical_force=None, z=0.0, join=1.0, separate=20.0, dx=0.4, dy=0.1)
     z = case.touching + 0.03
     (patch,) = case.patches(z)
     ((_, weight),) = patch.seams
@@ -93,9 +90,7 @@ def test_forces_do_not_jump_when_parts_become_patches():
 
 def test_angles_turn_towards_each_other_as_patches_come_nearer():
     """A flange at 70 degrees and the tread at 22 become one patch: a load between is found, and nothing jumps."""
-    case = WheelOnRail(
-        track=TRACK, wheelset=WHEELSET, position=Position(y=6.25, yaw=0.03), vertical_force=22e3, dx=0.5, dy=0.25
-    )
+    case = wheel(6.25, yaw=0.03, vertical_force=22e3, dx=0.5, dy=0.25)
     angles = np.array([[each.angle for each in case.patches(case.touching + z)] for z in (0.045, 0.05, 0.053, 0.058)])
     assert (np.diff(angles[:, 0]) > 0).all() and (np.diff(angles[:, 1] - angles[:, 0]) < 0).all()
     (one,) = case.patches(case.touching + 0.06)
@@ -114,4 +109,4 @@ def test_angles_turn_towards_each_other_as_patches_come_nearer():
 ])  # fmt: skip
 def test_distances_of_patches_ascend(more, words):
     with pytest.raises(SceneError, match=words):
-        WheelOnRail(track=TRACK, wheelset=WHEELSET, z=0.2, **more)
+        wheel(**more)

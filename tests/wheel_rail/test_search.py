@@ -16,6 +16,7 @@ from tests.wheel_rail.conditions import (
     manchester,
     round_rail,
     round_wheel,
+    wheel,
 )
 from varcontact.errors import NoContact, SceneError
 from varcontact.kinematics import klingel_wavelength, rotation
@@ -230,11 +231,6 @@ def test_cant_leans_the_rails_inwards():
     across = np.array([1.0, 0.0])
     apart = curve.points(curve.at(y, across))[:, 1] - inclined.points(inclined.at(y, across))[:, 1]
     assert np.abs(apart).max() < 0.15
-
-
-def wheel(y=0.0, **more):
-    more = {"vertical_force": 80e3, "track": TRACK, "wheelset": WHEELSET, "position": Position(y=y), **more}
-    return WheelOnRail(**more)
 
 
 @pytest.mark.parametrize(("make", "error", "field", "words"), [

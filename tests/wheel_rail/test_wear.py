@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.wheel_rail.conditions import TRACK, WHEELSET, flat_track, round_rail, round_wheel
+from tests.wheel_rail.conditions import circles, wheel
 from varcontact import reference
 from varcontact.errors import SceneError
-from varcontact.wheel_rail import Archard, Position, Velocity, WheelOnRail, WheelSet, wear
+from varcontact.wheel_rail import Archard, Velocity, wear
 
 LAW = Archard(k=6e-4, hardness=3000.0)
 
@@ -16,23 +18,12 @@ LAW = Archard(k=6e-4, hardness=3000.0)
 @pytest.fixture(scope="module")
 def sliding():
     """Two circles and a locked wheel: creepage -2, against which elastic slip is nothing."""
-    case = WheelOnRail(
-        track=flat_track(round_rail()),
-        wheelset=WheelSet(wheel=round_wheel()),
-        velocity=Velocity(speed=5000.0, pitch_rate=0.0),
-        vertical_force=80e3,
-        dx=0.25,
-        dy=0.25,
-    )
-    return case.solve()
+    return circles(velocity=Velocity(speed=5000.0, pitch_rate=0.0), dx=0.25, dy=0.25).solve()
 
 
 @pytest.fixture(scope="module")
 def rolling():
-    case = WheelOnRail(
-        track=TRACK, wheelset=WHEELSET, position=Position(y=2.0, yaw=0.002), vertical_force=80e3, dx=0.5, dy=0.5
-    )
-    return case.solve()
+    return wheel(2.0, yaw=0.002, dx=0.5, dy=0.5).solve()
 
 
 def test_a_locked_wheel_in_closed_form(sliding):
@@ -65,15 +56,7 @@ def test_energy_is_counted_twice(rolling):
 
 
 def test_the_power_grows_with_the_speed_and_the_wear_by_distance_does_not(rolling):
-    faster = WheelOnRail(
-        track=TRACK,
-        wheelset=WHEELSET,
-        position=Position(y=2.0, yaw=0.002),
-        velocity=Velocity(speed=3000.0),
-        vertical_force=80e3,
-        dx=0.5,
-        dy=0.5,
-    ).solve()
+    faster = replace(rolling.case, velocity=Velocity(speed=3000.0)).solve()
     one, other = wear(rolling, LAW), wear(faster, LAW)
     assert other.power == pytest.approx(3 * one.power, rel=1e-6)
     assert other.volume == pytest.approx(one.volume, rel=1e-6)

@@ -12,12 +12,12 @@ from tests.wheel_rail.conditions import (
     RAIL,
     TRACK,
     WHEEL,
-    WHEELSET,
     benchmark,
+    circles,
     flat_track,
     manchester,
     round_rail,
-    round_wheel,
+    wheel,
 )
 from varcontact import reference
 from varcontact.errors import NotConverged, SceneError
@@ -31,16 +31,10 @@ from varcontact.wheel_rail import (
     RoughProfile,
     Track,
     Velocity,
-    WheelOnRail,
     WheelSet,
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore::varcontact.wheel_rail.CoarseElements")  # elements are few to be fast
-
-
-def wheel(y=0.0, **more):
-    more = {"vertical_force": 80e3, "track": TRACK, "wheelset": WHEELSET, "position": Position(y=y), **more}
-    return WheelOnRail(**more)
 
 
 def row(side, y):
@@ -49,14 +43,7 @@ def row(side, y):
 
 def test_two_circles_are_hertz_contact():
     """The load at an angle: area, peak pressure and approach of the combined curvatures."""
-    case = WheelOnRail(
-        track=flat_track(round_rail()),
-        wheelset=WheelSet(wheel=round_wheel()),
-        position=Position(y=-12.0),
-        vertical_force=80e3,
-        dx=0.4,
-        dy=0.4,
-    )
+    case = circles(y=-12.0, dx=0.4, dy=0.4)
     found = case.solve()
     (each,) = found.patches
     angle = each.patch.angle
@@ -98,13 +85,13 @@ def test_the_benchmarks_position_between_tread_and_flange():
 @pytest.mark.filterwarnings("ignore:normal forces of", "ignore::varcontact.wheel_rail.RoughProfile")
 def test_the_vertical_force_is_that_of_all_forces(y):
     """On tread, both and flange, where friction bears up to 40 % of it; so does the fast way."""
-    case = wheel(y, position=Position(y=y, yaw=0.02), dx=1.0, dy=0.5)
+    case = wheel(y, yaw=0.02, dx=1.0, dy=0.5)
     assert case.solve().force[2] == pytest.approx(80e3, rel=1e-6)
     assert case.estimate().force[2] == pytest.approx(80e3, rel=1e-6)
 
 
 def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
-    case = wheel(2.0, position=Position(y=2.0, yaw=0.005), dx=0.5, dy=0.5)
+    case = wheel(2.0, yaw=0.005, dx=0.5, dy=0.5)
     plain, all_of_it = replace(case, with_friction=False).solve(), case.solve()
     assert plain.patches[0].normal_force * np.cos(plain.patches[0].patch.angle) == pytest.approx(80e3, rel=1e-6)
     assert all_of_it.force[2] == pytest.approx(80e3, rel=1e-6)
@@ -116,8 +103,7 @@ def test_normal_forces_alone_bear_the_load_where_that_is_asked_for():
 
 def test_a_flange_contact_takes_few_heights():
     """At 69 degrees the lateral creepage bears most of the load, and the force is far from a power of the depth."""
-    position = Position(y=-7.0, roll=-6e-4, yaw=0.026)
-    case = wheel(side="left", position=position, vertical_force=65e3, dx=1.0, dy=1.0)
+    case = wheel(-7.0, -6e-4, 0.026, side="left", vertical_force=65e3, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
         warnings.filterwarnings("ignore", "normal forces of")
@@ -130,13 +116,9 @@ def test_a_flange_contact_takes_few_heights():
 def test_any_position_bears_its_load(seed):
     """Random places, sides and loads: the load is met, nothing pulls, and the tractions obey Coulomb's law."""
     rng = np.random.default_rng(seed)
-    case = wheel(
-        side=("left", "right")[seed % 2],
-        position=Position(y=rng.uniform(-10, 10), roll=rng.normal() * 3e-3, yaw=rng.uniform(-0.02, 0.02)),
-        vertical_force=10 ** rng.uniform(3.5, 5.0),
-        dx=1.0,
-        dy=1.0,
-    )
+    y, roll, yaw = rng.uniform(-10, 10), rng.normal() * 3e-3, rng.uniform(-0.02, 0.02)
+    force = 10 ** rng.uniform(3.5, 5.0)
+    case = wheel(y, roll, yaw, side=("left", "right")[seed % 2], vertical_force=force, dx=1.0, dy=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConformalContact)
         warnings.filterwarnings("ignore", "normal forces of")
@@ -163,8 +145,7 @@ def test_a_softer_rail_bears_its_load_with_a_larger_patch():
 @pytest.fixture(scope="module")
 def two_patches():
     """Tread and flange root, apart."""
-    position = Position(y=5.0, roll=-3e-4, yaw=0.012)
-    return wheel(position=position, vertical_force=10e3, join=3.0, separate=3.0, dx=0.5, dy=0.5).solve()
+    return wheel(5.0, -3e-4, 0.012, vertical_force=10e3, join=3.0, separate=3.0, dx=0.5, dy=0.5).solve()
 
 
 def test_forces_in_the_frames_belong_together(two_patches):
@@ -195,7 +176,7 @@ def test_solutions_of_left_and_right_are_mirror_images():
     """Forces, moments and fields, with a seam between tread and flange root."""
     right, left = (
         wheel(
-            side=side, position=Position(y=5.0 * sign, roll=-3e-4 * sign, yaw=0.012 * sign), vertical_force=10e3,
+            5.0 * sign, -3e-4 * sign, 0.012 * sign, side=side, vertical_force=10e3,
             velocity=Velocity(speed=2e3, lateral=3.0 * sign, yaw_rate=1e-3 * sign), dx=0.6, dy=0.6,
         ).solve()
         for side, sign in (("right", 1), ("left", -1))
@@ -210,7 +191,7 @@ def test_solutions_of_left_and_right_are_mirror_images():
 
 
 def test_patches_nearer_than_the_distance_are_one():
-    case = wheel(5.0, position=Position(y=5.0, roll=-3e-4, yaw=0.012))
+    case = wheel(5.0, roll=-3e-4, yaw=0.012)
     z = case.touching + 0.03
     apart, together = replace(case, join=1.0, separate=1.0).patches(z), replace(case, separate=20.0).patches(z)
     assert (len(apart), len(together)) == (2, 1)
@@ -273,9 +254,7 @@ def test_smoothing_mends_what_noise_does_to_the_pressure():
 def test_conformal_contact_is_said_with_its_numbers():
     worn = round_rail(20.0, half=15.0)
     hollow = Profile(y=worn.y, z=20.5 - np.sqrt(20.5**2 - worn.y**2), kind="wheel", kinks=[])
-    case = WheelOnRail(
-        track=flat_track(worn), wheelset=WheelSet(wheel=replace(hollow)), vertical_force=100e3, dx=1.0, dy=1.0
-    )
+    case = wheel(track=flat_track(worn), wheelset=WheelSet(wheel=hollow), vertical_force=100e3, dx=1.0, dy=1.0)
     with pytest.warns(ConformalContact) as caught:
         case.solve()
     told = [str(each.message) for each in caught]
@@ -323,14 +302,11 @@ def test_a_wrong_name_is_told_the_right_one(make, said):
         make()
 
 
-NEAR = {"position": Position(y=5.0, roll=-3e-4, yaw=0.012), "vertical_force": 10e3, "join": 1.0, "separate": 20.0}
-"""Overlaps that feel each other in part."""
-
-
 @pytest.mark.parametrize("with_friction", [False, True])
 def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
-    """With a certificate that only the last solution has."""
-    case = wheel(**NEAR, with_friction=with_friction, dx=0.5, dy=0.5)
+    """With overlaps that feel each other in part, and a certificate that only the last solution has."""
+    common = {"vertical_force": 10e3, "join": 1.0, "separate": 20.0, "dx": 0.5, "dy": 0.5}
+    case = wheel(5.0, -3e-4, 0.012, with_friction=with_friction, **common)
     found = case.solve(certify="gap")
     (each,) = found.patches
     again = replace(case, vertical_force=None, z=found.z).solve()
@@ -343,10 +319,8 @@ def test_the_height_that_was_found_gives_the_same_wheel(with_friction):
 
 def test_in_short():
     """Representations for notebooks and error messages name what matters, without the arrays."""
-    case = WheelOnRail(
-        track=Track(rail=Profile.rail_60e1(), cant=1 / 40), wheelset=WheelSet(wheel=Profile.s1002()), side="left",
-        vertical_force=20e3, dx=1.0, dy=1.0,
-    )  # fmt: skip
+    standard = {"track": Track(rail=Profile.rail_60e1(), cant=1 / 40), "wheelset": WheelSet(wheel=Profile.s1002())}
+    case = wheel(**standard, side="left", vertical_force=20e3, dx=1.0, dy=1.0)
     rail = "Profile(rail, '60E1', 517 points, y -37.08 to 37.08 mm)"
     assert repr(case.track.rail) == rail
     assert repr(Profile.s1002().smoothed(5.0)).endswith("60 mm, smoothing=5)")
@@ -374,7 +348,7 @@ def test_a_load_that_cannot_be_met_exactly_says_so():
 
 def test_a_wheel_that_friction_lifts_is_refused():
     """Beyond Nadal's limit, tan(angle) < f for a wheel that slides up: no height bears the load."""
-    climbing = wheel(7.0, position=Position(y=7.0, yaw=-0.02), friction=0.6, vertical_force=10e3, dx=1.0, dy=0.5)
+    climbing = wheel(7.0, yaw=-0.02, friction=0.6, vertical_force=10e3, dx=1.0, dy=0.5)
     said = r"vertical_force = 10000 N: no height of the axle bears it.* friction lifts it .* \(together -\S+ N\)"
     for do in (climbing.solve, climbing.estimate):
         with pytest.raises(SceneError, match=said):

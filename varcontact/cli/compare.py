@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from varcontact.cli.options import AsJson, Force, Methods, Picture, Solved, Table, Workers, names_of
+from varcontact.cli import options as opt
+from varcontact.cli.options import names_of
 from varcontact.cli.terminal import check_outputs, study
 from varcontact.errors import SceneError
 
@@ -15,8 +16,8 @@ from varcontact.errors import SceneError
 def compare(
     scenes: Annotated[list[Path] | None, typer.Argument(help="Scenes, TOML files.", show_default=False)] = None,
     bank: Annotated[bool, typer.Option("--bank", help="Include the standard bank of scenes.")] = False,
-    methods: Methods = None,
-    tol: Solved = 1e-6,
+    methods: opt.Methods = None,
+    tol: opt.Solved = 1e-6,
     accuracy: Annotated[
         float | None, typer.Option(help="Compare on the grid that reaches this accuracy.", show_default=False)
     ] = None,
@@ -24,11 +25,11 @@ def compare(
         float | None,
         typer.Option(help="Instead: on the grid of solve within so many seconds.", show_default=False),
     ] = None,
-    out: Table = None,
-    plot: Picture = None,
-    force: Force = False,
-    workers: Workers = 1,
-    as_json: AsJson = False,
+    out: opt.Table = None,
+    plot: opt.Picture = None,
+    force: opt.Force = False,
+    workers: opt.Workers = 1,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Solve scenes by several methods and judge each by the same certificate."""
     from varcontact.data.benchmark_scenes import standard_bank

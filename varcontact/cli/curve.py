@@ -8,22 +8,23 @@ from typing import Annotated, Any
 
 import typer
 
-from varcontact.cli.options import AsJson, Force, Picture, SceneFile, Spin, Vx, Vy, given, names_of, values_of
+from varcontact.cli import options as opt
+from varcontact.cli.options import given, names_of, values_of
 from varcontact.cli.terminal import check_outputs, show, with_progress
 
 
 def curve(
-    scene: SceneFile,
-    vx: Vx = None,
-    vy: Vy = None,
-    spin: Spin = None,
+    scene: opt.SceneFile,
+    vx: opt.Vx = None,
+    vy: opt.Vy = None,
+    spin: opt.Spin = None,
     methods: Annotated[
         str, typer.Option(help="Theories, and methods as for compare, separated by commas.")
     ] = "auto,fastsim,fastrip",
     out: Annotated[Path | None, typer.Option(help="Dataset (.nc).")] = None,
-    plot: Picture = None,
-    force: Force = False,
-    as_json: AsJson = False,
+    plot: opt.Picture = None,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Forces and moment against creepages, by fast theories and exact methods side by side.
 

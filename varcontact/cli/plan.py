@@ -8,18 +8,19 @@ from typing import Annotated
 
 import typer
 
-from varcontact.cli.options import AsJson, Coupling, Formulation, MethodName, Normal, Tangential, given
+from varcontact.cli import options as opt
+from varcontact.cli.options import given
 from varcontact.cli.terminal import show
 
 
 def plan(
     scene: Annotated[Path, typer.Argument(help="Scene (docs/scenes.md) or sweep, a TOML file.", show_default=False)],
-    method: MethodName = None,
-    normal: Normal = None,
-    tangential: Tangential = None,
-    coupling: Coupling = None,
-    formulation: Formulation = None,
-    as_json: AsJson = False,
+    method: opt.MethodName = None,
+    normal: opt.Normal = None,
+    tangential: opt.Tangential = None,
+    coupling: opt.Coupling = None,
+    formulation: opt.Formulation = None,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Show what a scene, or the first one of a sweep, requires, and why: methods, elements, matrices, memory."""
     from varcontact.io.scene_toml import read_sweep_scene

@@ -13,26 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from varcontact.cli.options import (
-    Accuracy,
-    AsJson,
-    Certify,
-    Coupling,
-    Force,
-    Formulation,
-    MethodName,
-    Normal,
-    Picture,
-    SceneFile,
-    Spin,
-    Tangential,
-    TimeBudget,
-    Tol,
-    Vx,
-    Vy,
-    given,
-    values_of,
-)
+from varcontact.cli import options as opt
+from varcontact.cli.options import given, values_of
 from varcontact.cli.terminal import check_outputs, progress_bar, show
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.scene.motion import Shift, Steady
@@ -48,26 +30,26 @@ ROUNDING = 1e-13
 
 
 def scan(
-    scene: SceneFile,
-    vx: Vx = None,
-    vy: Vy = None,
-    spin: Spin = None,
+    scene: opt.SceneFile,
+    vx: opt.Vx = None,
+    vy: opt.Vy = None,
+    spin: opt.Spin = None,
     creepages: Annotated[
         Path | None, typer.Option(help="Instead, a table (.csv): three numbers a line, with or without a heading.")
     ] = None,
-    method: MethodName = None,
-    normal: Normal = None,
-    tangential: Tangential = None,
-    coupling: Coupling = None,
-    formulation: Formulation = None,
-    tol: Tol = None,
-    certify: Certify = None,
-    accuracy: Accuracy = None,
-    time_budget: TimeBudget = None,
+    method: opt.MethodName = None,
+    normal: opt.Normal = None,
+    tangential: opt.Tangential = None,
+    coupling: opt.Coupling = None,
+    formulation: opt.Formulation = None,
+    tol: opt.Tol = None,
+    certify: opt.Certify = None,
+    accuracy: opt.Accuracy = None,
+    time_budget: opt.TimeBudget = None,
     out: Annotated[Path | None, typer.Option(help="Table (.csv).")] = None,
-    plot: Picture = None,
-    force: Force = False,
-    as_json: AsJson = False,
+    plot: opt.Picture = None,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Solve one scene for many creepages, each with a certificate.
 

@@ -9,21 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from varcontact.cli.options import (
-    Accuracy,
-    AsJson,
-    Certify,
-    Coupling,
-    Force,
-    Formulation,
-    MethodName,
-    Normal,
-    Refine,
-    Tangential,
-    TimeBudget,
-    Tol,
-    given,
-)
+from varcontact.cli import options as opt
+from varcontact.cli.options import given
 from varcontact.cli.terminal import check_outputs, show, stop, with_progress
 from varcontact.errors import Interrupted, SceneError, VarcontactError
 
@@ -38,20 +25,20 @@ def solve(
     scene: Annotated[
         Path, typer.Argument(help="Scene (TOML, docs/scenes.md) or CONTACT's input file (.inp).", show_default=False)
     ],
-    method: MethodName = None,
-    normal: Normal = None,
-    tangential: Tangential = None,
-    coupling: Coupling = None,
-    formulation: Formulation = None,
+    method: opt.MethodName = None,
+    normal: opt.Normal = None,
+    tangential: opt.Tangential = None,
+    coupling: opt.Coupling = None,
+    formulation: opt.Formulation = None,
     polish: Annotated[
         bool | None, typer.Option("--polish/--no-polish", help="Refine programs' answers.  [default: polish]")
     ] = None,
-    tol: Tol = None,
+    tol: opt.Tol = None,
     start: Annotated[str | None, typer.Option(help="Under a law of friction: search from stick or slip.")] = None,
-    certify: Certify = None,
-    refine: Refine = None,
-    accuracy: Accuracy = None,
-    time_budget: TimeBudget = None,
+    certify: opt.Certify = None,
+    refine: opt.Refine = None,
+    accuracy: opt.Accuracy = None,
+    time_budget: opt.TimeBudget = None,
     case: Annotated[
         int | None, typer.Option(help="Number of the scene in CONTACT's input file, from 1.", show_default=False)
     ] = None,
@@ -60,8 +47,8 @@ def solve(
         typer.Option(help="Solution (.nc; .csv, .vtu, .vti, .mat). Histories on a grid are resumed (.nc)."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture (.png, .pdf, .svg; of a history also .gif).")] = None,
-    force: Force = False,
-    as_json: AsJson = False,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Solve one scene and report forces, areas and the certificate."""
     from varcontact.io.history import check_history_file

@@ -8,21 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from varcontact.cli.options import (
-    Accuracy,
-    AsJson,
-    Certify,
-    Coupling,
-    Dask,
-    Formulation,
-    MethodName,
-    Normal,
-    Tangential,
-    TimeBudget,
-    Tol,
-    Workers,
-    given,
-)
+from varcontact.cli import options as opt
+from varcontact.cli.options import given
 from varcontact.cli.terminal import NOT_SOLVED, check_outputs, cluster, fail, progress_bar, show, stop
 from varcontact.errors import Interrupted, SceneError, WorkersLost
 
@@ -42,22 +29,22 @@ def sweep(
     scene: Annotated[
         Path, typer.Argument(help="Scene file with a table [over] of values (docs/sweeps.md).", show_default=False)
     ],
-    workers: Workers = 1,
-    dask: Dask = None,
-    method: MethodName = None,
-    normal: Normal = None,
-    tangential: Tangential = None,
-    coupling: Coupling = None,
-    formulation: Formulation = None,
-    tol: Tol = None,
-    certify: Certify = None,
-    accuracy: Accuracy = None,
-    time_budget: TimeBudget = None,
+    workers: opt.Workers = 1,
+    dask: opt.Dask = None,
+    method: opt.MethodName = None,
+    normal: opt.Normal = None,
+    tangential: opt.Tangential = None,
+    coupling: opt.Coupling = None,
+    formulation: opt.Formulation = None,
+    tol: opt.Tol = None,
+    certify: opt.Certify = None,
+    accuracy: opt.Accuracy = None,
+    time_budget: opt.TimeBudget = None,
     chunk: Annotated[int, typer.Option(help="Scenes that a worker solves one after the other.")] = 8,
     out: Annotated[
         Path | None, typer.Option(help="Store (.nc), written as results come; scenes in it are not solved again.")
     ] = None,
-    as_json: AsJson = False,
+    as_json: opt.AsJson = False,
 ) -> None:
     """Solve a scene for all combinations of values, in several processes or on a cluster."""
     from varcontact.io.scene_toml import read_sweep_scene

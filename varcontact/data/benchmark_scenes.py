@@ -43,16 +43,9 @@ SATURATION = {
 """Creepages at which the contact is about saturated, by a/b and nu."""
 
 CLASSES = (
-    "normal",
-    "shift",
-    "steady, circular",
-    "steady, slender",
-    "forces given",
-    "non-Hertzian",
-    "unlike bodies",
-    "line contact",
-    "transient",
-)
+    "normal", "shift", "steady, circular", "steady, slender", "forces given", "non-Hertzian", "unlike bodies",
+    "line contact", "transient"
+)  # fmt: skip
 """The classes of scenes, in each of which ways are compared."""
 
 

@@ -1,4 +1,8 @@
-"""What defect correction found beside a coarse solution: the field on parts of its elements."""
+"""What defect correction found beside a coarse solution: the field on parts of its elements.
+
+Files of earlier versions have it of shifts, too (slips and corrections are lengths then), and of steps of histories
+(corrections then have what the particles bring along).
+"""
 
 from __future__ import annotations
 
@@ -23,26 +27,20 @@ class Refinement:
     traction : ndarray, shape (2, ny, nx)
         On body 1, on the parts [force/area].
     slip : ndarray, shape (2, ny, nx)
-        The continuum's slip under it by rolling velocity [-], in a shift as it is [length], means over the parts; zero
-        outside the contact.
+        The continuum's slip under it by rolling velocity [-], means over the parts; zero outside the contact.
     correction : ndarray
-        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip; in
-        a step of a history with what the particles bring along from the step before.
+        What was added to the rigid slip of the coarse elements, (2, ny, nx) of the coarse grid, in the unit of slip.
         The solution's fields and its certificate are those of the coarse problem with this correction.
     share : ndarray, shape (ny, nx)
-        What the traction bound of the coarse elements was multiplied by [-]: the mean of the pressure by that of the
-        element, from a finer lattice where it is solved for. One in steady rolling under Hertz's pressure.
+        What the traction bound of the coarse elements was multiplied by [-]; one, but in files of earlier versions.
     forces : ndarray, shape (passes + 1, 3)
-        Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass. A step of a history
-        goes on from the corrected step before.
+        Fx, Fy and Mz: of the coarse elements without correction, then of the field after each pass.
     creepages : ndarray, shape (passes + 1, 2)
-        vx and vy then, in a shift ux and uy: as given, or found for the forces that are given. What is known but for a
-        constant counts from a depth of four lengths of the grid.
+        vx and vy then: as given, or found for the forces that are given.
     estimate : ndarray, shape (3,)
         Estimated error of the last Fx, Fy and Mz: how much they differ from those on half as many elements each way,
-        what late passes changed or left out, or how far they are from those prescribed, whichever is most; in a step of
-        a history also that of the step before, as far as its particles are still in contact. Fx and Fy have the same,
-        of the vector. No bound.
+        what late passes changed or left out, or how far they are from those prescribed, whichever is most. Fx and Fy
+        have the same, of the vector. No bound.
     creepage_estimate : ndarray, shape (2,)
         The same of vx and vy [-]; zero where they are given.
     seconds : tuple of float
@@ -89,12 +87,12 @@ class Refinement:
 
     @property
     def power_density(self) -> np.ndarray:
-        """Work lost by friction by area, ``-p.s``: by distance rolled [force/area]; in a shift [force/length]."""
+        """Work lost by friction by area, ``-p.s``: by distance rolled [force/area]."""
         return np.asarray(0.0 - np.sum(self.traction * self.slip, axis=0))
 
     @property
     def friction_work(self) -> float:
-        """Work lost by friction in the field, by distance rolled [force]; in a shift [force length]."""
+        """Work lost by friction in the field, by distance rolled [force]."""
         return float(np.sum(self.power_density) * self.grid.area)
 
     def summary(self) -> dict[str, Any]:

@@ -29,34 +29,11 @@ if TYPE_CHECKING:
     from varcontact.study.comparison import Comparison
 
 COLUMNS = (
-    "scene",
-    "method",
-    "outcome",
-    "reason",
-    "Fx",
-    "Fy",
-    "Mz",
-    "vx",
-    "vy",
-    "spin",
-    "approach",
-    "gap",
-    "relative_gap",
-    "residual",
-    "force_bound",
-    "force_distance",
-    "traction_distance",
-    "misclassified",
-    "iterations",
-    "normal_seconds",
-    "tangential_seconds",
-    "certificate_seconds",
-    "setup_seconds",
-    "repeat_seconds",
-    "total_seconds",
-    "calls",
-    "identity",
-)
+    "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach", "gap",
+    "relative_gap", "residual", "force_bound", "force_distance", "traction_distance", "misclassified",
+    "iterations", "normal_seconds", "tangential_seconds", "certificate_seconds", "setup_seconds",
+    "repeat_seconds", "total_seconds", "calls", "identity"
+)  # fmt: skip
 WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
 
 

@@ -105,8 +105,18 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
         reason = "no error: no more values than unknowns; use more grids or offsets"
         return Limit(float(limits[best]), np.inf, float(ORDERS[best]), reason=reason)
     if np.abs(left[:, best] / weights).max() <= 1e-12 * max(float(np.abs(values).max()), scale):
-        return _without_noise(float(limits[best]), float(ORDERS[best]), staircase, values)
-    square = max(squares[best] / freedom, _lack_of_fit(group, left[:, best]), np.finfo(float).tiny)
+        value, order, rounding = float(limits[best]), float(ORDERS[best]), 1e-12 * float(np.abs(values).max())
+        explained = staircase @ np.linalg.lstsq(staircase, values - value)[0] if staircase.shape[1] else np.inf
+        if np.abs(values - value - explained).max() <= rounding:
+            return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
+        return Limit(value, rounding, order, order, order)
+    count, lack_of_fit = (
+        np.bincount(group),
+        0.0,
+    )  # of the means of each h: no larger than the noise, if the fit is right
+    if count.size > 3:
+        lack_of_fit = float(np.sum(np.bincount(group, left[:, best]) ** 2 / count) / (count.size - 3))
+    square = max(squares[best] / freedom, lack_of_fit, np.finfo(float).tiny)
     excess = (squares - squares[best]) / square
     likelihood = PRIOR * (1 + excess / freedom) ** (-(freedom + 1) / 2)
     likelihood /= likelihood.sum()
@@ -176,17 +186,6 @@ def _terms_fitted(h: np.ndarray, values: np.ndarray, terms: tuple[float, ...]) -
     return float(found[0]), float(variance) ** 0.5, square, unknowns
 
 
-def _without_noise(value: float, order: float, staircase: np.ndarray, values: np.ndarray) -> Limit:
-    """All values on one curve, or explained by the staircase alone."""
-    rounding = 1e-12 * float(np.abs(values).max())
-    if (
-        staircase.shape[1]
-        and np.abs(values - value - staircase @ np.linalg.lstsq(staircase, values - value)[0]).max() <= rounding
-    ):
-        return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
-    return Limit(value, rounding, order, order, order)
-
-
 def _noise_order(sizes: np.ndarray, group: np.ndarray, values: np.ndarray, staircase: np.ndarray) -> float:
     """Slope of the spread of values with the same h, without what the staircase explains."""
     columns = np.column_stack([values, staircase])
@@ -217,11 +216,3 @@ def _fitted(
     limits = inverse[0] @ (target[:, None] - powers * slopes)
     variances = inverse[0] @ inverse[0] + (inverse[0] @ powers) ** 2 / size
     return limits, variances, (target - common @ (inverse @ target))[:, None] - own * slopes
-
-
-def _lack_of_fit(group: np.ndarray, left: np.ndarray) -> float:
-    """Mean square of the means of each h about the fit, which the noise alone would make as large as its own."""
-    count = np.bincount(group)
-    if count.size <= 3:
-        return 0.0
-    return float(np.sum(np.bincount(group, left) ** 2 / count) / (count.size - 3))

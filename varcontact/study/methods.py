@@ -25,19 +25,9 @@ from varcontact.solving.warm_start import solve_many
 from varcontact.theories.on_grid import THEORIES
 
 DEFAULT_METHODS = (
-    "convex",
-    "active-set",
-    "kalker",
-    "clarabel",
-    "clarabel+polish",
-    "scs",
-    "cvxpy:CLARABEL",
-    "tang",
-    "fastsim",
-    "fastsim-weighted",
-    "linear",
-    "vermeulen-johnson",
-)
+    "convex", "active-set", "kalker", "clarabel", "clarabel+polish", "scs", "cvxpy:CLARABEL", "tang", "fastsim",
+    "fastsim-weighted", "linear", "vermeulen-johnson"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -291,37 +291,15 @@ def _place(case: WheelOnRail) -> dict[str, Any]:
 
 
 def _figures(worn: PatchWear) -> dict[str, float]:
-    solved, patch = worn.solved, worn.solved.patch
-    x, y, z = patch.location.tolist()
-    Fx, Fs, FN = solved.force.tolist()
-    track_Fx, track_Fy, track_Fz = solved.force_on_track.tolist()
-    error_Fx, error_Fs, error_FN = solved.error.tolist()
-    law = worn.archard is not None
-    return {
-        "location_x": x,
-        "location_y": y,
-        "location_z": z,
-        "angle": patch.angle,
-        "on_rail": float(patch.on_rail[0]),
-        "on_wheel": float(patch.on_wheel[0]),
-        "rolling_radius": patch.rolling_radius,
-        "vx": patch.creepage.vx,
-        "vy": patch.creepage.vy,
-        "spin": patch.creepage.spin,
-        "FN": FN,
-        "Fx": Fx,
-        "Fs": Fs,
-        "Mz": solved.moment,
-        "track_Fx": track_Fx,
-        "track_Fy": track_Fy,
-        "track_Fz": track_Fz,
-        "peak_pressure": solved.peak_pressure,
-        "area": worn.area,
-        "T_gamma": worn.t_gamma,
-        "power": worn.power,
-        "wear_depth": float(worn.depth.max()) if law else float("nan"),
-        "wear_volume": worn.volume if law else float("nan"),
-        "error_Fx": error_Fx,
-        "error_Fs": error_Fs,
-        "error_FN": error_FN,
-    }
+    """The columns from the location to the errors."""
+    solved, patch, law = worn.solved, worn.solved.patch, worn.archard is not None
+    rolled, figures = patch.creepage, COLUMNS[COLUMNS.index("location_x") : COLUMNS.index("identity")]
+    values = (
+        *(*patch.location, patch.angle, patch.on_rail[0], patch.on_wheel[0], patch.rolling_radius),
+        *(rolled.vx, rolled.vy, rolled.spin),
+        *(solved.normal_force, *solved.force[:2], solved.moment, *solved.force_on_track),
+        *(solved.peak_pressure, worn.area, worn.t_gamma, worn.power),
+        *((worn.depth.max(), worn.volume) if law else (np.nan, np.nan)),
+        *solved.error,
+    )
+    return {name: float(value) for name, value in zip(figures, values, strict=True)}
