@@ -1,4 +1,4 @@
-"""Sphinx configuration: python -m sphinx -W docs docs/_build. Nothing on the pages needs a network."""
+"""Sphinx: python -m sphinx -W docs docs/_build. No page needs a network."""
 
 import sys
 from pathlib import Path

@@ -16,11 +16,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-import pages
 from sphinx.application import Sphinx
+
+import pages
 
 DOCS = Path(__file__).parents[1]
 EXAMPLES = DOCS.parent / "examples"
+PRINTED = 16
+"""Lines of output that a page shows at most."""
 GROUPS = {"Figures of the paper": r"fig.*\.py", "More examples": r"(?!fig).*\.py", "Scene files": r".*\.toml"}
 PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}  # in the folder pictures: this example takes minutes
 SMALLER = {
@@ -101,7 +104,8 @@ class Example:
         """Its page, in the folder gallery."""
         code = "toml" if self.path.suffix == ".toml" else "python"
         shown = "\n\n".join(f"![{self.title}]({picture})" for picture in pictures)
-        printed = "\n".join(line for line in output.splitlines() if not line.startswith("picture: ")).strip()
+        lines = "\n".join(line for line in output.splitlines() if not line.startswith("picture: ")).strip().splitlines()
+        printed = "\n".join(lines if len(lines) <= PRINTED else [*lines[:PRINTED], "..."])
         smaller = f"Run here as `main({SMALLER[self.name]})`.\n\n" if self.name in SMALLER else ""
         return (
             f"# {self.title}\n\n{self.story}\n\n{smaller}{shown}\n\n"
