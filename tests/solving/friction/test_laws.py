@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.scene.friction import LAWS, kind_of
-from varcontact.solving import friction_law as falling
+from varcontact.solving import contact_solver as falling
 
 FALLING = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
 EVERY = [vc.StaticKinetic(0.3, 0.2), *(law(0.3, 0.2, half_velocity=4e-3) for law in FALLING)]
