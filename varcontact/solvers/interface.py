@@ -43,7 +43,7 @@ class Settings:
         Where solvers keep their set-ups for the next problem of the same structure.
     stats : SolveStats
         Where their calls are counted.
-    rough : bool
+    loose_tolerance : bool
         Whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use.
     deadline : float
         When solvers raise `OutOfTime`, by `time.perf_counter` [s].
@@ -53,7 +53,7 @@ class Settings:
     formulation: str = "auto"
     workspace: Workspace | None = None
     stats: SolveStats = field(default_factory=SolveStats)
-    rough: bool = False
+    loose_tolerance: bool = False
     deadline: float = math.inf
 
     @property

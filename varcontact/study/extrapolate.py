@@ -110,10 +110,7 @@ def extrapolate(h: np.ndarray, values: np.ndarray, staircase: np.ndarray | None 
         if np.abs(values - value - explained).max() <= rounding:
             return Limit(value, rounding, reason=SAME_BUT_STAIRCASE)
         return Limit(value, rounding, order, order, order)
-    count, lack_of_fit = (
-        np.bincount(group),
-        0.0,
-    )  # of the means of each h: no larger than the noise, if the fit is right
+    count, lack_of_fit = np.bincount(group), 0.0  # of the means of each h: noise alone gives its own size
     if count.size > 3:
         lack_of_fit = float(np.sum(np.bincount(group, left[:, best]) ** 2 / count) / (count.size - 3))
     square = max(squares[best] / freedom, lack_of_fit, np.finfo(float).tiny)

@@ -338,7 +338,7 @@ def weakened(scene: Scene, seams: Seams) -> Scene:
         # NORM is the fastest where the contact hardly changes from round to round, unless elements are many
         few = np.count_nonzero(near.distance < problem.approach) <= DENSE
         found = norm(near, raw) if few else None
-        raw = found if found is not None and found.solved else newton_normal(near, Settings(rough=True), raw)
+        raw = found if found is not None and found.solved else newton_normal(near, Settings(loose_tolerance=True), raw)
         pressure, before = raw.traction.reshape(grid.shape), taken
         parts = [disc.operators.normal.apply((pressure * (part == j)[:, None])[None])[0] for j in range(count)]
         taken = sum(missing[part, j][:, None] * felt for j, felt in enumerate(parts))

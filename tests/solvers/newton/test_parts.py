@@ -7,7 +7,7 @@ from varcontact.elasticity.operators import influence_operator
 from varcontact.scene.grid import Grid
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton.driver import point
-from varcontact.solvers.newton.gcr import FEWEST, MOST, Forces, gcr, most_directions
+from varcontact.solvers.newton.gcr import FEWEST, MOST, Forces, gcr, room_for
 from varcontact.solvers.newton.globalisation import balanced, forward_backward_forward, next_damping
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean
 from varcontact.solvers.newton.kernel import kernel, parzen, unit
@@ -72,7 +72,7 @@ def test_gcr_solves_newtons_equations_with_forces(scaled, damping):
     )
     system = conditions.linearised(at.traction, at.shift, at.traction - at.shift, damping)
     forces = conditions.forces
-    step = gcr(system, forces, forces.lacking(at.traction), 1e-4)
+    step = gcr(system, forces, forces.lacking(at.traction), 1e-4, room_for(at.traction.size, forces))
     image = conditions.kernel(step.traction.astype(np.float32))
     np.testing.assert_allclose(step.shift, image + step.rigid, atol=1e-4 * max(np.abs(image).max(), 1e-3))
     rows = system.rows(image.astype(float), step.traction)
@@ -92,7 +92,7 @@ def test_few_iterations_where_all_sticks(tangential_problem):
         conditions = scaled.conditions
         system = conditions.linearised(0 * conditions.known, conditions.known, -conditions.known, 0.0)
         none = Forces((), np.zeros(0), 1.0)
-        step = gcr(system, none, np.zeros(0), 1e-2)
+        step = gcr(system, none, np.zeros(0), 1e-2, room_for(system.right.size, none))
         assert step.iterations <= 8
 
 
@@ -194,5 +194,6 @@ def test_the_window_keeps_the_symbol_positive(tangential_problem):
 
 def test_the_number_of_directions_is_bounded():
     """Few for very many unknowns; more where they cost nothing; hardly more than there are unknowns."""
-    assert most_directions(10**6) == FEWEST and most_directions(1000) == MOST
-    assert 36 < most_directions(36) < 100
+    none = Forces((), np.zeros(0), 1.0)
+    assert len(room_for(10**6, none)[2]) == FEWEST and len(room_for(1000, none)[2]) == MOST
+    assert 36 < len(room_for(36, none)[2]) < 100

@@ -71,31 +71,6 @@ def _clarabel(tol: float) -> dict[str, Any]:
     }
 
 
-def _osqp(tol: float) -> dict[str, Any]:
-    asked = _splitting(tol)
-    return {"eps_abs": asked, "eps_rel": asked, "polishing": True, "max_iter": 20_000, "scaled_termination": False}
-
-
-def _scs(tol: float) -> dict[str, Any]:
-    asked = _splitting(tol)
-    return {"eps_abs": asked, "eps_rel": asked, "max_iters": 50_000}
-
-
-def _piqp(tol: float) -> dict[str, Any]:
-    asked = _interior(tol)
-    return {"eps_abs": asked, "eps_rel": asked, "check_duality_gap": True, "max_iter": 200}
-
-
-def _proxqp(tol: float) -> dict[str, Any]:
-    # From 1e-9 on its residuals tell something of the tractions: in the potential form they are wrong by 2e-2 at 1e-7.
-    return {"eps_abs": max(min(0.01 * tol, 1e-9), 1e-12), "eps_rel": 0.0, "max_iter": 10_000}
-
-
-def _daqp(tol: float) -> dict[str, Any]:
-    asked = max(0.1 * tol, 1e-13)
-    return {"primal_tol": asked, "dual_tol": asked, "iter_limit": 100_000}
-
-
 def _highs(tol: float) -> dict[str, Any]:
     asked = max(0.1 * tol, 1e-10)
     return {
@@ -105,13 +80,24 @@ def _highs(tol: float) -> dict[str, Any]:
     }
 
 
+def _both(eps: float, **others: Any) -> dict[str, Any]:
+    return {"eps_abs": eps, "eps_rel": eps, **others}
+
+
 BACKENDS: dict[str, Backend] = {
     "clarabel": Backend("clarabel", _clarabel, cones=True),
-    "osqp": Backend("osqp", _osqp),
-    "scs": Backend("scs", _scs, cones=True),
-    "piqp": Backend("piqp", _piqp),
-    "proxqp": Backend("proxsuite", _proxqp),
-    "daqp": Backend("daqp", _daqp),
+    "osqp": Backend(
+        "osqp", lambda tol: _both(_splitting(tol), polishing=True, max_iter=20_000, scaled_termination=False)
+    ),
+    "scs": Backend("scs", lambda tol: _both(_splitting(tol), max_iters=50_000), cones=True),
+    "piqp": Backend("piqp", lambda tol: _both(_interior(tol), check_duality_gap=True, max_iter=200)),
+    # From 1e-9 on its residuals tell something of the tractions: in the potential form they are wrong by 2e-2 at 1e-7.
+    "proxqp": Backend(
+        "proxsuite", lambda tol: {"eps_abs": max(min(0.01 * tol, 1e-9), 1e-12), "eps_rel": 0.0, "max_iter": 10_000}
+    ),
+    "daqp": Backend(
+        "daqp", lambda tol: dict.fromkeys(("primal_tol", "dual_tol"), max(0.1 * tol, 1e-13)) | {"iter_limit": 100_000}
+    ),
     "quadprog": Backend("quadprog", lambda _: {}),  # an active-set method without a tolerance
     "highs": Backend("highspy", _highs),
 }

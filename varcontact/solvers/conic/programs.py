@@ -176,7 +176,7 @@ def shift_program(problem: TangentialProblem) -> ConicProgram:
         rigid[free] = z[height:] * scale * bound.max() / problem.bound.sum()
         return (x * bound).reshape(c, n), rigid
 
-    cones = [("second_order", 1 + c)] * n + _equalities(problem)
+    cones = [("second_order", 1 + c)] * n + [("zero", len(free))] * bool(free)
     return ConicProgram(P, problem.rigid_shift.ravel() / scale * weight, A, b, cones, recover)
 
 
@@ -216,7 +216,7 @@ def gap_program(problem: TangentialProblem) -> ConicProgram:
         rigid[free] = x[height : height + len(free)] * scale
         return (x[: c * n] * bound).reshape(c, n), rigid
 
-    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * (2 * n) + _equalities(problem), recover)
+    return ConicProgram(P, q, A, b, [("second_order", 1 + c)] * (2 * n) + [("zero", len(free))] * bool(free), recover)
 
 
 def shift_potential(problem: TangentialProblem) -> ConicProgram:
@@ -344,11 +344,6 @@ def _force_level(problem: TangentialProblem) -> np.ndarray:
     """Prescribed forces as parts of what the bound can carry."""
     limit = problem.area * problem.bound.sum()
     return np.array([F / limit for F in problem.force if F is not None])
-
-
-def _equalities(problem: TangentialProblem) -> list[tuple[str, int]]:
-    """The cone of the prescribed forces, where there are any."""
-    return [("zero", len(problem.free))] if problem.free else []
 
 
 def _spare_variables(n: int, c: int) -> int:

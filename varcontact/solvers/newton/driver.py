@@ -16,7 +16,7 @@ import numpy as np
 from varcontact.checks import wrong_shape
 from varcontact.discrete.problems import RawSolution
 from varcontact.solvers.interface import Settings, check_time
-from varcontact.solvers.newton.gcr import Step, gcr
+from varcontact.solvers.newton.gcr import Room, Step, gcr, room_for
 from varcontact.solvers.newton.globalisation import (
     Conditions,
     Measure,
@@ -119,7 +119,7 @@ def solve(problem: GridProblem[C], start: RawSolution | None, settings: Settings
         raw = solve_from(problem, at, tol, settings, most)
         spent += steps + raw.iterations
     raw = replace(raw, iterations=spent)
-    if not small or (raw.solved and settings.rough):
+    if not small or (raw.solved and settings.loose_tolerance):
         return raw
     if raw.solved:
         fine = solve_from(problem, problem.initial_guess(raw), max(REFINED * tol, LEAST), settings, REFINING)
@@ -165,7 +165,7 @@ def newton(
     """
     goal, damping, idle, guards = tol, 0.0, 0, 0
     best, least, before = at, np.inf, 0.0
-    now = measured(conditions, at)
+    now, room = measured(conditions, at), room_for(at.traction.size, conditions.forces)
     for count in range(most):
         check_time(settings.deadline)
         if finest is not None and at.noise > 0.1 * max(now.residual, goal):
@@ -191,7 +191,7 @@ def newton(
             at = _guarded(conditions, best, GUARD_STEPS * guards, settings, finest)
             now = measured(conditions, at)
             continue
-        step = _step(conditions, at, now, goal, damping, now.residual / before if before else 1.0)
+        step = _step(conditions, at, now, goal, damping, room, now.residual / before if before else 1.0)
         before = now.residual
         if not (np.isfinite(step.traction).all() and np.isfinite(step.shift).all()):
             idle = STUCK
@@ -214,7 +214,9 @@ def _balanced(conditions: Conditions, at: Point, now: Measure, in_any_case: bool
     return (there, then) if in_any_case or then.merit < now.merit else (at, now)
 
 
-def _step(conditions: Conditions, at: Point, now: Measure, goal: float, damping: float, left: float) -> Step:
+def _step(
+    conditions: Conditions, at: Point, now: Measure, goal: float, damping: float, room: Room, left: float
+) -> Step:
     """Newton's step, as exact as it pays, which what the last one `left` of the residual tells.
 
     Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16-32.
@@ -222,7 +224,7 @@ def _step(conditions: Conditions, at: Point, now: Measure, goal: float, damping:
     system = conditions.linearised(at.traction, at.shift, now.trial, damping)
     near = conditions.linear or now.residual <= NEAR * goal
     enough = float(np.clip(0.3 * goal / now.residual if near else left**FALLING, FINE, ROUGH))
-    return gcr(system, conditions.forces, conditions.forces.lacking(at.traction), enough)
+    return gcr(system, conditions.forces, conditions.forces.lacking(at.traction), enough, room)
 
 
 def _guarded(conditions: Conditions, at: Point, steps: int, settings: Settings, finest: Problem | None) -> Point:
@@ -259,11 +261,6 @@ def check_start(start: RawSolution | None, traction: tuple[int, ...], rigid: tup
     for name, found, wanted in (("traction", start.traction, traction), ("rigid", start.rigid, rigid)):
         if found.shape != wanted:
             raise wrong_shape(f"start.{name}", found.shape, f"of shape {wanted}, as the problem has")
-
-
-def not_a_number(traction: tuple[int, ...], rigid: int) -> RawSolution:
-    """The answer for data that are not finite: zeros, not solved."""
-    return RawSolution(np.zeros(traction), np.zeros(rigid), 0, "NotANumber", False)
 
 
 def _finite(raw: RawSolution) -> bool:

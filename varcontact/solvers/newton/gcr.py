@@ -76,7 +76,17 @@ class Step:
     iterations: int
 
 
-def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float) -> Step:
+Room = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def room_for(size: int, forces: Forces) -> Room:
+    """Room for directions, M times them, and what the equations make of them: taken from memory only where used."""
+    most = min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)  # rounding may take more than the unknowns
+    directions, products = np.empty((most, size), np.float32), np.empty((most, size), np.float32)
+    return directions, products, np.empty((most, size + len(forces.components)), np.float32)
+
+
+def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float, room: Room) -> Step:
     """Solve a Newton step's equations, and those of the forces, which lack (k,), to a relative residual.
 
     Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357. The images of the directions are kept
@@ -88,9 +98,8 @@ def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float) -> S
     if length == 0:
         return Step(np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 1, 1)), 0)
     residual = np.concatenate([(right / length).ravel(), lacking / length]).astype(np.float32)
-    most = most_directions(size)
-    directions, products = np.empty((most, size), np.float32), np.empty((most, size), np.float32)
-    images = np.empty((most, size + k), np.float32)
+    directions, products, images = room
+    most = len(images)
     rigid, triangle, along = np.zeros((most, k)), np.zeros((most, most)), np.zeros(most)
     bordered = _Bordered(system, forces)
     count = 0
@@ -115,11 +124,6 @@ def gcr(system: System, forces: Forces, lacking: np.ndarray, enough: float) -> S
     single = parts.astype(np.float32)
     traction = (single @ directions[:count]).reshape(shape).astype(float)
     return Step(traction, (single @ products[:count]).reshape(shape) + forces.displacement(change), change, count)
-
-
-def most_directions(size: int) -> int:
-    """For a number of unknowns; rounding may take a few more than there are unknowns."""
-    return min(int(np.clip(ROOM / size, FEWEST, MOST)), 2 * size + 10)
 
 
 class _Bordered:

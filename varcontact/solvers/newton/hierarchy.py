@@ -41,22 +41,17 @@ class Box:
 
 def has_coarser(shape: tuple[int, int]) -> bool:
     """Whether a grid of twice the element size would still be fine enough to help."""
-    return min(_sides(shape)) >= 2 * LEAST_SIDE
+    return min(shape if shape[0] > 1 else shape[1:]) >= 2 * LEAST_SIDE
 
 
 def parts(shape: tuple[int, int]) -> int:
     """Elements of a grid that make one of twice the size: four, or two strips of a line contact."""
-    return 2 ** len(_sides(shape))
+    return 4 if shape[0] > 1 else 2
 
 
 def halvings(shape: tuple[int, int], coarse: tuple[int, int]) -> int:
     """How often a grid was halved to become a coarse one."""
     return round(np.log2(shape[1] / coarse[1]))
-
-
-def _sides(shape: tuple[int, int]) -> tuple[int, ...]:
-    """Numbers of elements along the sides that are halved: a line contact has one."""
-    return shape if shape[0] > 1 else shape[1:]
 
 
 def halved(field: np.ndarray) -> np.ndarray:

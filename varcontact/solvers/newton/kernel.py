@@ -28,8 +28,6 @@ FLOOR = 1e-3
 """Least symbol of normal contact."""
 SKEW = 0.3
 """Skewness of a kernel from which it is one of rolling."""
-PAIRS = 2
-"""Pairs of inverses that are remembered."""
 
 
 def fast_box(rows: int, columns: int) -> tuple[int, int]:
@@ -69,17 +67,6 @@ class Kernel:
     def row_size(self) -> float:
         """Euclidean length of a row of the matrix, the root mean square of the symbol."""
         return float(np.sqrt(np.mean(np.sum(self.numbers[[0, -1]] ** 2, axis=(1, 2), dtype=float))))
-
-    @cached_property
-    def skewness(self) -> float:
-        """By how much more tractions act ahead of them along x than behind, in [-1, 1].
-
-        0 in a shift; near 1 in steady rolling, as long as a step is shorter than the box.
-        """
-        middle = self.shape[1]
-        behind, ahead = self.numbers[0, :, : middle - 1], self.numbers[0, :, middle:]
-        total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
-        return float(ahead.sum(dtype=float) - behind.sum(dtype=float)) / total if total > 0 else 0.0
 
     @cached_property
     def _box(self) -> tuple[int, int]:
@@ -123,10 +110,6 @@ class SoftenedKernel:
         return diagonal
 
     @property
-    def row_size(self) -> float:
-        return self.kernel.row_size
-
-    @property
     def circulant(self) -> Circulant:
         return self.kernel.circulant
 
@@ -146,9 +129,16 @@ class Circulant:
 
     @cached_property
     def rolling(self) -> int:
-        """1 or -1 where the bodies roll, by the direction; 0 in a shift."""
-        skewness = self.kernel.skewness
-        return 0 if abs(skewness) < SKEW else int(np.sign(skewness))
+        """1 or -1 where the bodies roll, by the direction; 0 in a shift.
+
+        By how much more tractions act ahead of them along x than behind: 0 in a shift, nearly all in steady rolling as
+        long as a step is shorter than the box.
+        """
+        numbers, middle = self.kernel.numbers[0], self.kernel.shape[1]
+        behind, ahead = numbers[:, : middle - 1], numbers[:, middle:]
+        total = float(np.abs(behind).sum(dtype=float) + np.abs(ahead).sum(dtype=float))
+        more = float(ahead.sum(dtype=float) - behind.sum(dtype=float))
+        return 0 if abs(more) < SKEW * total or total == 0 else int(np.sign(more))
 
     @cached_property
     def _box(self) -> tuple[int, int]:
@@ -179,15 +169,6 @@ class Circulant:
     def normal(self) -> np.ndarray:
         """The inverse for normal contact."""
         return (1 / np.maximum(self.symbol.real, FLOOR)).astype(np.complex64)
-
-    def pair(self, shift: float) -> np.ndarray:
-        """Both inverses, (3, 2, ...) or (1, 2, ...): for the stick area, and with a shift for the slip area."""
-        kept: dict[float, np.ndarray] = self.__dict__.setdefault("_pairs", {})
-        if shift not in kept:
-            kept[shift] = np.stack([self.stick, self.inverse(shift)], axis=1)
-            for oldest in list(kept)[:-PAIRS]:
-                del kept[oldest]
-        return kept[shift]
 
     def inverse(self, shift: float) -> np.ndarray:
         """Symbol (xx, xy, yy; or one) of the inverse of the kernel plus a number on its diagonal."""

@@ -15,7 +15,7 @@ from varcontact.discrete.problems import NormalProblem, RawSolution
 from varcontact.discrete.residuals import normal_gap, normal_residual
 from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, check_start, not_a_number, point, solve
+from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
@@ -50,7 +50,7 @@ def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution
     """
     check_start(start, problem.distance.shape, (1,))
     if not np.isfinite(problem.distance).all():
-        return not_a_number(problem.distance.shape, 1)
+        return RawSolution(np.zeros(problem.distance.shape), np.zeros(1), 0, "NotANumber", False)
     scaled = ScaledNormal.of(problem, settings)
     if scaled is None:
         return RawSolution(np.zeros_like(problem.distance), np.array([problem.approach or 0.0]), 0, "Solved")

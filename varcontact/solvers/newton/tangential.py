@@ -17,7 +17,7 @@ from varcontact.discrete.residuals import gap, project, tangential_residual
 from varcontact.elasticity.operators import RestrictedOperator
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
-from varcontact.solvers.newton.driver import EXACT, check_start, not_a_number, point, solve
+from varcontact.solvers.newton.driver import EXACT, check_start, point, solve
 from varcontact.solvers.newton.gcr import Forces
 from varcontact.solvers.newton.globalisation import Point, dot
 from varcontact.solvers.newton.hierarchy import Box, doubled, halved, halved_mean, halvings, has_coarser, parts
@@ -25,8 +25,8 @@ from varcontact.solvers.newton.kernel import Kernel, SoftenedKernel, kernel, uni
 
 QUANTILE = 0.6
 """Of slip divided by the traction bound, in the slip area: the shift of its inverse."""
-LEAST_SHIFT, APART = 0.1, 0.4
-"""Least such shift, and how far apart in logarithms those are for which there are inverses."""
+LEAST_SHIFT = 0.1
+"""Least such shift."""
 STEEP = 1e8
 """Slip divided by the traction bound that no larger one differs from."""
 NEARLY_STICK = 1e-3
@@ -61,7 +61,7 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
     check_start(start, problem.rigid_shift.shape, (problem.components,))
     if not np.isfinite(problem.rigid_shift).all() or np.isnan(problem.bound).any():
-        return not_a_number(problem.rigid_shift.shape, problem.components)
+        return RawSolution(np.zeros(problem.rigid_shift.shape), np.zeros(problem.components), 0, "NotANumber", False)
     scaled = ScaledTangential.of(problem, settings)
     if scaled is None:
         return RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(problem.components), 0, "Solved")
@@ -195,10 +195,9 @@ class TangentialSystem:
         slope = np.where(slip, 1 / self.held - 1, 0.0)
         place = int(QUANTILE * (np.count_nonzero(slip) - 1))
         shift = max(float(np.partition(slope[slip], place)[place]), LEAST_SHIFT)
-        shift = float(np.exp(APART * np.round(np.log(shift) / APART)))
-        inverses = circulant.pair(shift)
+        inverses = np.stack([circulant.stick, circulant.inverse(shift)], axis=1)
         part = np.log1p(np.minimum(slope, shift) / NEARLY_STICK) / np.log1p(shift / NEARLY_STICK)
-        size = self.conditions.kernel.row_size
+        size = circulant.kernel.row_size
         steep = np.sqrt((size + shift) / (size + np.maximum(slope, shift))) * contact
         level = steep if circulant.rolling else np.sqrt((size + shift) / (size + slope)) * contact
         weights = np.array([np.sqrt(1 - part) * steep, np.sqrt(part) * level]).astype(np.float32)

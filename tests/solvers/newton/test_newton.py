@@ -1,4 +1,4 @@
-"""Newton's method without a matrix for the tangential problem: the dense answers, on any problem, from anywhere."""
+"""Newton's method without a matrix: the dense answers, on any problem, from anywhere."""
 
 import dataclasses
 
@@ -6,30 +6,50 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.discrete.problems import RawSolution
-from varcontact.discrete.residuals import gap, tangential_residual
+from varcontact.discrete.problems import NormalProblem, RawSolution
+from varcontact.discrete.residuals import gap, normal_gap, normal_residual, tangential_residual
 from varcontact.elasticity.operators import GridOperator
 from varcontact.errors import NotConverged, SceneError
+from varcontact.solvers.active_set.norm import norm
 from varcontact.solvers.active_set.tang import tang_safeguarded
 from varcontact.solvers.interface import Settings
 from varcontact.solvers.newton import driver
-from varcontact.solvers.newton.gcr import Step
 from varcontact.solvers.newton.kernel import Kernel
+from varcontact.solvers.newton.normal import newton_normal
 from varcontact.solvers.newton.tangential import newton_tangential
 
 SETTINGS = Settings(1e-8)
 
 
-def check_exact(problem, raw, agree=1e-7):
-    """Solved to the tolerance by residual and gap, and equal to the dense answer."""
-    dense = tang_safeguarded(problem)
-    scale = problem.bound.max() if np.isfinite(problem.bound).all() else np.abs(dense.traction).max()
+def newton(problem, start=None, settings=SETTINGS):
+    method = newton_normal if isinstance(problem, NormalProblem) else newton_tangential
+    return method(problem, settings, start)
+
+
+def check_exact(problem, raw):
+    """Solved to the tolerance by residual and gap, admissible, and equal to the dense answer."""
     assert raw.solved, raw.status
-    assert tangential_residual(problem, raw.traction, raw.rigid) <= SETTINGS.tol
-    if np.isfinite(problem.bound).all():
-        assert gap(problem, raw.traction, raw.rigid)[1] <= SETTINGS.tol
-        assert np.all(np.linalg.norm(raw.traction, axis=0) <= problem.bound * (1 + 1e-12)), "admissible"
-    np.testing.assert_allclose(raw.traction, dense.traction, rtol=0, atol=agree * scale)
+    if isinstance(problem, NormalProblem):
+        dense = norm(problem)
+        dense = dense if dense.solved else norm(problem, exchange="one")
+        residual, off, scale = normal_residual, normal_gap(problem, raw.traction, raw.rigid)[1], dense.traction.max()
+        assert raw.traction.min() >= 0
+        np.testing.assert_allclose(raw.rigid, dense.rigid, rtol=1e-7)
+    else:
+        dense, finite = tang_safeguarded(problem), np.isfinite(problem.bound).all()
+        scale = problem.bound.max() if finite else np.abs(dense.traction).max()
+        residual, off = tangential_residual, gap(problem, raw.traction, raw.rigid)[1] if finite else 0.0
+        assert np.all(np.linalg.norm(raw.traction, axis=0) <= problem.bound * (1 + 1e-12))
+    assert residual(problem, raw.traction, raw.rigid) <= SETTINGS.tol and off <= SETTINGS.tol
+    np.testing.assert_allclose(raw.traction, dense.traction, rtol=0, atol=1e-7 * scale)
+
+
+@pytest.fixture(params=["normal", "tangential"])
+def problem(request, normal_problem, tangential_problem):
+    """One of each kind, which Newton's method solves from coarse grids."""
+    if request.param == "normal":
+        return normal_problem(1)
+    return tangential_problem(17, shape="levels", carried=0.0)
 
 
 @pytest.mark.parametrize("seeds", [range(first, first + 9) for first in range(0, 63, 9)])
@@ -37,7 +57,17 @@ def test_equals_the_dense_answer(tangential_problem, seeds):
     """On random problems, each batch with every shape; none of them needs the dense fallback."""
     for seed in seeds:
         problem = tangential_problem(seed)
-        raw = newton_tangential(problem, SETTINGS)
+        raw = newton(problem)
+        assert (raw.solver, raw.status) == ("", "Solved"), seed
+        check_exact(problem, raw)
+
+
+@pytest.mark.parametrize("line", [False, True])
+def test_equals_norm(normal_problem, line):
+    """On random surfaces, smooth and rough, by force and by approach; none of them needs the dense fallback."""
+    for seed in range(20):
+        problem = normal_problem(seed, line)
+        raw = newton(problem)
         assert (raw.solver, raw.status) == ("", "Solved"), seed
         check_exact(problem, raw)
 
@@ -59,27 +89,63 @@ EXTREMES = {
 
 @pytest.mark.parametrize("name", EXTREMES)
 def test_extremes(tangential_problem, name):
-    """Equal to the dense answer, by whatever road: the status tells which."""
+    """Equal to the dense answer, by whatever solver: the status tells which."""
     for seed in range(3):
         problem = tangential_problem(seed, **EXTREMES[name])
-        check_exact(problem, newton_tangential(problem, SETTINGS))
+        check_exact(problem, newton(problem))
 
 
-def test_units_do_not_matter(tangential_problem):
-    """Tractions and shifts by powers of two: the same numbers, far below and beyond single precision."""
-    problem = tangential_problem(3, shape="levels", carried=0.3)
-    raw = newton_tangential(problem, SETTINGS)
-    for power in (-200, -50, 50, 200):
-        unit = 2.0**power
-        other = dataclasses.replace(
-            problem,
-            rigid_shift=problem.rigid_shift * unit,
-            bound=problem.bound * unit,
-            force=tuple(None if F is None else F * unit for F in problem.force),
-        )
-        scaled = newton_tangential(other, SETTINGS)
+@pytest.mark.parametrize("power", [-200, -50, 50, 200])
+def test_units_do_not_matter(normal_problem, tangential_problem, power):
+    """By powers of two: the same numbers, far below and beyond single precision."""
+    for problem in (normal_problem(7), tangential_problem(3, shape="levels", carried=0.3)):
+        raw, unit, given = newton(problem), 2.0**power, {}
+        for name in ("distance", "force", "approach", "rigid_shift", "bound"):
+            value = getattr(problem, name, None)
+            if isinstance(value, tuple):
+                given[name] = tuple(None if F is None else F * unit for F in value)
+            elif value is not None:
+                given[name] = value * unit
+        scaled = newton(dataclasses.replace(problem, **given))
         np.testing.assert_array_equal(scaled.traction / unit, raw.traction)
         assert (scaled.status, scaled.iterations) == (raw.status, raw.iterations)
+
+
+def test_approach_and_force_belong_together(normal_problem):
+    """The force that an approach needs, prescribed, leads to that approach."""
+    for seed in range(6):
+        problem = normal_problem(seed)
+        raw = newton(problem)
+        given = {"approach": None, "force": float(raw.traction.sum() * problem.area)}
+        if problem.approach is None:
+            given = {"approach": float(raw.rigid[0]), "force": None}
+        other = newton(dataclasses.replace(problem, **given))
+        np.testing.assert_allclose(other.traction, raw.traction, rtol=0, atol=1e-7 * raw.traction.max())
+        np.testing.assert_allclose(other.rigid, raw.rigid, rtol=1e-7)
+
+
+def test_hertz(rolling):
+    """On many elements the pressure is Hertz's to the grid's error; the certificate says that it is exact on it."""
+    scene = rolling(motion=None, friction=None, grid=vc.Grid(nx=64, ny=64))
+    sol = vc.solve(scene, normal="newton")
+    assert sol.certificate.normal_residual <= 1e-8 and sol.certificate.normal_relative_gap <= 1e-8
+    exact = vc.solve(scene, normal="hertz")
+    inner = exact.pressure > 0.5 * exact.pressure.max()
+    np.testing.assert_allclose(sol.pressure[inner], exact.pressure[inner], rtol=2e-3)
+    assert sol.approach == pytest.approx(exact.approach, rel=1e-3)
+
+
+def test_from_any_start(problem):
+    """A start that is the answer costs one step; one that is noise, or no number at all, leads there, too."""
+    raw = newton(problem)
+    assert newton(problem, raw).iterations <= 1
+    noise = np.random.default_rng(0).normal(size=raw.traction.shape)
+    for traction in (noise, 0 * noise, noise * np.nan, -raw.traction):
+        again = newton(problem, dataclasses.replace(raw, traction=traction))
+        assert again.solved
+        np.testing.assert_allclose(again.traction, raw.traction, rtol=0, atol=1e-7 * np.abs(raw.traction).max())
+    with pytest.raises(SceneError, match=r"start\.traction has shape"):
+        newton(problem, RawSolution(np.zeros((2, 3)), np.zeros(1), 0, ""))
 
 
 @pytest.mark.parametrize(("axis", "signs"), [(2, (1, -1)), (3, (-1, 1))])
@@ -98,93 +164,80 @@ def test_mirror_and_direction(tangential_problem, axis, signs):
         rigid_shift=problem.rigid_shift[:, order] * signs[:, None],
         bound=problem.bound[order],
     )
-    raw, image = newton_tangential(problem, SETTINGS), newton_tangential(mirrored, SETTINGS)
+    raw, image = newton(problem), newton(mirrored)
     assert image.status == "Solved"
     expected = raw.traction[:, order] * signs[:, None]
     np.testing.assert_allclose(image.traction, expected, rtol=0, atol=1e-7 * problem.bound.max())
 
 
-def test_from_any_start(tangential_problem):
-    """A start that is the answer costs one step; one that is noise, or no number at all, leads there, too."""
-    problem = tangential_problem(17, shape="levels", carried=0.0)
-    raw = newton_tangential(problem, SETTINGS)
-    assert newton_tangential(problem, SETTINGS, raw).iterations <= 1
-    rng = np.random.default_rng(1)
-    for traction in (rng.normal(size=raw.traction.shape), np.full(raw.traction.shape, np.nan), -raw.traction):
-        again = newton_tangential(problem, SETTINGS, dataclasses.replace(raw, traction=traction))
-        assert again.solved
-        np.testing.assert_allclose(again.traction, raw.traction, rtol=0, atol=1e-7 * problem.bound.max())
+def test_where_nothing_touches(normal_problem):
+    problem = normal_problem(1)
+    apart = dataclasses.replace(problem, force=None, approach=float(problem.distance.min()))
+    raw = newton(apart)
+    assert raw.solved and not raw.traction.any() and raw.rigid[0] == apart.approach
 
 
-def test_start_of_another_grid_is_refused(tangential_problem):
-    problem, other = tangential_problem(0), tangential_problem(4)
-    start = RawSolution(np.zeros_like(other.rigid_shift), np.zeros(2), 0, "")
-    size = problem.size
-    with pytest.raises(SceneError, match=rf"start\.traction has shape .*; it must be of shape \(2, {size}\)"):
-        newton_tangential(problem, SETTINGS, start)
-    with pytest.raises(SceneError, match=r"start\.rigid has shape .*; it must be of shape \(2,\), as the problem has"):
-        newton_tangential(problem, SETTINGS, RawSolution(np.zeros_like(problem.rigid_shift), np.zeros(1), 0, ""))
+def astray(monkeypatch, good, size):
+    """All linear solves but every `good`th give noise of that size; which were right is returned."""
+    exact, right, rng = driver.gcr, [], np.random.default_rng(0)
 
-
-@pytest.mark.parametrize("carried", [0.0, 0.5])
-def test_wrong_linear_solves_do_not_lead_astray(tangential_problem, monkeypatch, carried):
-    """Four steps of five are noise: the line search and Tseng's steps bring it to the tolerance all the same."""
-    problem, exact, calls = tangential_problem(0, carried=carried, rolling=True, step=1.0), driver.gcr, []
-    rng = np.random.default_rng(0)
-
-    def wrong(system, forces, lacking, enough):
-        step = exact(system, forces, lacking, enough)
-        calls.append(len(calls) % 5 == 4)
-        if calls[-1]:
+    def gcr(system, *rest):
+        step = exact(system, *rest)
+        right.append(len(right) % good == good - 1)
+        if right[-1]:
             return step
-        noise = 10.0 * rng.normal(size=system.right.shape) * system.conditions.contact
+        noise = size * rng.normal(size=system.right.shape)
+        noise *= getattr(system.conditions, "contact", getattr(system.conditions, "within", None))
         return dataclasses.replace(step, traction=noise, shift=system.product(noise.astype(np.float32)).astype(float))
 
-    monkeypatch.setattr(driver, "gcr", wrong)
-    raw = newton_tangential(problem, SETTINGS)
+    monkeypatch.setattr(driver, "gcr", gcr)
+    return right
+
+
+@pytest.mark.parametrize(("kind", "good", "carried"), [("normal", 2, 0), ("tangential", 5, 0), ("tangential", 5, 0.5)])
+def test_wrong_linear_solves_do_not_lead_astray(normal_problem, tangential_problem, monkeypatch, kind, good, carried):
+    """The line search and Tseng's steps bring it to the tolerance all the same."""
+    rolling = {"carried": float(carried), "rolling": True, "step": 1.0}
+    problem = normal_problem(1) if kind == "normal" else tangential_problem(0, **rolling)
+    right = astray(monkeypatch, good, 10.0)
+    raw = newton(problem)
     assert (raw.solver, raw.status) == ("", "Solved")
-    assert calls.count(False) > 4
+    assert right.count(False) > 4
     monkeypatch.undo()
     check_exact(problem, raw)
 
 
-def lost(system, forces, lacking, enough):
-    """A linear solve that is nothing but noise."""
-    step = 1e3 * np.random.default_rng(0).normal(size=system.right.shape) * system.conditions.contact
-    return Step(step, system.product(step.astype(np.float32)), np.zeros((2, 1, 1)), 1)
-
-
-def test_without_a_right_linear_solve(tangential_problem, monkeypatch):
+def test_without_a_right_linear_solve(normal_problem, tangential_problem, monkeypatch):
     """Tseng's steps alone come to the tolerance on a small problem; without them active sets are asked, if few enough.
 
     Where they are not asked what there is comes back as what it is.
     """
-    problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
-    monkeypatch.setattr(driver, "gcr", lost)
-    settings = Settings(1e-8)
-    raw = newton_tangential(problem, settings)
+    problem, settings = tangential_problem(0, carried=0.0, rolling=True, step=1.0), Settings(1e-8)
+    astray(monkeypatch, 10**9, 1e3)
+    raw = newton(problem, settings=settings)
     assert (raw.solver, raw.status) == ("", "Solved")
     assert settings.stats.calls[""]["tseng"].count > 1 and set(settings.stats.calls[""]) == {"tseng"}
     check_exact(problem, raw)
 
     monkeypatch.setattr(driver, "forward_backward_forward", lambda at, *_: at)
-    raw = newton_tangential(problem, SETTINGS)
-    assert (raw.solver, raw.status) == ("tang-safeguarded", "Solved")
-    assert raw.reason == "newton missed the tolerance, tang-safeguarded was used"
-    check_exact(problem, raw)
+    for posed, name in ((problem, "tang-safeguarded"), (normal_problem(1), "norm")):
+        raw = newton(posed)
+        assert (raw.solver, raw.status) == (name, "Solved")
+        assert raw.reason == f"newton missed the tolerance, {name} was used"
+        check_exact(posed, raw)
 
     monkeypatch.setattr(driver, "DENSE", 0)
-    raw = newton_tangential(problem, SETTINGS)
+    raw = newton(problem)
     assert raw.status == "MaxIterations" and not raw.solved
     assert tangential_residual(problem, raw.traction, raw.rigid) > SETTINGS.tol
 
 
-def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):
+def test_no_number_is_an_answer(problem, rolling, monkeypatch):
     """NaN in the data, in one linear solve, and in all products: named, or overcome, never returned."""
-    problem = tangential_problem(0, carried=0.0, rolling=True, step=1.0)
-    shift = problem.rigid_shift.copy()
-    shift[0, 3] = np.nan
-    raw = newton_tangential(dataclasses.replace(problem, rigid_shift=shift), SETTINGS)
+    field = "distance" if isinstance(problem, NormalProblem) else "rigid_shift"
+    values = getattr(problem, field).copy()
+    values[..., 2] = np.nan
+    raw = newton(dataclasses.replace(problem, **{field: values}))
     assert raw.status == "NotANumber" and not raw.solved
     assert np.isfinite(raw.traction).all()
 
@@ -196,7 +249,7 @@ def test_no_number_is_an_answer(tangential_problem, rolling, monkeypatch):
         return dataclasses.replace(step, traction=step.traction * np.nan) if len(calls) == 3 else step
 
     monkeypatch.setattr(driver, "gcr", once)
-    raw = newton_tangential(problem, SETTINGS)
+    raw = newton(problem)
     assert raw.status == "Solved" and len(calls) > 3
     monkeypatch.undo()
     check_exact(problem, raw)
