@@ -7,13 +7,7 @@ from html import escape
 
 
 def html_table(title: str, rows: Iterable[tuple[str, str]]) -> str:
-    """Names and texts as a table under a title; a row without either parts those before and after.
-
-    Parameters
-    ----------
-    title : str
-    rows : iterable of (str, str)
-        A row without a name goes on from the one before.
+    """Names and texts as a table under a title; a row without a name continues the one before, an empty row separates.
 
     Examples
     --------

@@ -40,6 +40,8 @@ RATIO, GRIDS = 1.5, 3
 ORDER, SAFETY, FLOOR, PART = 1.5, 1.25, 0.4, 0.5
 """The error is ``SAFETY max |s| + FLOOR n^-ORDER``, for the largest pressure with the n across the patch that has it;
 of Richardson's step s of that order a `PART` is taken."""
+FLOOR_PART = 0.5
+"""Part of the accuracy that the floor takes on the third grid."""
 NARROWEST = 4.0
 """Elements across the narrowest patch that carries load, on the coarsest grid that tells an error."""
 GROWTH, LATE = 2.4, 1.3
@@ -156,13 +158,18 @@ def estimated(levels: list[GridLevel], target: Target) -> ErrorEstimate:
 
 
 def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
-    """Elements across on the first of the fewest grids that an accuracy takes; refused if the last does not fit."""
-    n = FIRST_IN_LINE if scene.line else FIRST
-    if target.accuracy is not None:
-        n = max(n, math.ceil((FLOOR / target.accuracy) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
-    last = n * RATIO ** (GRIDS - 1)
-    if memory.fits(2 * _bytes(scene, options, last)):
-        return n
+    """Elements across on the first grid: on the last of three the floor is half of the accuracy.
+
+    Where that does not fit, as many as the floor allows at all; refused if these do not fit.
+    """
+    n = last = 0.0
+    for part in (FLOOR_PART, 1.0):
+        n = FIRST_IN_LINE if scene.line else FIRST
+        if target.accuracy is not None:
+            n = max(n, math.ceil((FLOOR / (part * target.accuracy)) ** (1 / ORDER) / RATIO ** (GRIDS - 1)))
+        last = n * RATIO ** (GRIDS - 1)
+        if _fits(scene, options, last):
+            return n
     what = f"time_budget = {target.time_budget}" if target.accuracy is None else f"accuracy = {target.accuracy:g}"
     most = last
     while most > 1 and not memory.fits(2 * _bytes(scene, options, most)):

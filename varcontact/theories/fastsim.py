@@ -45,10 +45,8 @@ def fastsim(
 
     Parameters
     ----------
-    a, b : float or array_like
-        Semi-axes along the rolling direction and across it [length].
-    G : float or array_like
-        Combined modulus of rigidity [force/area].
+    a, b, G : float or array_like
+        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
     friction_force : float or array_like
         ``f Fz``, the most that friction can carry [force].
     creepages : array_like, shape (..., 3)

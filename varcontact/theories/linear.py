@@ -77,10 +77,8 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
 
     Parameters
     ----------
-    a, b : float or array_like
-        Semi-axes along the rolling direction and across it [length].
-    G : float or array_like
-        Combined modulus of rigidity [force/area].
+    a, b, G : float or array_like
+        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
     creepages : array_like, shape (..., 3)
         vx, vy [-] and spin [1/length]; the other arguments broadcast with its leading shape.
     coefficients : CreepageCoefficients

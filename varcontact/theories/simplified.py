@@ -29,10 +29,8 @@ def flexibilities(a: Any, b: Any, G: Any, coefficients: CreepageCoefficients) ->
 
     Parameters
     ----------
-    a, b : float or array_like
-        Semi-axes along the rolling direction and across it [length].
-    G : float or array_like
-        Combined modulus of rigidity [force/area].
+    a, b, G : float or array_like
+        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
     coefficients : CreepageCoefficients
         From `creepage_coefficients`.
 
@@ -66,14 +64,10 @@ def flexibility(a: Any, b: Any, G: Any, creepages: Any, coefficients: CreepageCo
 
     Parameters
     ----------
-    a, b : float or array_like
-        Semi-axes along the rolling direction and across it [length].
-    G : float or array_like
-        Combined modulus of rigidity [force/area].
+    a, b, G, coefficients
+        As for `flexibilities`.
     creepages : array_like, shape (..., 3)
         vx, vy [-] and spin [1/length].
-    coefficients : CreepageCoefficients
-        From `creepage_coefficients`.
 
     Returns
     -------
@@ -146,10 +140,8 @@ def simplified_linear_force(a: Any, b: Any, L: Any, creepages: Any) -> np.ndarra
 
     Parameters
     ----------
-    a, b : float or array_like
-        Semi-axes [length].
-    L : float or array_like
-        Flexibility [length^3/force].
+    a, b, L : float or array_like
+        Semi-axes [length] and flexibility [length^3/force].
     creepages : array_like, shape (..., 3)
         vx, vy [-] and spin [1/length].
 

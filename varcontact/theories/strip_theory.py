@@ -40,10 +40,8 @@ def strip(
 
     Parameters
     ----------
-    a, b : float or array_like
-        Semi-axes along the rolling direction and across it [length].
-    G : float or array_like
-        Combined modulus of rigidity [force/area].
+    a, b, G : float or array_like
+        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
     nu : float or array_like
         Combined Poisson's ratio, in (-1, 0.5].
     friction_force : float or array_like

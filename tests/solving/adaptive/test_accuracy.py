@@ -313,16 +313,17 @@ def test_scan_and_compare_take_an_accuracy():
     assert table["outcome"].tolist() == ["solved", "solved"] and table["force_distance"].max() < 1e-6
 
 
-TURNING = replace(ROLLING, motion=vc.Steady(vx=0.02, spin=0.3))
+SLENDER = replace(ROLLING, surface=vc.Ellipse(a=1.0, b=0.03), motion=vc.Steady(vx=0.02, spin=0.3))
+# whose estimate is above 1 % on 21 elements
 
 
 @pytest.fixture
 def failing(monkeypatch):
-    """Solves fail with more than 20 elements across, as where equations have no solution."""
+    """Solves fail with more than 30 elements across, as where equations have no solution."""
     solve = adaptive.solve_on_grid
 
     def solver(scene, *rest):
-        if scene.grid.ny > 20:
+        if scene.grid.ny > 30:
             raise NotConverged("newton says 'MaxIterations'", 1e-3)
         return solve(scene, *rest)
 
@@ -331,19 +332,18 @@ def failing(monkeypatch):
 
 def test_a_finer_grid_that_fails_leaves_the_answer_before_it(failing):
     with pytest.raises(
-        NotConverged, match=r"accuracy = 0.006 is not reached: .*, of 27 elements across, fails: newton says"
+        NotConverged, match=r"accuracy = 0.01 is not reached: .*, of 32 elements across, fails: newton says"
     ) as failed:
-        vc.solve(TURNING, accuracy=0.006)
+        vc.solve(SLENDER, accuracy=0.01)
     known = failed.value.solution.error_estimate
-    assert known.largest == failed.value.residual > 0.006
-    assert [solve.ny - 2 for solve in known.solves] == [8, 12, 18]
+    assert known.largest == failed.value.residual > 0.01
+    assert [solve.ny - 2 for solve in known.solves] == [9, 14, 21]
     with pytest.raises(NotConverged, match=r"^newton says"):
-        vc.solve(TURNING, accuracy=0.001)
+        vc.solve(SLENDER, accuracy=0.001)
 
 
 @pytest.mark.usefixtures("failing")
 @pytest.mark.parametrize("options", [{"time_budget": 60.0}, {}], ids=["time_budget", "default"])
 def test_in_a_time_and_by_default_too(options):
-    slender = replace(TURNING, surface=vc.Ellipse(a=1.0, b=0.05))  # with an estimate above 1 % on 14 elements
-    known = vc.solve(slender, **options).error_estimate
-    assert [solve.ny - 2 for solve in known.solves] == [6, 9, 14] and known.largest > 0.01
+    known = vc.solve(SLENDER, **options).error_estimate
+    assert [solve.ny - 2 for solve in known.solves][-3:] == [9, 14, 21] and known.largest > 0.01
