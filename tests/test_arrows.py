@@ -1,6 +1,7 @@
 """Imports run one way: no module reaches for a room that comes after its own, lazy and typing imports included."""
 
 import ast
+import sys
 from pathlib import Path
 
 import varcontact
@@ -31,6 +32,26 @@ BACK = {
     ("scene.scene", "io.scene_toml"),  # a scene writes itself to a file
 }
 """Imports against the order that may stay: in a function, or for types only."""
+
+CONVENIENCE = {
+    "scene.scene": {"io.scene_toml"},
+    "results.solution": {
+        "io.export",
+        "io.solution",
+        "plotting.solution",
+        "results.normalised",
+        "results.report",
+        "results.sensitivity",
+    },
+    "results.history": {"io.history", "plotting.history"},
+    "wheel_rail.profile": {"wheel_rail.plots"},
+    "wheel_rail.result": {"wheel_rail.plots"},
+}
+"""Methods that users expect on an object (`plot`, `save`, `report`, `to_...`) call what comes after it."""
+LARGEST_CIRCLE = 6
+"""Files that may import each other in a circle, lazy and typing imports included."""
+FILES_OF_A_SOLVE = 39
+"""Files of the package that the steady solve of a Hertzian contact on its own grid passes through."""
 
 
 def imports(path):
@@ -88,3 +109,46 @@ def test_what_may_stay_is_lazy_or_for_types():
 def test_every_room_has_its_place():
     rooms = {path.stem if path.is_file() else path.name for path in ROOT.iterdir() if path.name != "__pycache__"}
     assert rooms - {"py"} == set().union(*ORDER)
+
+
+def circles():
+    """The files that import each other, directly or through others, but for the conveniences."""
+    paths = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.rglob("*.py")}
+    reached = {
+        own: {other for other, _ in imports(path) if other in paths} - CONVENIENCE.get(own, set()) - {own}
+        for own, path in paths.items()
+    }
+    for middle in paths:  # Warshall's closure
+        for own in paths:
+            if middle in reached[own]:
+                reached[own] |= reached[middle]
+    return {frozenset(other for other in reached[own] if own in reached[other]) for own in paths} - {frozenset()}
+
+
+def test_no_circle_of_many_files():
+    assert max(map(len, circles()), default=0) <= LARGEST_CIRCLE
+
+
+def test_conveniences_are_there():
+    for own, others in CONVENIENCE.items():
+        assert others <= {other for other, _ in imports(ROOT / f"{own.replace('.', '/')}.py")}, own
+
+
+def test_a_solve_passes_few_files():
+    """What a reader has to follow from `solve` to the certified solution."""
+    scene = varcontact.Scene(
+        bodies=varcontact.Bodies(G=82e9, nu=0.28),
+        surface=varcontact.Paraboloids(Rx=0.46, Ry=0.30),
+        normal_force=106.7e3,
+        friction=0.33,
+        motion=varcontact.Steady(vx=1e-3),
+        grid=varcontact.Grid(nx=8, ny=8),
+    )
+    varcontact.solve(scene)  # imports
+    entered = set()
+    sys.setprofile(lambda frame, event, argument: entered.add(frame.f_code.co_filename) if event == "call" else None)
+    try:
+        varcontact.solve(scene)
+    finally:
+        sys.setprofile(None)
+    assert len({name for name in entered if name.startswith(str(ROOT))}) <= FILES_OF_A_SOLVE

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import varcontact as vc
 from varcontact.io.scene_toml import scene_from, scene_to
 from varcontact.scene.friction import LAWS, kind_of
-from varcontact.solving import contact_solver as falling
+from varcontact.solving import contact_solver
 
 FALLING = [vc.LinearFalling, vc.RationalFalling, vc.ExponentialFalling]
 EVERY = [vc.StaticKinetic(0.3, 0.2), *(law(0.3, 0.2, half_velocity=4e-3) for law in FALLING)]
@@ -338,7 +338,7 @@ def test_acceleration_near_a_solution(monkeypatch, ball):
     """Fewer passes, and the same solution."""
     law = vc.LinearFalling(0.3, 0.15, half_velocity=6e-3)
     quick = vc.solve(ball(law))
-    monkeypatch.setattr(falling, "NEAR", 0.0)
+    monkeypatch.setattr(contact_solver, "NEAR", 0.0)
     plain = vc.solve(ball(law))
     np.testing.assert_allclose(quick.traction, plain.traction, atol=1e-8 * plain.traction_bound.max())
     assert len(quick.passes) < 0.8 * len(plain.passes)
