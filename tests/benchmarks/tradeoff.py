@@ -31,18 +31,6 @@ def milliseconds(value: float) -> str:
     return "" if value != value else f"{float(f'{1e3 * value:.3g}'):g}"
 
 
-def front(found: Tradeoff) -> str:
-    """Every way on the front of its class."""
-    lines = []
-    for kind in dict.fromkeys(found.classes["kind"]):
-        for row in found.front(kind).to_dict("records"):
-            errors = [percent(row[name]) for name in ("median_error", "usual_error", "largest_error")]
-            memory = "" if row["memory"] != row["memory"] else f"{row['memory'] / 2**20:.2g}"
-            times = [milliseconds(row["processor_seconds"]), milliseconds(row["repeat_seconds"])]
-            lines.append([kind, row["way"], f"{row['answers']} of {row['scenes']}", *errors, *times, memory])
-    return markdown(["scenes", "way", "answered", "median, %", "90 %", "largest", "ms", "repeat", "MiB"], lines)
-
-
 def advice(found: Tradeoff) -> str:
     """The fastest way for each class and error."""
     table = found.advice()
@@ -102,7 +90,6 @@ def write(found: Tradeoff, folder: Path = DOCS) -> None:
     """The files of the page."""
     (folder / "tradeoff_advice.txt").write_text(advice(found) + "\n")
     (folder / "tradeoff_accuracy.txt").write_text(accuracies(found) + "\n")
-    (folder / "tradeoff_front.txt").write_text(front(found) + "\n")
     (folder / "tradeoff_theories.txt").write_text(theories(found) + "\n")
     found.classes.to_csv(folder / "tradeoff.csv", index=False, float_format="%.4g")
     found.plot().savefig(folder / "pictures" / "tradeoff.png", dpi=130)

@@ -70,7 +70,7 @@ WHY = {
 
 MANY, MANY_PRESSURES = 180, 400
 """Elements in contact beyond which "auto" takes Newton's method without a matrix, for the tractions and for the
-pressure (docs/measurements.md)."""
+pressure (docs/speed.md)."""
 MANY_IN_STEPS, MANY_UNLIKE = 250, 100
 """The same for the tractions of a history, whose steps begin from the step before; and of unlike bodies, whose
 pressure and tractions it finds together."""

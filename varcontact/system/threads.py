@@ -1,7 +1,7 @@
 """One BLAS thread while varcontact computes.
 
 Active sets make many products and factors of some hundred rows. Wherever processes share the cores, threads of BLAS
-lose much on them by waiting for each other: docs/measurements.md has the measurement.
+lose much on them by waiting for each other: docs/speed.md has the measurement.
 """
 
 from __future__ import annotations
