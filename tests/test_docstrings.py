@@ -18,9 +18,15 @@ def public():
     """Dotted names of what docs/api lists."""
     for page in sorted(PAGES.glob("*.md")):
         module = ""
-        for directive, name in re.findall(r"^\.\. (\w+):: ([\w.]+)", page.read_text(), re.M):
+        for directive, name, members in re.findall(
+            r"^\.\. (\w+):: ([\w.]+)\n(?:   :members:(.*))?", page.read_text(), re.M
+        ):
             if directive in ("currentmodule", "module"):
                 module = name
+            elif directive == "automodule":
+                listed_in = getattr(importlib.import_module(name), "__all__", ())
+                names = members.split(",") if members.strip() else listed_in
+                yield from (f"{name}.{each.strip()}" for each in names)
             elif directive in ("autofunction", "autoclass", "autoexception", "automethod", "autodata"):
                 yield name if name.startswith("varcontact.") else f"{module}.{name}"
 

@@ -33,7 +33,7 @@ def test_names_for_type_checkers_are_those_of_the_methods(kind, names):
 
 
 def test_only_public_names_are_listed():
-    assert dir(vc) == sorted([*vc.__all__, "__version__"])
+    assert set(dir(vc)) == {*vc.__all__, "theories"}
 
 
 def test_every_public_name_is_found_and_no_other():
@@ -43,7 +43,7 @@ def test_every_public_name_is_found_and_no_other():
     assert vc.solve is importlib.import_module("varcontact.solving.solve").solve
     assert vc.theories is importlib.import_module("varcontact.theories")
     misspelt = "slove"
-    with pytest.raises(AttributeError, match="module 'varcontact' has no attribute 'slove'"):
+    with pytest.raises(AttributeError, match="slove"):
         getattr(vc, misspelt)
 
 

@@ -44,21 +44,11 @@ SPARE = 0.15
 
 @dataclass(frozen=True)
 class Series:
-    """The grids on which a scene is solved.
+    """The grids on which a scene is solved."""
 
-    Attributes
-    ----------
-    cells : dict of int to int
-        Elements across the contact, and how many positions of the lattice are solved with each.
-    edge : str
-        As of `Grid`.
-    why : str
-        For people.
-    """
-
-    cells: dict[int, int]
-    edge: Edge
-    why: str
+    cells: dict[int, int]  # elements across the contact, and how many positions of the lattice are solved with each
+    edge: Edge  # as of `Grid`
+    why: str  # for people
 
 
 REGULAR = Series(

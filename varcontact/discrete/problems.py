@@ -12,24 +12,13 @@ from varcontact.elasticity.operators import RestrictedOperator
 
 @dataclass(frozen=True, eq=False)
 class NormalProblem:
-    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact of n elements.
+    """Find ``p >= 0`` with ``e = h + A p - d >= 0`` and ``p e = 0``, on the potential contact of n elements."""
 
-    Attributes
-    ----------
-    operator : RestrictedOperator
-        A, the influence numbers zz.
-    distance : ndarray, shape (n,)
-        h, the undeformed distance, with the displacement by tangential tractions where the bodies differ.
-    area : float
-        Of an element.
-    force, approach : float or None
-        Exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d.
-    """
-
-    operator: RestrictedOperator
+    operator: RestrictedOperator  # A, the influence numbers zz
     distance: np.ndarray
-    area: float
-    force: float | None
+    area: float  # of an element
+    force: float | None  # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
+    # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
     approach: float | None
 
     def reachable(self) -> NormalProblem:
@@ -52,38 +41,18 @@ class TangentialProblem:
     """Find ``|p_i| <= g_i`` with ``p_i = -g_i E_i/|E_i|`` where it slips, ``E = W + M p``, on n elements in contact.
 
     Tractions have c components: two, or one where elasticity does not couple them and nothing moves along the other.
-
-    Attributes
-    ----------
-    operator : RestrictedOperator
-        M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231).
-    rigid_shift : ndarray, shape (c, n)
-        W, with the shift by pressures where the bodies differ.
-    bound : ndarray, shape (n,)
-        g, the traction bound, positive; ``inf`` all over: no slip.
-    points : ndarray, shape (2, n)
-        x and y of the elements.
-    area : float
-        Of an element.
-    force : tuple of c (float or None)
-        Prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown.
-    symmetric : bool
-        Whether M is symmetric (a shift, or one step of a history).
-    instant : RestrictedOperator, optional
-        A of steady rolling, for time stepping; then ``A - M`` is C.
-    directions : tuple of c int
-        Which direction (0: x, 1: y) each component has.
     """
 
-    operator: RestrictedOperator
-    rigid_shift: np.ndarray
-    bound: np.ndarray
-    points: np.ndarray
-    area: float
+    operator: RestrictedOperator  # M: the influence numbers A of a shift, or A - C of steady rolling (230)-(231)
+    rigid_shift: np.ndarray  # (c, n) W, with the shift by pressures where the bodies differ
+    bound: np.ndarray  # (n,) g, the traction bound, positive; ``inf`` all over: no slip
+    points: np.ndarray  # (2, n) x and y of the elements
+    area: float  # of an element
+    # prescribed ``area * sum(p)`` by component; a uniform rigid shift along it is then unknown
     force: tuple[float | None, ...] = (None, None)
-    symmetric: bool = False
-    instant: RestrictedOperator | None = None
-    directions: tuple[int, ...] = (0, 1)
+    symmetric: bool = False  # whether M is symmetric (a shift, or one step of a history)
+    instant: RestrictedOperator | None = None  # A of steady rolling, for time stepping; then ``A - M`` is C
+    directions: tuple[int, ...] = (0, 1)  # which direction (0: x, 1: y) each component has
 
     @property
     def size(self) -> int:

@@ -14,39 +14,24 @@ from varcontact.scene.grid import Grid
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers came to them.
-
-    Attributes
-    ----------
-    rigid : ndarray, shape (2,)
-        Uniform rigid shift where a force is prescribed, else 0.
-    iterations, status, solved, solved_by, reasons : dict
-        By problem: solver iterations, summed over the passes; on the last pass the solver's own words, whether they
-        say that it reached all it was asked for, whose answer it is, and why that is another solver than the plan's.
-    passes : tuple of (float, float)
-        Of each pass of a coupling loop: its change, and the residual of the whole after it.
-    bound_pressure : ndarray, shape (ny, nx), optional
-        The pressure that the traction bound counts with, where that is not `pressure`: within a joint pass.
-    slips : bool ndarray, shape (ny, nx), optional
-        The slip area where a theory tells it; otherwise the natural map does.
-    friction, branch : ndarray, shape (ny, nx), optional; str
-        Under a law of friction: the coefficient of the next pass, and where the search began.
-    """
+    """Pressure (ny, nx) and tractions (2, ny, nx) on the whole grid, dimensionless, and how solvers came to them."""
 
     pressure: np.ndarray
     approach: float
     traction: np.ndarray
-    rigid: np.ndarray
+    rigid: np.ndarray  # (2,) Uniform rigid shift where a force is prescribed, else 0
     iterations: dict[str, int] = field(default_factory=dict)
     status: dict[str, str] = field(default_factory=dict)
     solved: dict[str, bool] = field(default_factory=dict)
     solved_by: dict[str, str] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
+    # of each pass of a coupling loop: its change, and the residual of the whole after it
     passes: tuple[tuple[float, float], ...] = ()
     bound_pressure: np.ndarray | None = None
-    slips: np.ndarray | None = None
+    slips: np.ndarray | None = None  # (ny, nx) The slip area where a theory tells it; otherwise the natural map does
+    # (ny, nx) Under a law of friction: the coefficient of the next pass, and where the search began
     friction: np.ndarray | None = None
-    branch: str = ""
+    branch: str = ""  # (ny, nx) Under a law of friction: the coefficient of the next pass, and where the search began
 
 
 def unloaded(grid: Grid) -> ContactState:

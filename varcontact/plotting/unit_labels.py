@@ -31,19 +31,7 @@ _PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 
 
 @dataclass(frozen=True)
 class Measure:
-    """A quantity as it is shown: its numbers times `factor` are in `unit`, which is empty where the scene names none.
-
-    Examples
-    --------
-    >>> measure("pressure", Units(length="m", force="N"), 1.2e9)
-    Measure(factor=1e-06, unit='MPa')
-    >>> measure("length", Units(length="mm", force="N"), [0.004, -0.002])
-    Measure(factor=1000.0, unit='µm')
-    >>> measure("pressure", Units(length="in", force="lbf"), 100.0).label("pressure")
-    'pressure [lbf/in^2]'
-    >>> measure("1", None, 0.004).label("creepage")
-    'creepage [$10^{-3}$]'
-    """
+    """A quantity as shown: its numbers times `factor` are in `unit`, empty where the scene names none."""
 
     factor: float
     unit: str

@@ -38,19 +38,13 @@ class CombinedConstants(Protocol):
 
 @dataclass(frozen=True)
 class EllipticIntegrals:
-    """Kalker's complete elliptic integrals (95)-(99) at one axial ratio m' (Table 1).
+    """Kalker's complete elliptic integrals (95)-(99) at one axial ratio m' (Table 1)."""
 
-    Attributes
-    ----------
-    B, C, D, E, K : float
-        [-]
-    """
-
-    B: float
-    C: float
-    D: float
-    E: float
-    K: float
+    B: float  # [-]
+    C: float  # [-]
+    D: float  # [-]
+    E: float  # [-]
+    K: float  # [-]
 
 
 def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:

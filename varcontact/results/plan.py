@@ -88,25 +88,13 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Cost:
-    """Estimated cost of a method.
+    """Estimated cost of a method."""
 
-    Attributes
-    ----------
-    method : str
-        "auto", "convex", "active-set" or "kalker".
-    normal, tangential : str
-        Its solvers.
-    seconds : float or None
-        On one core; None where it is not known.
-    bytes : float
-        At the peak.
-    """
-
-    method: str
-    normal: str
-    tangential: str
-    seconds: float | None
-    bytes: float
+    method: str  # "auto", "convex", "active-set" or "kalker"
+    normal: str  # its solvers
+    tangential: str  # its solvers
+    seconds: float | None  # on one core; None where it is not known
+    bytes: float  # at the peak
 
 
 @dataclass(frozen=True)

@@ -31,30 +31,16 @@ def check_time(deadline: float) -> None:
 
 @dataclass(frozen=True)
 class Settings:
-    """What every solver is given.
-
-    Attributes
-    ----------
-    tol : float
-        Accuracy wanted of the tractions, relative; `varcontact.solvers.conic.backends` says what that means to each.
-    formulation : str
-        The program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits.
-    workspace : Workspace, optional
-        Where solvers keep their set-ups for the next problem of the same structure.
-    stats : SolveStats
-        Where their calls are counted.
-    loose_tolerance : bool
-        Whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use.
-    deadline : float
-        When solvers raise `OutOfTime`, by `time.perf_counter` [s].
-    """
+    """What every solver is given."""
 
     tol: float = 1e-8
+    # the program to be solved: "complementary", "potential" or "gap"; "auto" for the one that suits
     formulation: str = "auto"
-    workspace: Workspace | None = None
-    stats: SolveStats = field(default_factory=SolveStats)
+    workspace: Workspace | None = None  # where solvers keep their set-ups for the next problem of the same structure
+    stats: SolveStats = field(default_factory=SolveStats)  # where their calls are counted
+    # whether the answer is one of many passes or of a scan, and nothing beyond `tol` is of use
     loose_tolerance: bool = False
-    deadline: float = math.inf
+    deadline: float = math.inf  # when solvers raise `OutOfTime`, by `time.perf_counter` [s]
 
     @property
     def seconds_left(self) -> float:

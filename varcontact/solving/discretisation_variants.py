@@ -177,18 +177,11 @@ def _pairs(field: str, value: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """What a way found.
+    """What a way found."""
 
-    Attributes
-    ----------
-    values : dict of str to float
-        As `varcontact.results.quantities_of_interest.values` names them; extrapolated, if the way does so.
-    solutions : tuple of Solution or of History
-        From coarse to fine: one, or two.
-    """
-
+    # as `varcontact.results.quantities_of_interest.values` names them; extrapolated, if the way does so
     values: dict[str, float]
-    solutions: tuple[Solution | History, ...]
+    solutions: tuple[Solution | History, ...]  # from coarse to fine: one, or two
 
 
 def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **options: Any) -> Answered:
@@ -227,14 +220,7 @@ def answer(scene: Scene, way: Way, *, steps: Sequence[int] | None = None, **opti
 
 
 def extrapolated(way: Way, found: Sequence[dict[str, float]]) -> dict[str, float]:
-    """The values of a way from those on its grids, with an error ``C h^order`` taken off where there are two.
-
-    Parameters
-    ----------
-    way : Way
-    found : sequence of dict
-        From coarse to fine: one, or two.
-    """
+    """The values of a way from those on its grids, with an error ``C h^order`` taken off where there are two."""
     fine = found[-1]
     if len(found) == 1:
         return dict(fine)

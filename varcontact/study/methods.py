@@ -32,13 +32,7 @@ DEFAULT_METHODS = (
 
 @dataclass(frozen=True)
 class Method:
-    """A method of a comparison by its name; the parts as for `plan`, with "" for no tangential method.
-
-    Examples
-    --------
-    >>> Method.named("osqp|clarabel/gap+polish").tangential, Method.named("convex").method
-    ('clarabel', 'convex')
-    """
+    """A method of a comparison by its name; the parts as for `plan`, with "" for no tangential method."""
 
     name: str
     normal: str

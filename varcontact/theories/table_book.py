@@ -103,9 +103,9 @@ class TableBook:
     provenance: str
 
     def normalised(self, x: Any, y: Any, z: Any, ratio: Any, coefficients: CreepageCoefficients) -> tuple[Any, ...]:
-        """Normalised Fx, Fy and Mz for reduced creepages along vx, vy and the spin; the force is cut at f Fz.
+        """Normalised Fx, Fy and Mz for reduced creepages `x`, `y` and spin `z`; the force is cut at f Fz.
 
-        Creepages are three floats, or arrays (n,) with a/b and its coefficients one for all or (n,).
+        Creepages are floats or arrays (n,); `ratio` a/b and its `coefficients` are one for all or (n,).
         """
         linear = linear_part(x, y, z, ratio, coefficients)
         if isinstance(x, float):

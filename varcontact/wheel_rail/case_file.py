@@ -53,24 +53,12 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class CaseFile:
-    """The contents of a case file.
+    """The contents of a case file."""
 
-    Attributes
-    ----------
-    cases : tuple of WheelOnRail
-        Position by position; of both sides, the left wheel first.
-    numbers : tuple of int
-        The number of each case's position, from 1.
-    options : dict
-        Keywords of `WheelOnRail.solve`.
-    archard : Archard or None
-        From the table ``[wear]``.
-    """
-
-    cases: tuple[WheelOnRail, ...]
-    numbers: tuple[int, ...]
-    options: dict[str, Any]
-    archard: Archard | None
+    cases: tuple[WheelOnRail, ...]  # position by position; of both sides, the left wheel first
+    numbers: tuple[int, ...]  # the number of each case's position, from 1
+    options: dict[str, Any]  # keywords of `WheelOnRail.solve`
+    archard: Archard | None  # from the table ``[wear]``
 
 
 def read_case(path: str | Path) -> CaseFile:

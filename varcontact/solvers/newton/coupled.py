@@ -31,36 +31,18 @@ MOST_STEPS = 60
 
 @dataclass(frozen=True, eq=False)
 class CoupledProblem:
-    """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of a grid.
+    """Find ``p_z >= 0``, ``|p_t| <= f p_z`` of bodies in contact with friction, on all elements of a grid."""
 
-    Attributes
-    ----------
-    normal, traction_to_distance, pressure_to_shift, tangential : GridOperator
-        The blocks zz, zt, tz and tt; c components t.
-    distance : ndarray, shape (ny, nx)
-        h, the undeformed distance.
-    rigid_shift : ndarray, shape (c, ny, nx)
-        W.
-    friction : ndarray, shape (ny, nx)
-        f, finite.
-    area : float
-        Of an element.
-    approach : float or None
-        Prescribed, or unknown.
-    force : tuple of 1 + c (float or None)
-        Prescribed ``area * sum(p)`` by field, the normal one where the approach is not.
-    """
-
-    normal: GridOperator
-    traction_to_distance: GridOperator
-    pressure_to_shift: GridOperator
-    tangential: GridOperator
-    distance: np.ndarray
-    rigid_shift: np.ndarray
-    friction: np.ndarray
-    area: float
-    approach: float | None
-    force: tuple[float | None, ...]
+    normal: GridOperator  # the blocks zz, zt, tz and tt; c components t
+    traction_to_distance: GridOperator  # the blocks zz, zt, tz and tt; c components t
+    pressure_to_shift: GridOperator  # the blocks zz, zt, tz and tt; c components t
+    tangential: GridOperator  # the blocks zz, zt, tz and tt; c components t
+    distance: np.ndarray  # (ny, nx) h, the undeformed distance
+    rigid_shift: np.ndarray  # (c, ny, nx) W
+    friction: np.ndarray  # (ny, nx) f, finite
+    area: float  # of an element
+    approach: float | None  # prescribed, or unknown
+    force: tuple[float | None, ...]  # prescribed ``area * sum(p)`` by field, the normal one where the approach is not
 
     def shift(self, traction: np.ndarray) -> np.ndarray:
         """The shifts E (1 + c, ny, nx) without the unknown rigid ones, in double precision."""

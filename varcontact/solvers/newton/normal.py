@@ -26,28 +26,7 @@ FIRST = 0.1
 
 
 def newton_normal(problem: NormalProblem, settings: Settings, start: RawSolution | None = None) -> RawSolution:
-    """Solve the normal problem by an inexact Newton method with products by FFT only.
-
-    Parameters
-    ----------
-    problem : NormalProblem
-    settings : Settings
-        Its `tol` is reached by the residual and by the relative gap.
-    start : RawSolution, optional
-        Where to begin instead of a sequence of coarser grids.
-
-    Returns
-    -------
-    RawSolution
-        `iterations` counts Newton steps on all grids. `status` is "Solved", "MaxIterations" or "NotANumber". Where
-        Newton's method ends short of the tolerance, and elements are few enough, it is the answer of NORM, as `solver`
-        and `reason` say.
-
-    Raises
-    ------
-    SceneError
-        For a start of another problem.
-    """
+    """Solve the normal problem by an inexact Newton method with products by FFT only."""
     check_start(start, problem.distance.shape, (1,))
     if not np.isfinite(problem.distance).all():
         return RawSolution(np.zeros(problem.distance.shape), np.zeros(1), 0, "NotANumber", False)

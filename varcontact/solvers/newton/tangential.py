@@ -37,26 +37,6 @@ def newton_tangential(problem: TangentialProblem, settings: Settings, start: Raw
     """Solve the tangential problem by an inexact Newton method with products by FFT only.
 
     Memory is linear in the number of elements, and so, but for a small power, is the time.
-
-    Parameters
-    ----------
-    problem : TangentialProblem
-    settings : Settings
-        Its `tol` is reached by the residual and by the relative gap.
-    start : RawSolution, optional
-        Where to begin instead of a sequence of coarser grids.
-
-    Returns
-    -------
-    RawSolution
-        `iterations` counts Newton steps on all grids. `status` is "Solved", "MaxIterations" or "NotANumber". Where
-        Newton's method ends short of the tolerance, and elements are few enough, it is the answer of the safeguarded
-        TANG, as `solver` and `reason` say.
-
-    Raises
-    ------
-    SceneError
-        For a start of another problem.
     """
     assert type(problem.operator) is RestrictedOperator, "a table by offset has no half problems"
     check_start(start, problem.rigid_shift.shape, (problem.components,))

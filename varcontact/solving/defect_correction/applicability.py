@@ -26,13 +26,7 @@ INSTEAD = "give accuracy in place of refine and of a grid"
 
 
 def check_refine(scene: Scene, plan: Plan, refine: Any, chosen: bool, start: str | Solution | None) -> bool:
-    """Whether defect correction is asked for; `chosen`: the grid is to be chosen for an accuracy or a time.
-
-    Raises
-    ------
-    SceneError
-        For a kind that there is not, or a scene, method or grid that cannot be corrected.
-    """
+    """Whether defect correction is asked for; `chosen`: the grid is to be chosen for an accuracy or a time."""
     if refine is None:
         return False
     kind = checks.choice("refine", refine, (CONTINUUM,))

@@ -37,13 +37,7 @@ def loosely(solver: ContactSolver) -> ContactSolver:
 def run(
     scene: Scene, disc: Discretisation, state: ContactState, solver: ContactSolver
 ) -> tuple[Discretisation, ContactState, Refinement]:
-    """The corrected problem on the elements with its solution, to the tolerance of the solver, and its field on parts.
-
-    Raises
-    ------
-    SceneError
-        If forces are so near to the limit that a corrected problem cannot carry them.
-    """
+    """The corrected problem on the elements, its solution to the solver's tolerance, and the field on parts."""
     with solver.stats.stage("refinement"):
         found = _corrected(disc, state, loosely(solver), solver)
     with solver.stats.stage("error estimate"):

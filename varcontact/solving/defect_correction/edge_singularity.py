@@ -23,18 +23,10 @@ TURNS = 4
 
 @dataclass(frozen=True, eq=False)
 class RootMeans:
-    """Means over elements, with ``r = sqrt(1 - (x/a)^2 - (y/b)^2)``; zero outside the ellipse.
+    """Means over elements, with ``r = sqrt(1 - (x/a)^2 - (y/b)^2)``; zero outside the ellipse."""
 
-    Attributes
-    ----------
-    over, times : ndarray, shape (3, ny, nx)
-        Of 1, x and y over r, and times r.
-    weight : ndarray, shape (ny, nx)
-        Of ``sqrt((e - x)/(e + x))``, e the half length of the ellipse at y: tractions of a row without slip.
-    """
-
-    over: np.ndarray
-    times: np.ndarray
+    over: np.ndarray  # (3, ny, nx) Of 1, x and y over r, and times r
+    times: np.ndarray  # (3, ny, nx) Of 1, x and y over r, and times r
     weight: np.ndarray
 
 
@@ -59,18 +51,9 @@ def _means_in_rows(lines: np.ndarray, y: np.ndarray, share: np.ndarray, a: float
 
 @dataclass(frozen=True, eq=False)
 class KnownTractions:
-    """Tractions 1, x and y over the root, or times it, whose displacement is known in closed form.
+    """Tractions 1, x and y over the root, or times it, whose displacement is known in closed form."""
 
-    Attributes
-    ----------
-    means : ndarray, shape (3, ny, nx)
-        Over each part; zero outside the ellipse.
-    missing : ndarray, shape (3, 2, 2, ny, nx)
-        Minus the derivative along x of the displacement (second axis) by each traction (first axis) acting along x or y
-        (third axis), times a part's length, less what constant parts have of it.
-    """
-
-    means: np.ndarray
+    means: np.ndarray  # (3, ny, nx) Over each part; zero outside the ellipse
     missing: np.ndarray
 
     @classmethod
@@ -122,19 +105,12 @@ class LocalGradient:
 
     Parts that the edge cuts have their centres beside the lines of the others: what values change along the one
     direction counts in the differences along the other.
-
-    Attributes
-    ----------
-    rows, columns : ndarray, shape (2, ...)
-        Shares of the rise from the place before and to the next one, along rows, and, transposed, along columns.
-    aside, askew : ndarray, shape (ny, nx)
-        What y changes along rows by x, and x along columns by y.
     """
 
     rows: np.ndarray
     columns: np.ndarray
-    aside: np.ndarray
-    askew: np.ndarray
+    aside: np.ndarray  # (ny, nx) What y changes along rows by x, and x along columns by y
+    askew: np.ndarray  # (ny, nx) What y changes along rows by x, and x along columns by y
 
     @classmethod
     def at(cls, x: np.ndarray, y: np.ndarray, known: np.ndarray) -> LocalGradient:
@@ -143,17 +119,7 @@ class LocalGradient:
         return cls(rows, columns, _along_rows(y, rows), _along_rows(x.T, columns).T)
 
     def of(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives along x and y of values (n, ny, nx) that are zero where they are not known.
-
-        Examples
-        --------
-        Of 2 x + 3 y, where a corner is cut.
-
-        >>> x, y = np.array([[0.3, 1.0], [0.0, 1.0]]), np.array([[0.3, 0.0], [1.0, 1.0]])
-        >>> along, across = LocalGradient.at(x, y, np.full((2, 2), True)).of((2 * x + 3 * y)[None])
-        >>> print(along.round(2)[0].tolist(), across.round(2)[0].tolist())
-        [[2.0, 2.0], [2.0, 2.0]] [[3.0, 3.0], [3.0, 3.0]]
-        """
+        """Derivatives along x and y of values (n, ny, nx) that are zero where they are not known."""
         rows = _along_rows(values, self.rows)
         columns = _along_rows(values.swapaxes(1, 2), self.columns).swapaxes(1, 2)
         across = columns

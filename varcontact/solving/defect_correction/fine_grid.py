@@ -29,35 +29,19 @@ CELLS = (PARTS, PARTS)
 
 @dataclass(frozen=True, eq=False)
 class FineField:
-    """Tractions on the parts, dimensionless.
+    """Tractions on the parts, dimensionless."""
 
-    Attributes
-    ----------
-    friction : ndarray, shape (ny, nx)
-        Coefficients on the elements.
-    traction : ndarray, shape (2, ny PARTS, nx PARTS)
-    bound : ndarray, shape (ny PARTS, nx PARTS)
-    """
-
-    friction: np.ndarray
-    traction: np.ndarray
-    bound: np.ndarray
+    friction: np.ndarray  # (ny, nx) Coefficients on the elements
+    traction: np.ndarray  # (2, ny PARTS, nx PARTS)
+    bound: np.ndarray  # (ny PARTS, nx PARTS)
 
 
 @dataclass(frozen=True, eq=False)
 class FineGrid:
-    """The parts of the elements of a contact in steady rolling under Hertz's pressure. Dimensionless, but for `grid`.
+    """Parts of the elements in steady rolling under Hertz's pressure; dimensionless, but for `grid`."""
 
-    Attributes
-    ----------
-    disc : Discretisation
-        Of the elements.
-    pressure : ndarray, shape (ny, nx)
-        On the elements.
-    """
-
-    disc: Discretisation
-    pressure: np.ndarray
+    disc: Discretisation  # of the elements
+    pressure: np.ndarray  # (ny, nx) On the elements
 
     @cached_property
     def grid(self) -> Grid:

@@ -24,34 +24,17 @@ LATE = 2
 
 @dataclass(frozen=True, eq=False)
 class Corrected:
-    """A coarse solution after the passes, and its field on parts of the elements. Dimensionless, but for `forces`.
+    """A coarse solution after the passes, and its field on parts of the elements. Dimensionless, but for `forces`."""
 
-    Attributes
-    ----------
-    disc : Discretisation
-        The coarse problem as it was solved last, with the correction of its rigid shift in `previous_step`.
-    state : ContactState
-        Its solution.
-    fine : FineGrid
-    field : FineField
-    shift : ndarray, shape (2, ny PARTS, nx PARTS)
-        The continuum's local shift under the field.
-    forces : ndarray, shape (passes + 1, 3)
-        Fx, Fy, Mz, physical: of the coarse elements before any correction, then of the field after each pass.
-    creepages : ndarray, shape (passes + 1, 2)
-        vx and vy then, given or found for forces that are given.
-    seconds : tuple of float
-        Of each pass.
-    """
-
+    # the coarse problem as it was solved last, with the correction of its rigid shift in `previous_step`
     disc: Discretisation
-    state: ContactState
+    state: ContactState  # its solution
     fine: FineGrid
     field: FineField
-    shift: np.ndarray
+    shift: np.ndarray  # (2, ny PARTS, nx PARTS) The continuum's local shift under the field
     forces: np.ndarray
-    creepages: np.ndarray
-    seconds: tuple[float, ...]
+    creepages: np.ndarray  # (passes + 1, 2) vx and vy then, given or found for forces that are given
+    seconds: tuple[float, ...]  # of each pass
 
 
 def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSolver, last: ContactSolver) -> Corrected:
@@ -80,13 +63,7 @@ def defect_correct(coarse: Discretisation, state: ContactState, loose: ContactSo
 
 
 def late_change(of_passes: np.ndarray) -> np.ndarray:
-    """How much late passes would have changed forces or creepages, (passes + 1, n), without damping: (n,).
-
-    Examples
-    --------
-    >>> late_change(np.array([[0.0], [8.0], [10.0], [10.7], [10.77]])).round(3)
-    array([1.])
-    """
+    """How much late passes would have changed forces or creepages, (passes + 1, n), without damping: (n,)."""
     return np.asarray((np.abs(np.diff(of_passes, axis=0)) / DAMPING[:, None])[-LATE:].max(axis=0))
 
 

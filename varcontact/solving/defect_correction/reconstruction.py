@@ -17,17 +17,9 @@ REVERSED, TURNED = 0.5, 0.9
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What tractions are interpolated by: on elements or on their parts.
+    """What tractions are interpolated by: on elements or on their parts."""
 
-    Attributes
-    ----------
-    bound : ndarray, shape (ny, nx)
-        Traction bound, zero outside the contact.
-    weight : ndarray, shape (ny, nx)
-        What tractions are in proportion to where nothing slips up to the trailing edge; zero outside the contact.
-    """
-
-    bound: np.ndarray
+    bound: np.ndarray  # (ny, nx) Traction bound, zero outside the contact
     weight: np.ndarray
 
 
@@ -38,15 +30,6 @@ def reconstructed(traction: np.ndarray, coarse: Shape, fine: Shape, cells: Cells
     contact, and multiplied by the weight on the parts, up to the bound: that keeps the roots at both edges. Where an
     element around slips, size and direction are interpolated apart, and between slipping ones the size is the bound.
     Between slip and stick that is for tractions that turn; where they reverse, vectors are interpolated again.
-
-    Examples
-    --------
-    Slip all over stays slip, and the total is that of the bound on the parts.
-
-    >>> elements = Shape(np.array([[1.0, 1.0]]), np.array([[1.0, 0.5]]))
-    >>> parts = Shape(np.array([[0.8, 1.1, 1.2, 0.9]]), np.array([[1.1, 0.9, 0.6, 0.4]]))
-    >>> reconstructed(np.array([[[-1.0, -1.0]], [[0.0, 0.0]]]), elements, parts, (1, 2))[0]
-    array([[-0.8, -1.1, -1.2, -0.9]])
     """
     contact = coarse.bound > 0
     ratio, factor = (
@@ -88,13 +71,7 @@ def interpolated(values: np.ndarray, contact: np.ndarray, cells: Cells) -> np.nd
 
 
 def continued(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Values in the contact, and around it the means of their neighbours in it; elsewhere as given.
-
-    Examples
-    --------
-    >>> continued(np.array([[0.0, 2.0, 4.0, 0.0, 0.0]]), np.array([[False, True, True, False, False]]))
-    array([[2., 2., 4., 4., 0.]])
-    """
+    """Values in the contact, and around it the means of their neighbours in it; elsewhere as given."""
     sums, counts = (_around(each) for each in (values * contact, contact.astype(float)))
     return np.where(contact | (counts == 0), values, sums / np.where(counts > 0, counts, 1.0))
 
