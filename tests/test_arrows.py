@@ -39,7 +39,7 @@ CONVENIENCE = {
         "io.export",
         "io.solution",
         "plotting.solution",
-        "results.normalised",
+        "results.physical",
         "results.report",
         "results.sensitivity",
     },

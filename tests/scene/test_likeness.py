@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.scene.likeness import NEGLIGIBLE, coupling_effect, left_out
+from varcontact.scene.consistency import NEGLIGIBLE, coupling_effect, left_out
 
 STEEL = vc.Bodies(G=82e9, nu=(0.28, 0.280009))
 """Two steels: K = 4.5e-6."""

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import varcontact as vc
+from varcontact.discrete.contact_grid import interpolated
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving import potential_contact
 from varcontact.solving.contact_solver import ContactSolver
-from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.selection import select
 
 BODIES = vc.Bodies(G=1.0, nu=0.3)

@@ -13,8 +13,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients
-from varcontact.reference.equal_splines import splines_at_knots
+from varcontact.reference.creepage_coefficients import CreepageCoefficients, no_slip_coefficients, splines_at_knots
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady

@@ -297,6 +297,8 @@ def check_schema(sol: Solution) -> None:
         raise ValueError("numbers beyond those that can be computed with")
     if not np.isin(sol.state, (EXTERIOR, STICK, SLIP)).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
         raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
+    if sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1)):
+        raise ValueError("a weakening of friction that is not between 0 and 1")
     open_ended = sol.scene.line and sol.scene.reference_depth is None
     if not (open_ended or np.isfinite(sol.approach)):
         raise ValueError("an approach that is not finite")

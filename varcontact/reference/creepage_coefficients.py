@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from varcontact.checks import broadcasting, poisson, positives
-from varcontact.reference.equal_splines import FOUR, near_splines, splines_at_knots
 
 
 @dataclass(frozen=True)
@@ -181,3 +180,31 @@ def _slender(x: Any, nu: np.ndarray) -> np.ndarray:
     L = math.log(16) + 2 * x
     less, D = L - 3 + math.log(4), (1 - nu) * L - 2 + 4 * nu
     return np.stack([1 / (less - 2 * nu), 1 / ((1 - nu) * less + 2 * nu), 1 / D, (1 - nu * (L - 4) / D) ** 2])
+
+
+FOUR = np.arange(4)
+"""So many B-splines are not zero on an interval."""
+
+
+def near_splines(place: Any, intervals: int) -> tuple[Any, tuple[Any, Any, Any, Any]]:
+    """The B-splines that are not zero at a place: the number of the first of four, and their values."""
+    if isinstance(place, float):
+        first: Any = min(int(place), intervals - 1)
+    else:
+        first = np.minimum(place.astype(np.intp), intervals - 1)
+    f = place - first
+    g = 1 - f
+    ff, gg = f * f / 6, g * g / 6
+    return first, (g * gg, (3 * f - 6) * ff + 2 / 3, (3 * g - 6) * gg + 2 / 3, f * ff)
+
+
+def splines_at_knots(values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """Coefficients of the B-splines whose sum has given values at the knots; the outermost inner knots are none."""
+    values = np.moveaxis(values, axis, 0)
+    n = len(values)
+    matrix = np.zeros((n + 2, n + 2))
+    for i in range(n):
+        matrix[i + 1, i : i + 3] = 1 / 6, 4 / 6, 1 / 6
+    matrix[0, :5] = matrix[-1, -5:] = 1, -4, 6, -4, 1
+    found = np.tensordot(np.linalg.inv(matrix)[:, 1:-1], values, 1)
+    return np.moveaxis(found, 0, axis)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from varcontact.results.normalised import Normalised
+    from varcontact.results.physical import Normalised
 
 ROUNDING = 1e-9
 """Part of the power from which on negative densities are more than rounding and tolerance."""
@@ -200,7 +200,7 @@ class Solution:
     @property
     def normalised(self) -> Normalised:
         """Forces, creepages and the largest pressure without dimension."""
-        from varcontact.results.normalised import normalised
+        from varcontact.results.physical import normalised
 
         return normalised(self)
 

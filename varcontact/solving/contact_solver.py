@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.contact_grid import no_element_in_contact
+from varcontact.discrete.contact_grid import interpolated, no_element_in_contact
 from varcontact.discrete.discretisation import Discretisation, Subgrid
 from varcontact.discrete.mirror import mirror_of
 from varcontact.discrete.problems import RawSolution, TangentialProblem
@@ -33,7 +33,6 @@ from varcontact.solving.coupling import (
     distance,
 )
 from varcontact.solving.friction_law import branch_of, coefficient, coefficients_after, with_coefficients
-from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.pipeline import (
     check_memory,
     solve_joint_program,

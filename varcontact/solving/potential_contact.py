@@ -16,6 +16,7 @@ from varcontact.discrete.contact_grid import (
     enlarged,
     fitted,
     if_noise,
+    interpolated,
     known_grid,
     within,
 )
@@ -30,7 +31,6 @@ from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.grid_transfer import interpolated
 from varcontact.solving.selection import many_pressures
 
 FOUND = 1e-4

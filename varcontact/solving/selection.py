@@ -13,10 +13,9 @@ from varcontact.discrete.contact_grid import given_grid, wanted_grid
 from varcontact.discrete.subgrid import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
-from varcontact.scene.consistency import why_centres
+from varcontact.scene.consistency import left_out, why_centres
 from varcontact.scene.friction import Law, kind_of
 from varcontact.scene.grid import Grid
-from varcontact.scene.likeness import left_out
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance

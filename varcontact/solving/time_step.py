@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate, ForceBounds
-from varcontact.discrete.contact_grid import enlarged
+from varcontact.discrete.contact_grid import enlarged, interpolated, same_lattice, sampled
 from varcontact.discrete.discretisation import Discretisation, PreviousStep, discretise
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.state import ContactState, unloaded
@@ -27,7 +27,6 @@ from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.finish import finish
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
-from varcontact.solving.grid_transfer import interpolated, same_lattice, sampled
 
 
 def largest_contacts(scene: Scene) -> list[Scene]:

@@ -16,8 +16,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import OutputError
-from varcontact.reference.creepage_coefficients import CreepageCoefficients
-from varcontact.reference.equal_splines import FOUR, near_splines
+from varcontact.reference.creepage_coefficients import FOUR, CreepageCoefficients, near_splines
 from varcontact.system.files import reading
 
 FORMAT = "varcontact table 3"
