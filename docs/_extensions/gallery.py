@@ -22,7 +22,7 @@ import pages
 
 DOCS = Path(__file__).parents[1]
 EXAMPLES = DOCS.parent / "examples"
-PRINTED = 16
+PRINTED = 10
 """Lines of output that a page shows at most."""
 GROUPS = {"Figures of the paper": r"fig.*\.py", "More examples": r"(?!fig).*\.py", "Scene files": r".*\.toml"}
 PICTURES_OF_FULL_RUNS = {"sampling": "sampling.png"}  # in the folder pictures: this example takes minutes
