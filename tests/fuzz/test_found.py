@@ -73,7 +73,7 @@ def changed(path, entry, value):
     [
         (("branch",), "\x7f", "a branch that there is not"),
         (("timing", "tangential"), "héhé", "times or iterations that are not numbers"),
-        (("timing",), {}, "no time in total"),
+        (("timing",), {}, "no total time"),
         (("status", "normal"), 3, "solvers' words that are no words"),
         (("calls", "normal"), [[]], "is damaged"),
     ],

@@ -293,7 +293,8 @@ def check_schema(sol: Solution) -> None:
         raise ValueError("fields that are not numbers")
     if any(not np.isfinite(each).all() for name, each in fields.items() if name != "power_density"):
         raise ValueError("fields that are not finite numbers")
-    if max(float(np.abs(each).max()) for name, each in fields.items() if name != "power_density") > checks.LARGE**2:
+    sizes = [np.abs(each).max() for name, each in fields.items() if name != "power_density"]
+    if np.nanmax(np.abs([*sizes, sol.approach, *sol.creepage])) > checks.LARGE**2:
         raise ValueError("numbers beyond those that can be computed with")
     if not np.isin(sol.state, (EXTERIOR, STICK, SLIP)).all() or np.any((sol.state != EXTERIOR) != (sol.pressure > 0)):
         raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
@@ -310,6 +311,8 @@ def check_schema(sol: Solution) -> None:
     numbers = np.concatenate([*values, [*sol.timing.values(), *sol.iterations.values()]])
     if certificate.level not in LEVELS or numbers.dtype.kind not in "iuf" or np.any(numbers < 0):
         raise ValueError("a certificate, times or iterations that are not numbers, zero or positive")
+    if not all(isinstance(word, str) for word in (*sol.status.values(), *sol.solved_by.values())):
+        raise ValueError("solvers' words that are no words")
     if "total" not in sol.timing or not isinstance(sol.converged, bool) or sol.branch not in ("", *BRANCHES):
         raise ValueError("no total time, or a branch that there is not")
 
