@@ -430,13 +430,7 @@ class Solution:
         return self.plot("section", ax=ax, figsize=figsize, y=y)
 
     def plot_passes(self) -> Figure:
-        """Picture of how the passes of a coupling loop, or under a law of friction, converged.
-
-        Raises
-        ------
-        SceneError
-            If there were no passes.
-        """
+        """Picture of how passes of a coupling loop, or under a law of friction, converged; refused without passes."""
         from varcontact.plotting.solution import plot_passes
 
         return plot_passes(self)
