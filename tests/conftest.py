@@ -22,6 +22,30 @@ hypothesis.settings.register_profile("default", deadline=None, derandomize=True,
 hypothesis.settings.load_profile("default")
 
 
+SLOW = {
+    "study",
+    "plotting",
+    "io",
+    "wheel_rail",
+    "extremes",
+    "fuzz",
+    "adaptive",
+    "friction",
+    "system",
+    "results",
+    "conic",
+}
+SLOW |= {"test_documentation", "test_examples", "test_transient", "test_processes", "test_table", "test_memory"}
+
+
+def pytest_collection_modifyitems(items):
+    """Folders and files that take most of the time, and the command line, are slow: `-m "not slow"` leaves the rest."""
+    for item in items:
+        path = item.path
+        if SLOW & {path.parent.name, path.stem} or path.stem.startswith("test_cli"):
+            item.add_marker("slow")
+
+
 @pytest.fixture(scope="session")
 def rolling():
     """A function: a small steady rolling scene, with whatever is to be different."""

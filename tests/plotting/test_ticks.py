@@ -32,7 +32,7 @@ def overprinted(figure):
 
 def test_the_first_plot_of_the_readme():
     """In metres and newtons, where labels are as long as -0.008."""
-    block = re.search(r"```python\n(.*?)\nprint\(", README.read_text(), re.DOTALL)
+    block = re.search(r"```python\n(import varcontact as vc\n\nscene.*?)\nprint\(", README.read_text(), re.DOTALL)
     names = {}
     exec(block[1], names)
     assert overprinted(names["sol"].plot()) == []

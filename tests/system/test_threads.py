@@ -137,7 +137,7 @@ LATER = {
     "load": lambda sol, folder, _: vc.load(stored(sol, folder)),
     "scan": lambda sol, *_: [one.certificate.force_bound for one in vc.scan(sol.scene, [[0.02, 0.0, 0.0]])],
     "sweep": lambda sol, *_: vc.sweep(sol.scene, {"friction": [0.2, 0.3]}, certify="full"),
-    "product": lambda sol, *_: discretise(sol.scene, sol.grid).normal_operator.apply(sol.pressure[None]),
+    "product": lambda sol, *_: discretise(sol.scene, sol.grid).operators.normal.apply(sol.pressure[None]),
     "wheel on rail": lambda *given: given[-1].solve(),
     "patches": lambda *given: given[-1].patches(0.05),
     "no slip": lambda *_: no_slip_ellipse(1.3, 0.28),
