@@ -128,6 +128,7 @@ def processes(workers: int) -> Iterator[Executor]:
         yield pool
         pool.shutdown()
     finally:
+        pool.started()  # else processes that begin after the shutdown leave their semaphores
         lifeline.close()
         watched.close()
         pool.shutdown(cancel_futures=True)  # processes that end at once; semaphores that wait for it would outlive them
@@ -141,6 +142,10 @@ class _Processes(ProcessPoolExecutor):
     def start(self) -> None:
         self._starter = threading.Thread(target=self._start, daemon=True)
         self._starter.start()
+
+    def started(self) -> None:
+        """Wait until the first processes are there."""
+        self._starter.join()
 
     def _start(self) -> None:
         if START == "forkserver":  # Ctrl-C must not end its imports; the processes that it forks ignore Ctrl-C
