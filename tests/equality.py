@@ -135,7 +135,7 @@ def studies() -> Cases:
     """Scan, sweep, compare, converge, creep curves, approximate creep forces."""
     scene = on_coarse_grid(random_scenes.scenes("steady", 1, 34)[0], 10)
     unlike = on_coarse_grid(random_scenes.scenes("unlike", 1, 34)[0], 10)
-    v = np.linspace(0, 2 * scene.motion.vx, 3)  # type: ignore[union-attr]
+    v = np.linspace(0, 2 * scene.motion.vx, 3)
     for name, each in {"steady": scene, "unlike": unlike}.items():
         yield f"scan {name}", lambda each=each: vc.scan(each, [(vx, 1e-3, 1e-3) for vx in v])
         yield f"creep_curve {name}", lambda each=each: vc.creep_curve(each, ["auto", "strip"], vx=v)
@@ -183,7 +183,7 @@ def _written(scene: vc.Scene, name: str) -> Any:
             sol.save(path)
             return [plain(vc.load(path)), sol.to_xarray()]
         if name == "a.json":
-            return {k: v for k, v in sol.summary().items() if k != "timing"}  # type: ignore[union-attr]
+            return {k: v for k, v in sol.summary().items() if k != "timing"}
         if name == "a.txt":
             return [line for line in sol.report().splitlines() if " s" not in line]
         sol.save(path)
@@ -213,7 +213,7 @@ def _commanded(arguments: str) -> Any:
         argv = sys.argv
         sys.argv = ["varcontact", *arguments.format(e=EXAMPLES, f=folder).split()]
         try:
-            code: object = main()  # type: ignore[func-returns-value]
+            code: object = main()
         except SystemExit as end:
             code = end.code
         finally:

@@ -282,11 +282,11 @@ def _sweep_header(described: dict[str, Any], begin: int) -> bytes:
     return parts[0]
 
 
-def _difference(there: dict[str, Any], asked: dict[str, Any]) -> str:
+def _difference(there: dict[str, Any], wanted: dict[str, Any]) -> str:
     """The settings in which two sweeps differ, where it is these alone."""
-    if {**there, "settings": None} != {**asked, "settings": None}:
+    if {**there, "settings": None} != {**wanted, "settings": None}:
         return ""
-    old, new = there["settings"], asked["settings"]
+    old, new = there["settings"], wanted["settings"]
     changed = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
     return f" ({', '.join(changed)})"
 
