@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
-from varcontact.discrete.operators import Operators
+from varcontact.discrete.operators import Operators, medium_of
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
-from varcontact.elasticity.medium import medium_of
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact

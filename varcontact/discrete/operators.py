@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.elasticity.medium import Medium
+from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
+from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
@@ -123,3 +125,13 @@ class Operators:
                 self.lattice, rows, columns, medium=self.medium, lag=lag, difference=difference, offset=offset
             )
         return self._tables[key]
+
+
+def medium_of(bodies: Bodies | BodyPair, length: float, depth: float, coupled: bool = True) -> Medium:
+    """The medium of a scene's bodies in units of a length; without their coupling unless `coupled`.
+
+    `depth` is in units of that length already.
+    """
+    if isinstance(bodies, Bodies):
+        return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, depth)
+    raise SceneError("bodies", bodies, "half-spaces, Bodies(G, nu)")

@@ -11,7 +11,7 @@ from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.subgrid import as_solved
-from varcontact.elasticity.medium import HalfSpaces
+from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 

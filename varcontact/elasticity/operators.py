@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.medium import HalfSpaces, Medium
+from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.scene.grid import Grid
 from varcontact.system.threads import one_blas_thread
 

@@ -102,7 +102,7 @@ def select(
     """
     wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
     wanted["method"] = method
-    effect = left_out(scene) if coupling == "auto" else 0.0
+    effect = left_out(scene) if coupling == "auto" and scene.bodies.coupled else 0.0
     for error in _unknown_names(scene, wanted):
         raise error
     bodies = scene.bodies
