@@ -29,7 +29,7 @@ from .results.plan import Matrix, Plan, Sizes
 from .results.refinement import Refinement
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
-from .scene.bodies import Bodies
+from .scene.bodies import Bodies, BodyPair, Layer, Layered
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from .scene.grid import Grid
 from .scene.motion import Shift, Steady, TimeStep, Transient
@@ -54,6 +54,7 @@ __all__ = [
     "MM_N",
     "SI",
     "Bodies",
+    "BodyPair",
     "Certificate",
     "ContactOutput",
     "ContactResult",
@@ -67,6 +68,8 @@ __all__ = [
     "Grid",
     "History",
     "Interrupted",
+    "Layer",
+    "Layered",
     "LinearFalling",
     "Matrix",
     "NoContact",

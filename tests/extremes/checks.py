@@ -23,10 +23,15 @@ from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solving.solve import solve
 
 
+def _half_spaces(scene: Scene) -> Bodies:
+    assert isinstance(scene.bodies, Bodies)
+    return scene.bodies
+
+
 def in_units(scene: Scene, length: float, modulus: float) -> Scene:
     """The same scene in other units: so many of them are one old unit of length, and of force by area."""
     force = modulus * (length if scene.line else length**2)
-    surface, motion, grid, bodies = scene.surface, scene.motion, scene.grid, scene.bodies
+    surface, motion, grid, bodies = scene.surface, scene.motion, scene.grid, _half_spaces(scene)
     sizes = {"a": length, "b": length, "R": length, "Rx": length, "Ry": length, "reference_depth": length}
     sizes |= {"h": length, "x": length, "y": length, "dx": length, "dy": length, "x0": length, "y0": length}
     sizes |= {"ux": length, "uy": length, "dq": length, "spin": 1 / length, "Fx": force, "Fy": force}
@@ -106,7 +111,7 @@ def hertz_patches(sol: Solution, places: Sequence[tuple[float, float]], radius: 
     patches, found = label(sol.pressure > 0)
     if found != len(places):
         return math.inf
-    points, bodies, total = np.array(places), sol.scene.bodies, sol.normal_force
+    points, bodies, total = np.array(places), _half_spaces(sol.scene), sol.normal_force
     columns = [int(np.argmin(np.abs(sol.grid.x - x))) for x, _ in places]
     rows = [int(np.argmin(np.abs(sol.grid.y - y))) for _, y in places]
     forces = np.array([sol.pressure[patches == patches[at]].sum() for at in zip(rows, columns, strict=True)])
@@ -127,7 +132,7 @@ def carter_line(sol: Solution) -> float:
     scene, motion, friction = sol.scene, sol.scene.motion, _friction(sol)
     assert isinstance(scene.surface, Cylinders)
     assert isinstance(motion, Steady)
-    contact = line_contact(scene.surface.R, scene.bodies, force=scene.normal_force)
+    contact = line_contact(scene.surface.R, _half_spaces(scene), force=scene.normal_force)
     if motion.Fx is None:
         return float(abs(sol.force[0] / carter(contact, friction, creepage=motion.vx).force - 1))
     return abs(sol.creepage[0] / carter(contact, friction, force=motion.Fx).creepage - 1)
@@ -140,7 +145,7 @@ def _friction(sol: Solution) -> float:
 
 def carter_strips(sol: Solution) -> float:
     """Error of Fx against Carter's theory in each strip of an ellipse that is long across the rolling direction."""
-    contact, motion, bodies, friction = sol.scene.hertz, sol.scene.motion, sol.scene.bodies, _friction(sol)
+    contact, motion, bodies, friction = sol.scene.hertz, sol.scene.motion, _half_spaces(sol.scene), _friction(sol)
     assert contact is not None
     assert isinstance(motion, Steady)
     stiffness = bodies.combined_G / (1 - bodies.combined_nu)
@@ -158,14 +163,14 @@ def cattaneo(sol: Solution) -> float:
     contact, motion = sol.scene.hertz, sol.scene.motion
     assert contact is not None
     assert isinstance(motion, Shift) and motion.Fx is not None
-    exact = cattaneo_mindlin(contact, sol.scene.bodies, _friction(sol), motion.Fx)
+    exact = cattaneo_mindlin(contact, _half_spaces(sol.scene), _friction(sol), motion.Fx)
     return abs(sol.creepage[0] / exact.shift - 1)
 
 
 def free_rolling(sol: Solution) -> float:
     """Error of the creepage of unlike cylinders that roll freely without slip against Bufler."""
     assert isinstance(sol.scene.surface, Cylinders)
-    exact = bufler(sol.scene.surface.R, sol.scene.bodies, force=sol.scene.normal_force)
+    exact = bufler(sol.scene.surface.R, _half_spaces(sol.scene), force=sol.scene.normal_force)
     return abs(sol.creepage[0] / exact.creepage - 1)
 
 
@@ -220,5 +225,5 @@ def mirrored(sol: Solution) -> float:
 def sphere_on_samples(sol: Solution) -> float:
     """Error of the force of a sphere of radius 1 whose lowest sample is at 1, against Hertz."""
     assert sol.scene.approach is not None
-    contact = hertz(1.0, 1.0, sol.scene.bodies, approach=sol.scene.approach - 1)
+    contact = hertz(1.0, 1.0, _half_spaces(sol.scene), approach=sol.scene.approach - 1)
     return abs(sol.normal_force / contact.force - 1)

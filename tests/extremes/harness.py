@@ -210,7 +210,7 @@ def attempt(case: Case, name: str) -> tuple[dict[str, Any], Solution | None]:
 def applies(name: str, scene: Scene) -> bool:
     """Whether a family is for such a scene at all."""
     if name in ("joint", "johnson"):
-        return scene.bodies.K != 0 and not scene.frictionless
+        return scene.bodies.coupled and not scene.frictionless
     if name in THEORIES:
         return not why_not(name, scene)
     if name == "osqp":
@@ -271,7 +271,7 @@ def _prescribed(sol: Solution) -> str:
 def _direction(sol: Solution) -> str:
     """Friction that drives: against a creepage without spin the force does work."""
     motion = sol.motion
-    if not isinstance(motion, Steady) or motion.spin != 0 or motion.Fx is not None or sol.scene.bodies.K != 0:
+    if not isinstance(motion, Steady) or motion.spin != 0 or motion.Fx is not None or sol.scene.bodies.coupled:
         return ""
     against = float(np.dot(sol.force, motion.rigid[:2]))
     return "a force along the creepage" if against > 0 else ""

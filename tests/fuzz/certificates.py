@@ -65,7 +65,7 @@ def _scene(rng: Random, forces: bool) -> vc.Scene:
         motion = chosen.motion
         if not isinstance(motion, Steady | Shift) or chosen.frictionless or chosen.under_law:
             continue
-        hertzian = chosen.bodies.K == 0 and not isinstance(chosen.surface, vc.SampledDistance)
+        hertzian = not chosen.bodies.coupled and not isinstance(chosen.surface, vc.SampledDistance)
         if forces and not hertzian:
             continue
         if isinstance(motion, Shift) and chosen.line and chosen.reference_depth is None:
@@ -137,7 +137,7 @@ def outputs(grid: vc.Grid, traction: np.ndarray) -> np.ndarray:
 def bounded(certificate: vc.Certificate, exact: vc.Solution, found: np.ndarray) -> list[str]:
     """The certified bounds hold, to what is known of the solution."""
     known = exact.certificate.force_bound
-    if exact.scene.bodies.K != 0 and not exact.plan.left_out:
+    if exact.scene.bodies.coupled and not exact.plan.left_out:
         return [] if np.isinf(certificate.force_bound).any() else ["a bound where none is known: unlike bodies"]
     away = np.abs(found - outputs(exact.grid, exact.traction))
     beyond = away > certificate.force_bound * (1 + 1e-9) + np.where(np.isfinite(known), known, 0.0)

@@ -41,7 +41,7 @@ def _drawn(rng: np.random.Generator, scene: vc.Scene) -> dict[str, Any]:
     if rng.random() < 0.4:
         drawn["method"] = str(rng.choice(["convex", "active-set", "kalker"]))
         return drawn
-    if scene.bodies.K != 0 and rng.random() < 0.5:
+    if scene.bodies.coupled and rng.random() < 0.5:
         drawn["coupling"] = str(rng.choice(["johnson", "panagiotopoulos", "joint"]))
     if rng.random() < 0.6:
         drawn["normal"] = _name(rng, normal_methods())

@@ -83,4 +83,4 @@ def owed(chosen: vc.Scene) -> bool:
     )
     needs_depth = chosen.line and chosen.reference_depth is None and isinstance(motion, vc.Shift)
     apart = explicit or prescribed or needs_depth or isinstance(chosen.surface, vc.SampledDistance)
-    return not (apart or chosen.bodies.K)
+    return not (apart or chosen.bodies.coupled)

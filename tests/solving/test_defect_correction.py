@@ -397,7 +397,7 @@ def test_what_parts_miss():
     inside, step, nothing = root > 0, fine.lattice.sides[0], np.zeros_like(root)
     constant = derivative(fine, fine.over_root, np.array([3 * root, nothing]))[:, inside]
     np.testing.assert_allclose(constant, 0, atol=1e-12)
-    gradients = -step * rooted_gradients(unit, unit, nu=fine.disc.operators.nu)[:, :, :1] / unit
+    gradients = -step * rooted_gradients(unit, unit, nu=fine.disc.operators.medium.nu)[:, :, :1] / unit
     linear = np.array([3 * root + (2 * x - y) / unit, nothing])
     exact = 2 * gradients[1] - gradients[2]
     off = np.abs(derivative(fine, fine.over_root, linear)[:, inside] - exact).max(axis=0)
@@ -414,8 +414,8 @@ def test_what_parts_miss_of_sloped_pressure(a, b):
     traction = np.array([0 * root, 3 * root - 2 * x / a + y / b])
     found = derivative(fine, fine.times_root, traction)
     px, py = np.meshgrid(fine.lattice.x, fine.lattice.y)
-    known = ellipsoidal_gradients(px, py, a, b, nu=disc.operators.nu)[:, 1]
-    sloped = sloped_gradients(px, py, a, b, nu=disc.operators.nu)[:, :, 1]
+    known = ellipsoidal_gradients(px, py, a, b, nu=disc.operators.medium.nu)[:, 1]
+    sloped = sloped_gradients(px, py, a, b, nu=disc.operators.medium.nu)[:, :, 1]
     exact = -step * (3 * known - 2 * sloped[0] / a + sloped[1] / b)
     off = np.abs(found - exact)[:, inside & (np.hypot(px / a, py / b) < 0.95)]
     assert off.max() < 2e-3 * np.abs(exact[:, inside]).max()

@@ -61,7 +61,7 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
     """
     spec, surface = _spec(scene), scene.surface
     columns, rows = across(pressure)
-    if spec.explicit or not (any_surface or isinstance(surface, SampledDistance)):
+    if spec.explicit or (scene.hertz is not None and not any_surface):
         return None
     if columns >= 0.93 * spec.nx and rows >= 0.93 * spec.rows:
         return None
@@ -72,7 +72,7 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
     spec = given_grid(scene)
-    coupled = scene.bodies.K != 0 and not scene.frictionless and not left_out(scene)
+    coupled = scene.bodies.coupled and not scene.frictionless and not left_out(scene)
     if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from varcontact.discrete.contact_grid import no_element_in_contact
-from varcontact.discrete.operators import Operators
+from varcontact.discrete.operators import Operators, medium_of
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.elasticity.operators import GridOperator, RestrictedOperator
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Cells, Grid
 from varcontact.scene.motion import Motion, Steady, Transient
@@ -152,7 +152,7 @@ class Discretisation:
     The grid and the undeformed distance (ny, nx) are physical, the lattice of the operators is dimensionless.
     """
 
-    bodies: Bodies
+    bodies: Bodies | BodyPair
     surface: Surface
     grid: Grid
     hertz: HertzContact | None
@@ -407,10 +407,7 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
     _check_range(scales)
     operators = Operators(
-        lattice=grid.scaled(length),
-        nu=scene.bodies.combined_nu,
-        K=scene.bodies.K if coupled else 0.0,
-        depth=FREE_DEPTH if depth is None else depth / length,
+        grid.scaled(length), medium_of(scene.bodies, length, FREE_DEPTH if depth is None else depth / length, coupled)
     )
     if known is not None and known.same(operators):
         operators = known
@@ -425,7 +422,7 @@ def undeformed_distance(surface: Surface, hertz: HertzContact | None, grid: Grid
     if isinstance(surface, SampledDistance):
         return surface.distance(grid, beyond)
     if isinstance(surface, Ellipse):
-        assert hertz is not None
+        assert hertz is not None  # of half-spaces
         return Paraboloids(hertz.Rx, hertz.Ry).distance(grid)
     return surface.distance(grid)
 

@@ -9,7 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
+from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
@@ -46,12 +49,15 @@ class Operators:
     """
 
     lattice: Grid
-    nu: float
-    K: float
-    depth: float = 1.0
+    medium: Medium
     make: Callable[..., GridOperator] | None = None
     _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
     _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
+
+    @property
+    def K(self) -> float:
+        """Size of the coupling of pressure and tractions; 0: they are independent."""
+        return self.medium.K
 
     @property
     def normal(self) -> GridOperator:
@@ -88,7 +94,7 @@ class Operators:
 
     def on(self, lattice: Grid) -> Operators:
         """Those of the same bodies on another lattice."""
-        return Operators(lattice, self.nu, self.K, self.depth)
+        return Operators(lattice, self.medium)
 
     def forget(self) -> None:
         """Let go of the dense matrices and factors that were kept for the next pass; the tables stay.
@@ -101,8 +107,8 @@ class Operators:
             operators.forget()
 
     def same(self, other: Operators) -> bool:
-        """Whether these are of the same lattice and constants."""
-        return (self.lattice, self.nu, self.K, self.depth) == (other.lattice, other.nu, other.K, other.depth)
+        """Whether these are of the same lattice and bodies."""
+        return (self.lattice, self.medium) == (other.lattice, other.medium)
 
     def _table(
         self, rows: str, columns: str, lag: float | None = None, difference: str = "first-order", offset: float = 0.0
@@ -115,6 +121,17 @@ class Operators:
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
             make = influence_operator if self.make is None else self.make
-            own = {"nu": self.nu, "K": self.K, "depth": self.depth}
-            self._tables[key] = make(self.lattice, rows, columns, **own, lag=lag, difference=difference, offset=offset)
+            self._tables[key] = make(
+                self.lattice, rows, columns, medium=self.medium, lag=lag, difference=difference, offset=offset
+            )
         return self._tables[key]
+
+
+def medium_of(bodies: Bodies | BodyPair, length: float, depth: float, coupled: bool = True) -> Medium:
+    """The medium of a scene's bodies in units of a length; without their coupling unless `coupled`.
+
+    `depth` is in units of that length already.
+    """
+    if isinstance(bodies, Bodies):
+        return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, depth)
+    raise SceneError("bodies", bodies, "half-spaces, Bodies(G, nu)")

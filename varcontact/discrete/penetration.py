@@ -11,7 +11,7 @@ from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.subgrid import as_solved
-from varcontact.elasticity.operators import element_influence
+from varcontact.elasticity.halfspace import HalfSpaces
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -142,10 +142,9 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Normal displacement difference at points."""
     (centre_x, centre_y), tractions = _loaded(disc, state)
-    own, K = disc.operators, disc.K
-    loads = {"zz": tractions[2]} if K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
+    loads = {"zz": tractions[2]} if disc.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
-    numbers = element_influence(disc.lattice, from_x, from_y, loads, nu=own.nu, K=K, depth=own.depth)
+    numbers = disc.operators.medium.influence(disc.lattice, from_x, from_y, loads)
     return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
 
 
@@ -165,17 +164,21 @@ def _raised_about(
     disc: Discretisation, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
     """Normal displacement difference at points away from the contact, by point or line forces at some centres."""
-    (load_x, load_y, load_z), nu, K = loads, disc.operators.nu, disc.K
+    (load_x, load_y, load_z), medium, K = loads, disc.operators.medium, disc.K
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 200_000):
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]
         square = from_x**2 + from_y**2
-        if disc.line:
-            raised[part] = -(1 - nu) * load_z @ np.log(square / disc.operators.depth**2)
+        if not isinstance(medium, HalfSpaces):
+            numbers = medium.influence(disc.lattice, from_x, from_y, ("zz",) if K == 0 else ("zx", "zy", "zz"))
+            by_name = {"zx": load_x, "zy": load_y, "zz": load_z}
+            raised[part] = sum(by_name[name] @ each for name, each in numbers.items()) * (np.pi / disc.lattice.area)
+        elif disc.line:
+            raised[part] = -(1 - medium.nu) * load_z @ np.log(square / medium.depth**2)
             if K != 0:
                 raised[part] += np.pi * K * load_x @ np.sign(from_x)
         else:
-            raised[part] = (1 - nu) * load_z @ (1 / np.sqrt(square))
+            raised[part] = (1 - medium.nu) * load_z @ (1 / np.sqrt(square))
             if K != 0:
                 raised[part] += K * (load_x @ (from_x / square) + load_y @ (from_y / square))
     return raised / np.pi
@@ -184,9 +187,8 @@ def _raised_about(
 def _distance_beyond(disc: Discretisation, grid: Grid) -> np.ndarray:
     """Undeformed distance on a grid one element wider: known, or extrapolated from the samples."""
     surface = disc.surface
-    if disc.hertz is not None:
+    if not isinstance(surface, SampledDistance):
         return undeformed_distance(surface, disc.hertz, grid)
-    assert isinstance(surface, SampledDistance)
     if surface.placed:
         left, right, bottom, top = surface.box
         if grid.x[0] >= left and grid.x[-1] <= right and grid.y[0] >= bottom and grid.y[-1] <= top:

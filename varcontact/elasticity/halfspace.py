@@ -11,10 +11,15 @@ harmless.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
+from typing import Protocol
 
 import numpy as np
+
+from varcontact.elasticity.plane_strain import strip_influence_numbers
+from varcontact.scene.grid import Grid
 
 NEAR = 4.0
 """Distance in element sides from which Gauss's rule is used: its error there is below (1/15.9)^14 = 1.5e-17."""
@@ -232,3 +237,58 @@ _NEAR_FORMS: dict[str, Callable[..., np.ndarray]] = {
     "J5": lambda x, y, dx, dy: _edges(_LOG, x, y, dx, dy) + _edges(_ANGLE, y, x, dy, dx),
     "J6": lambda x, y, dx, dy: _edges(_LOG, y, x, dy, dx) + _edges(_ANGLE, x, y, dx, dy),
 }
+
+
+class Medium(Protocol):
+    """Two bodies as solvers meet them, dimensionless: the combined modulus of rigidity of their surfaces is 1.
+
+    Another kind of body is another medium, and nothing else. Media that are equal have equal influence numbers.
+
+    Attributes
+    ----------
+    nu : float
+        Combined Poisson's ratio (59) of the surfaces' material.
+    K : float
+        Size of the coupling of pressure and tractions, of half-spaces the constant (60); 0: independent.
+    depth : float
+        In line contact: the depth from which displacements count.
+    even : bool
+        Whether numbers are even or odd in x. All are even or odd in y.
+    """
+
+    @property
+    def nu(self) -> float: ...
+    @property
+    def K(self) -> float: ...
+    @property
+    def depth(self) -> float: ...
+    @property
+    def even(self) -> bool: ...
+
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers of an element of a grid at points from its centre, which broadcast together.
+
+        In line contact elements are strips, and y does not matter.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class HalfSpaces:
+    """Two homogeneous, isotropic, elastic half-spaces (paper, section 2)."""
+
+    nu: float
+    K: float = 0.0
+    depth: float = 1.0
+
+    @property
+    def even(self) -> bool:
+        """As of all elastic bodies that are the same everywhere along x."""
+        return True
+
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers in closed form."""
+        dx, dy = grid.sides
+        if grid.line:
+            return strip_influence_numbers(x, dx, nu=self.nu, K=self.K, depth=self.depth, components=components)
+        return influence_numbers(x, y, dx, dy, nu=self.nu, K=self.K, components=components)

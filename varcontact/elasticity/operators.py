@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from varcontact.elasticity.halfspace import influence_numbers
-from varcontact.elasticity.plane_strain import strip_influence_numbers
+from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.scene.grid import Grid
 from varcontact.system.threads import one_blas_thread
 
@@ -270,27 +269,15 @@ class RestrictedOperator:
 # ----------------------------------------------------------------------------- influence numbers of a lattice
 
 
-def element_influence(
-    grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str], *, nu: float, K: float, depth: float
-) -> dict[str, np.ndarray]:
-    """Influence numbers of an element of a grid at points from its centre: the one place where bodies enter.
-
-    The modulus is 1. In line contact elements are strips, displacements count from the depth, and y does not matter.
-    """
-    dx, dy = grid.sides
-    if grid.line:
-        return strip_influence_numbers(x, dx, nu=nu, K=K, depth=depth, components=components)
-    return influence_numbers(x, y, dx, dy, nu=nu, K=K, components=components)
-
-
 def influence_operator(
     grid: Grid,
     rows: Iterable[str],
     columns: Iterable[str],
     *,
-    nu: float,
+    nu: float = 0.0,
     K: float = 0.0,
     depth: float = 1.0,
+    medium: Medium | None = None,
     lag: float | None = None,
     difference: str = "first-order",
     offset: float = 0.0,
@@ -307,6 +294,8 @@ def influence_operator(
         Combined constants (59), (60); the modulus is 1.
     depth : float
         In line contact: the depth from which displacements count [length].
+    medium : Medium, optional
+        Other bodies than half-spaces of these constants.
     lag : float, optional
         Distance `dq` [length]: C is B at the previous positions of the particles, ``x + dq`` (231).
     difference : str
@@ -328,7 +317,8 @@ def influence_operator(
     rows, columns = list(rows), list(columns)
     names = [row + column for row in rows for column in columns]
     parts = ((0, 1.0),) if lag is None else DIFFERENCES[difference]
-    tables = _tables_at(grid, [offset + ahead * (lag or 0.0) for ahead, _ in parts], names, nu, K, depth)
+    bodies = medium or HalfSpaces(nu, K, depth)
+    tables = _tables_at(grid, [offset + ahead * (lag or 0.0) for ahead, _ in parts], names, bodies)
     found = tables[0]
     if lag is not None:
         found = parts[0][1] * found
@@ -337,19 +327,17 @@ def influence_operator(
     return GridOperator(grid.shape, found.reshape(len(rows), len(columns), *found.shape[1:]))
 
 
-def _tables_at(
-    grid: Grid, offsets: list[float], names: list[str], nu: float, K: float, depth: float
-) -> list[np.ndarray]:
+def _tables_at(grid: Grid, offsets: list[float], names: list[str], medium: Medium) -> list[np.ndarray]:
     """Influence numbers (components, 2 ny - 1, 2 nx - 1) by offset of elements, each table at points further along x.
 
-    Numbers are even or odd in x and in y. Where all points lie on the lattice of the elements, as with steps of whole
-    elements, tables share nearly all of theirs: those of one place are made once.
+    Numbers are even or odd in y, of elastic bodies in x too. Where all points lie on the lattice of the elements, as
+    with steps of whole elements, tables share nearly all of theirs: those of one place are made once.
     """
     (dx, dy), steps = grid.sides, np.arange(-(grid.nx - 1), grid.nx)
     x = np.array([(steps + round(at / dx)) * dx if _whole(at / dx) else steps * dx + at for at in offsets])
-    places, index = np.unique(np.abs(x), return_inverse=True)
+    places, index = np.unique(np.abs(x) if medium.even else x, return_inverse=True)
     y = np.arange(grid.rows)[:, None] * dy
-    half = element_influence(grid, places, y, names, nu=nu, K=K, depth=depth)
+    half = medium.influence(grid, places, y, names)
     index, tables = index.reshape(x.shape), [np.empty((len(names), 2 * grid.rows - 1, x.shape[1])) for _ in offsets]
     for i, name in enumerate(names):
         above = half[name].reshape(grid.rows, -1)
@@ -357,7 +345,7 @@ def _tables_at(
         full = np.concatenate([-below if name.count("y") == 1 else below, above])
         for k, table in enumerate(tables):
             table[i] = full[:, index[k]]
-            if name.count("x") == 1:
+            if medium.even and name.count("x") == 1:
                 table[i, :, x[k] < 0] *= -1
     return tables
 

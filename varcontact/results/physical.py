@@ -88,7 +88,7 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
 def rolling_resistance(sol: Solution) -> float:
     """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
     rolls = 0 if sol.motion is None else sol.motion.rolls
-    if rolls == 0 or sol.scene.bodies.K == 0 or sol.plan.left_out or not sol.traction.any():
+    if rolls == 0 or not sol.scene.bodies.coupled or sol.plan.left_out or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
     operator, pressure = (

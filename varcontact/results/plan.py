@@ -119,7 +119,7 @@ class Plan:
     bodies : str
         "quasi-identical" (K = 0), "almost like" (the coupling is left out) or "unlike".
     surface : str
-        "Hertzian" or "sampled".
+        "Hertzian", "sampled", or "analytic" where the surface has a formula and the bodies are no half-spaces.
     motion : str
         "none", "shift", "steady" (one problem), "marching" (steps until nothing changes) or "transient".
     friction : str

@@ -11,6 +11,7 @@ import numpy as np
 from varcontact import checks
 from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
+from varcontact.scene.bodies import Bodies
 from varcontact.system.memory import need
 
 if TYPE_CHECKING:
@@ -229,7 +230,11 @@ def _tractions(solution: Solution, side: int) -> np.ndarray:
 
 
 def _constants(solution: Solution, side: int) -> dict[str, float]:
-    G, nu = solution.scene.bodies.pairs
+    bodies = solution.scene.bodies
+    if not isinstance(bodies, Bodies):
+        message = "solution: stresses below the surface are known of half-spaces, Bodies(G, nu)"
+        raise SceneError("solution", bodies, "of half-spaces", message=message)
+    G, nu = bodies.pairs
     return {"G": G[side - 1], "nu": nu[side - 1], "reference": solution.scene.reference_depth or 1.0}
 
 

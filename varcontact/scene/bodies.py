@@ -112,9 +112,179 @@ class Bodies:
         return upper - lower if abs(upper - lower) > 1e-15 else 0.0
 
     @property
+    def coupled(self) -> bool:
+        """Whether pressure and tractions depend on each other (K != 0)."""
+        return self.K != 0
+
+    @property
+    def difference(self) -> str:
+        """How the bodies differ, in words."""
+        return f"K = {self.K:.3g}"
+
+    @property
     def alike(self) -> Bodies:
         """Two like bodies with the same combined constants: these without their difference K."""
         return Bodies(G=self.combined_G, nu=self.combined_nu)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of a `Layered` body: homogeneous, isotropic, and bonded to what is below.
+
+    Parameters
+    ----------
+    h : float
+        Thickness [length].
+    G : float
+        Modulus of rigidity [force/area].
+    nu : float
+        Poisson's ratio in (-1, 0.5].
+
+    Raises
+    ------
+    SceneError
+        For thickness or modulus that are not positive and finite, or a ratio out of range.
+    """
+
+    h: float
+    G: float
+    nu: float
+
+    def __post_init__(self) -> None:
+        for name in ("h", "G"):
+            object.__setattr__(self, name, checks.positive(f"layer.{name}", getattr(self, name)))
+        object.__setattr__(self, "nu", _poisson("layer.nu", self.nu))
+
+
+@dataclass(frozen=True)
+class Layered:
+    """A body of layers on a base, elastic: coated, graded, or a strip.
+
+    Parameters
+    ----------
+    layers : sequence of Layer
+        From the surface downwards; one at least.
+    base : (G, nu), "rigid" or "smooth"
+        A half-space that the last layer is bonded to, a rigid one, or a rigid one without friction: also the middle of
+        a strip that is loaded alike from both sides.
+
+    Raises
+    ------
+    SceneError
+        If there is no layer, or the base is none of these.
+
+    Examples
+    --------
+    >>> Layered([Layer(h=0.1, G=4.0, nu=0.3)], base=(1.0, 0.3)).surface
+    (4.0, 0.3)
+    """
+
+    layers: tuple[Layer, ...]
+    base: tuple[float, float] | str
+
+    def __post_init__(self) -> None:
+        layers = tuple(self.layers) if isinstance(self.layers, list | tuple) else ()
+        if not layers or not all(isinstance(layer, Layer) for layer in layers):
+            raise SceneError("bodies.layers", self.layers, "a list of Layer, one at least")
+        object.__setattr__(self, "layers", layers)
+        allowed = '(G, nu), "rigid" or "smooth"'
+        if isinstance(self.base, str):
+            if self.base not in ("rigid", "smooth"):
+                raise SceneError("bodies.base", self.base, allowed)
+        elif not checks.is_array(self.base) or len(self.base) != 2:
+            raise SceneError("bodies.base", self.base, allowed)
+        else:
+            G, nu = self.base
+            base = checks.positive("bodies.base[0]", G), _poisson("bodies.base[1]", nu)
+            object.__setattr__(self, "base", base)
+
+    @property
+    def surface(self) -> tuple[float, float]:
+        """G and nu of the material at the surface."""
+        return self.layers[0].G, self.layers[0].nu
+
+    @property
+    def softest(self) -> float:
+        """Least modulus of rigidity of its parts."""
+        base = () if isinstance(self.base, str) else (self.base[0],)
+        return min(*(layer.G for layer in self.layers), *base, self.layers[0].G)
+
+
+@dataclass(frozen=True)
+class BodyPair:
+    """Two bodies of which one at least is no homogeneous half-space, as ``Scene(bodies=(upper, lower))`` has them.
+
+    Parameters
+    ----------
+    upper, lower : Layered or Bodies
+        A half-space is ``Bodies(G, nu)`` with one modulus and one ratio.
+
+    Raises
+    ------
+    SceneError
+        If one of them is no body, or both are rigid.
+    """
+
+    upper: Layered | Bodies
+    lower: Layered | Bodies
+
+    def __post_init__(self) -> None:
+        for name in ("upper", "lower"):
+            body = getattr(self, name)
+            pair = isinstance(body, Bodies) and (isinstance(body.G, tuple) or isinstance(body.nu, tuple))
+            if not isinstance(body, Layered | Bodies) or pair:
+                raise SceneError(f"bodies.{name}", body, "Layered, or Bodies with one G and one nu")
+
+    @property
+    def surfaces(self) -> Bodies:
+        """Half-spaces of the materials at the surfaces."""
+        (G1, nu1), (G2, nu2) = _surface(self.upper), _surface(self.lower)
+        return Bodies(G=(G1, G2), nu=(nu1, nu2))
+
+    @property
+    def softest(self) -> Bodies:
+        """Half-spaces that give way at least as much as these bodies."""
+        moduli = [body.softest if isinstance(body, Layered) else _surface(body)[0] for body in (self.upper, self.lower)]
+        return Bodies(G=(moduli[0], moduli[1]), nu=0.0)
+
+    @property
+    def combined_G(self) -> float:
+        """Combined modulus of rigidity (58) of the materials at the surfaces."""
+        return self.surfaces.combined_G
+
+    @property
+    def combined_nu(self) -> float:
+        """Combined Poisson's ratio (59) of the materials at the surfaces."""
+        return self.surfaces.combined_nu
+
+    @property
+    def coupled(self) -> bool:
+        """Whether pressure and tractions depend on each other: unless the bodies are the same."""
+        return self.upper != self.lower
+
+    @property
+    def difference(self) -> str:
+        """How the bodies differ, in words."""
+        return "their layers differ" if self.coupled else "alike"
+
+
+def as_bodies(value: Any) -> Any:
+    """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces is `Bodies`."""
+    if isinstance(value, Layered):
+        return BodyPair(value, value)
+    if (
+        not isinstance(value, tuple | list)
+        or len(value) != 2
+        or not any(isinstance(b, Layered | Bodies) for b in value)
+    ):
+        return value
+    pair = BodyPair(*value)
+    both = isinstance(pair.upper, Bodies) and isinstance(pair.lower, Bodies)
+    return pair.surfaces if both else pair
+
+
+def _surface(body: Layered | Bodies) -> tuple[float, float]:
+    return body.surface if isinstance(body, Layered) else (body.combined_G, body.combined_nu)
 
 
 def _modulus(field: str, value: Any) -> float:

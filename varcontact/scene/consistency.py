@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import NoContact, SceneError
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, BodyPair
 from varcontact.scene.friction import LEAST, MOST, Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -38,8 +38,11 @@ class _Problem:
 
 def check_parts(scene: Scene) -> None:
     """Each entry is of a class that it may have."""
-    _instance("bodies", scene.bodies, (Bodies,))
+    _instance("bodies", scene.bodies, (Bodies, BodyPair), " or a pair of bodies")
     _instance("surface", scene.surface, (Paraboloids, Ellipse, Cylinders, SampledDistance))
+    if isinstance(scene.surface, Ellipse) and isinstance(scene.bodies, BodyPair):
+        message = "surface: an Ellipse is Hertz's contact of half-spaces; with other bodies take Paraboloids"
+        raise SceneError("surface", scene.surface, "Paraboloids", message=message)
     if scene.motion is not None:
         _instance("motion", scene.motion, (Steady, Shift, TimeStep, Transient))
     if scene.units is not None:
@@ -105,8 +108,8 @@ def check_line(scene: Scene) -> None:
 
 def why_centres(scene: Scene) -> str:
     """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can."""
-    if scene.bodies.K != 0 and not scene.frictionless:
-        return f"is for a pressure that tractions do not change, and the bodies are unlike (K = {scene.bodies.K:.3g})"
+    if scene.bodies.coupled and not scene.frictionless:
+        return f"is for a pressure that tractions do not change, and the bodies are unlike ({scene.bodies.difference})"
     if any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
         return "needs distances on parts of the elements, and samples without coordinates have none"
     return ""
@@ -181,7 +184,7 @@ def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
     start = scene.motion.start if isinstance(scene.motion, Transient) else None
     if start is not None and np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
         return True
-    if i == 0 and scene.bodies.K != 0 and not scene.frictionless:
+    if i == 0 and scene.bodies.coupled and not scene.frictionless:
         return True
     motions = [problem.motion for problem in problems if problem.motion is not None]
     return any(motion.rigid[i] != 0 or (motion.Fx, motion.Fy)[i] for motion in motions)
@@ -362,9 +365,12 @@ def left_out(scene: Scene) -> float:
     It is kept whatever its size where it is all that moves the surfaces, and under a law of friction, where the
     least change may lead to another solution.
     """
-    if scene.bodies.K == 0 or scene.frictionless or scene.under_law or not _moves(scene):
+    bodies = scene.bodies
+    if not isinstance(bodies, Bodies) or not bodies.coupled or scene.frictionless or scene.under_law:
         return 0.0
-    effect = max(coupling_effect(scene.bodies, f) for f in scene.frictions if not (f is None or isinstance(f, Law)))
+    if not _moves(scene):
+        return 0.0
+    effect = max(coupling_effect(bodies, f) for f in scene.frictions if not (f is None or isinstance(f, Law)))
     return effect if effect <= NEGLIGIBLE else 0.0
 
 

@@ -16,7 +16,7 @@ from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, BodyPair, Layered, as_bodies
 from varcontact.scene.consistency import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
@@ -58,8 +58,9 @@ class Scene(Generic[MotionT_co]):
 
     Parameters
     ----------
-    bodies : Bodies
-        Elastic constants.
+    bodies : Bodies, Layered or a pair (upper, lower)
+        Half-spaces by their elastic constants, or bodies of other kinds: one that both are of, or a pair, in which a
+        half-space is ``Bodies(G, nu)``.
     surface : Paraboloids, Ellipse, Cylinders or SampledDistance
         Undeformed distance.
     normal_force, approach : float
@@ -94,7 +95,7 @@ class Scene(Generic[MotionT_co]):
     7.35 x 5.53 mm
     """
 
-    bodies: Bodies
+    bodies: Bodies | BodyPair
     surface: Surface
     normal_force: float | None = None
     approach: float | None = None
@@ -109,7 +110,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(
             self: Scene[None],
             *,
-            bodies: Bodies,
+            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered, Bodies | Layered],
             surface: Surface,
             normal_force: float | None = None,
             approach: float | None = None,
@@ -123,7 +124,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(
             self,
             *,
-            bodies: Bodies,
+            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered, Bodies | Layered],
             surface: Surface,
             normal_force: float | None = None,
             approach: float | None = None,
@@ -136,6 +137,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(self, **entries: Any) -> None: ...
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "bodies", as_bodies(self.bodies))
         consistency.check_parts(self)
         self._clean()
         consistency.check_load(self)
@@ -215,10 +217,12 @@ class Scene(Generic[MotionT_co]):
 
     @cached_property
     def hertz(self) -> HertzContact | None:
-        """Hertz's solution where the surface is Hertzian, else None; a line contact is an ellipse with infinite b.
+        """Hertz's solution where surface and bodies are Hertzian, else None; a line contact has an infinite b.
 
         The approach of a line contact is NaN where no reference depth is given. None, too, if only steps have loads.
         """
+        if not isinstance(self.bodies, Bodies):
+            return None
         if not self.normal_force and (self.approach is None or self.approach <= 0):
             return None  # a step without contact, or loads of the steps alone
         load = {"force": self.normal_force, "approach": self.approach}
@@ -399,6 +403,7 @@ class Scene(Generic[MotionT_co]):
         surface = self.surface
         if not isinstance(surface, Ellipse):
             return surface
+        assert isinstance(self.bodies, Bodies)
         own = hertz_ellipse(surface.a, surface.b, self.bodies, force=self.normal_force, approach=self.approach)
         return Paraboloids(own.Rx, own.Ry)
 

@@ -27,6 +27,7 @@ from varcontact.discrete.state import ContactState, unloaded
 from varcontact.discrete.stick_slip import unit_slip
 from varcontact.errors import SceneError
 from varcontact.results.solution import Solution
+from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
@@ -96,8 +97,8 @@ def solve_contact(
 def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> tuple[Grid, _Found | None]:
     """The first grid: the scene's own, or one across the contact, and the contact, where one was looked for.
 
-    A Hertzian contact has its ellipse. For sampled distances looks at the frictionless contact tell, first across all
-    samples, then closer and closer; or a solution `near`.
+    A Hertzian contact has its ellipse, and other bodies begin with that of half-spaces as soft. For sampled distances
+    looks at the frictionless contact tell, first across all samples, then closer and closer; or a solution `near`.
     """
     spec, surface = known_grid(scene), scene.surface
     if near is not None and not solver.plan.closed_form:
@@ -106,7 +107,11 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
         return within(grid, surface), found
     if spec.explicit:
         return spec, None
-    assert isinstance(surface, SampledDistance)
+    if not isinstance(surface, SampledDistance):
+        assert isinstance(scene.bodies, BodyPair)
+        hertz = replace(scene, bodies=scene.bodies.softest).hertz
+        assert hertz is not None
+        return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
     normal = solver.plan.normal if solver.plan.convex else "norm"
     plan = replace(solver.plan, normal=normal)
     look = ContactSolver(plan, 1e-6, True, solver.stats, deadline=solver.deadline)

@@ -13,6 +13,7 @@ from varcontact.discrete.contact_grid import given_grid, wanted_grid
 from varcontact.discrete.subgrid import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.consistency import left_out, why_centres
 from varcontact.scene.friction import Law, kind_of
 from varcontact.scene.grid import Grid
@@ -101,20 +102,20 @@ def select(
     """
     wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
     wanted["method"] = method
-    K = scene.bodies.K
-    effect = left_out(scene) if coupling == "auto" and K != 0 else 0.0
+    effect = left_out(scene) if coupling == "auto" and scene.bodies.coupled else 0.0
     for error in _unknown_names(scene, wanted):
         raise error
-    if effect:
-        scene = replace(scene, bodies=scene.bodies.alike)
+    bodies = scene.bodies
+    if effect and isinstance(bodies, Bodies):
+        scene = replace(scene, bodies=bodies.alike)
     preset = _preset(scene, wanted)
     plan, reasons = _chosen(scene, wanted, preset)
     for error in _refusals(scene, wanted, plan):
         raise error
     if effect:
         reasons["coupling"] = (
-            f"left out (K = {K:.3g}): it changes the tangential force at given creepages by less than {effect:.1e} of "
-            'f Fz; coupling="panagiotopoulos" includes it'
+            f"left out ({bodies.difference}): it changes the tangential force at given creepages by less than "
+            f'{effect:.1e} of f Fz; coupling="panagiotopoulos" includes it'
         )
     fallback = preset.fallback if (tangential, plan.tangential) == ("auto", preset.tangential) else "none"
     special = () if scene.motion is None else ("frictionless",) * scene.frictionless + ("no slip",) * scene.no_slip
@@ -122,8 +123,8 @@ def select(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",
-        bodies="almost like" if effect else "quasi-identical" if K == 0 else "unlike",
-        surface="sampled" if isinstance(scene.surface, SampledDistance) else "Hertzian",
+        bodies="almost like" if effect else "unlike" if bodies.coupled else "quasi-identical",
+        surface=_kind_of_surface(scene),
         motion=_kind_of_motion(scene, plan),
         friction=_kind_of_friction(scene, plan),
         special=special,
@@ -189,7 +190,7 @@ def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
         count /= 2  # active sets have half the unknowns
     if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
         return NEWTON if count > TOO_MANY else None
-    if scene.bodies.K != 0 and not scene.frictionless:
+    if scene.bodies.coupled and not scene.frictionless:
         return NEWTON if count > (MANY_UNLIKE if together else MANY) else None
     if many_pressures(scene):
         return NEWTON
@@ -215,10 +216,12 @@ def _chosen(scene: Scene, wanted: dict[str, str], preset: Preset) -> tuple[Plan,
 def _normal(scene: Scene, wanted: str, preset: Preset, method: str) -> tuple[str, str]:
     if wanted != "auto":
         return wanted, "requested; closed form" if wanted == "hertz" else "requested"
-    hertzian = not _sampled(scene)
+    hertzian = not _sampled(scene) and isinstance(scene.bodies, Bodies)
     if hertzian and not _coupled(scene):
         return "hertz", "the surface is Hertzian and tractions do not change the pressure: closed form"
     reason = "tractions change the pressure (K != 0)" if hertzian else "the surface is not Hertzian"
+    if not isinstance(scene.bodies, Bodies):
+        reason = "the bodies are no half-spaces"
     parts = ""
     if scene.touched:
         parts = ", on parts of the elements"
@@ -259,9 +262,9 @@ def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
 def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, str]:
     if scene.frictionless:
         return "none", "no tangential traction"
-    if scene.bodies.K == 0:
+    if not scene.bodies.coupled:
         return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
-    coupling, unlike = wanted["coupling"], f"unlike bodies (K = {scene.bodies.K:.3g})"
+    coupling, unlike = wanted["coupling"], f"unlike bodies ({scene.bodies.difference})"
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
@@ -315,9 +318,12 @@ def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[Scen
             '"norm" or "clarabel"'
         )
         yield SceneError("normal", normal, "norm or clarabel", message=message)
+    if normal == "hertz" and not isinstance(scene.bodies, Bodies):
+        message = 'Hertz\'s pressure is for half-spaces, Bodies(G, nu); with other bodies use "norm" or "clarabel"'
+        yield SceneError("normal", normal, "norm or clarabel", message=message)
     if normal == "hertz" and _coupled(scene):
         message = (
-            f"Hertz's pressure ignores tangential tractions; with K = {scene.bodies.K:.3g} and friction use "
+            f"Hertz's pressure ignores tangential tractions; with {scene.bodies.difference} and friction use "
             '"norm" or "clarabel"'
         )
         yield SceneError("normal", normal, "norm or clarabel", message=message)
@@ -367,7 +373,13 @@ def _sampled(scene: Scene) -> bool:
 
 
 def _coupled(scene: Scene) -> bool:
-    return scene.bodies.K != 0 and not scene.frictionless
+    return scene.bodies.coupled and not scene.frictionless
+
+
+def _kind_of_surface(scene: Scene) -> str:
+    if isinstance(scene.surface, SampledDistance):
+        return "sampled"
+    return "Hertzian" if isinstance(scene.bodies, Bodies) else "analytic"
 
 
 def _kind_of_motion(scene: Scene, plan: Plan) -> str:
@@ -391,7 +403,7 @@ def one_direction(scene: Scene) -> bool:
     motion = scene.motion
     if not scene.line or not isinstance(motion, (Steady, Shift)):
         return False
-    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.K != 0
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.coupled
     along_y = motion.rigid[1] != 0 or motion.Fy is not None
     return not (along_x and along_y)
 
@@ -406,7 +418,7 @@ def own_image(scene: Scene) -> bool:
     placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
     if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
         return False
-    if scene.bodies.K != 0 or isinstance(scene.friction, np.ndarray):
+    if scene.bodies.coupled or isinstance(scene.friction, np.ndarray):
         return False
     along_x, along_y, about_z = motion.rigid
     straight = along_y == about_z == 0 and motion.Fy is None

@@ -12,6 +12,7 @@ import numpy as np
 from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.state import ContactState
 from varcontact.reference.creepage_coefficients import CreepageCoefficients, creepage_coefficients
+from varcontact.scene.bodies import Bodies
 from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
@@ -38,7 +39,9 @@ MAX_CORRECTIONS, MISSED = 100, 1e-12
 
 def why_not(name: str, scene: Scene) -> str:
     """Why a theory of `THEORIES` cannot treat a scene, as the end of a sentence about it; empty where it can."""
-    if scene.bodies.K != 0:
+    if not isinstance(scene.bodies, Bodies):
+        return "it is for half-spaces, and the bodies are none"
+    if scene.bodies.coupled:
         return f"it is for quasi-identical bodies (K = 0), and K is {scene.bodies.K:.3g}"
     if scene.line or isinstance(scene.surface, SampledDistance):
         return "it is for elliptic contacts"
@@ -81,7 +84,7 @@ class _Contact:
         assert hertz is not None
         assert isinstance(motion, Steady)
         assert isinstance(friction, float)
-        coefficients = creepage_coefficients(hertz.a, hertz.b, disc.operators.nu)
+        coefficients = creepage_coefficients(hertz.a, hertz.b, disc.operators.medium.nu)
         G, limit = disc.bodies.combined_G, friction * hertz.force
         return cls(disc, state, motion, hertz.a, hertz.b, G, friction, limit, coefficients)
 
@@ -190,7 +193,7 @@ def _strip(disc: Discretisation, state: ContactState, name: str) -> ContactState
     contact = _Contact.of(disc, state)
     a, b, G, table = contact.a, contact.b, contact.G, contact.coefficients
     bound = contact.friction * contact.pressure("elliptic")
-    factors = (1 / (1 - disc.operators.nu), 1.0, 1.0) if name == "strip" else kalker_factors(a, b, table)
+    factors = (1 / (1 - disc.operators.medium.nu), 1.0, 1.0) if name == "strip" else kalker_factors(a, b, table)
 
     def found(creepage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         against = None

@@ -73,9 +73,7 @@ class FineGrid:
     def derivative(self) -> GridOperator:
         """Minus the derivative of displacement along x, times a part's length: its mean over each part."""
         side, operators = self.lattice.sides[0], self.disc.operators
-        return influence_operator(
-            self.lattice, "xy", "xy", nu=operators.nu, depth=operators.depth, lag=side, offset=-side / 2
-        )
+        return influence_operator(self.lattice, "xy", "xy", medium=operators.medium, lag=side, offset=-side / 2)
 
     @cached_property
     def root_means(self) -> RootMeans:
@@ -85,13 +83,13 @@ class FineGrid:
     @cached_property
     def times_root(self) -> KnownTractions:
         """Hertz's pressure times 1, x and y."""
-        gradients = times_root_gradients(self.lattice, *self.axes, self.disc.operators.nu)
+        gradients = times_root_gradients(self.lattice, *self.axes, self.disc.operators.medium.nu)
         return KnownTractions.on(self.root_means.times, gradients, self.lattice.sides[0], self.derivative)
 
     @cached_property
     def over_root(self) -> KnownTractions:
         """Tractions like those at a trailing edge that sticks."""
-        gradients = rooted_gradients(*self.axes, nu=self.disc.operators.nu)[..., None, None]
+        gradients = rooted_gradients(*self.axes, nu=self.disc.operators.medium.nu)[..., None, None]
         return KnownTractions.on(self.root_means.over, gradients, self.lattice.sides[0], self.derivative)
 
     @cached_property
