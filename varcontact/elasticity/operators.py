@@ -168,7 +168,7 @@ class GridOperator:
         return parts[rows, columns]
 
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
-        """``(M + M')/2`` of a square operator, or ``(M - M')/2``: the transpose of a Toeplitz operator mirrors its table."""
+        """``(M + M')/2`` of a square operator, or ``(M - M')/2``: the transpose of a Toeplitz one mirrors its table."""
         mirrored = self.table[:, :, ::-1, ::-1].swapaxes(0, 1)
         return GridOperator(self.shape, (self.table + sign * mirrored) / 2)
 
