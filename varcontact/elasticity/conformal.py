@@ -172,7 +172,7 @@ class ConformalOperator(GridOperator):
         return parts[rows, columns]
 
     def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
-        """``(M + M')/2`` of a square operator, or ``(M - M')/2``."""
+        """``(M + s M')/2``, s the `sign`, of a square operator."""
         found: Harmonics = {}
         for half_turns, i, j in {*self.harmonics, *((m, j, i) for m, i, j in self.harmonics)}:
             own = self.harmonics.get((half_turns, i, j), (None, None))
@@ -183,7 +183,7 @@ class ConformalOperator(GridOperator):
         return ConformalOperator(self.shape, table, self.angles, found)
 
     def has_mirror(self, first: int, last: int) -> bool:
-        """Whether inclinations of the rows are odd about the middle of some of them."""
+        """Whether inclinations of the rows from `first` to `last` are odd about their middle."""
         sums = self.angles[first : last + 1] + self.angles[first : last + 1][::-1]
         return bool(np.ptp(sums) <= STRAIGHT)
 

@@ -168,12 +168,12 @@ class GridOperator:
         return parts[rows, columns]
 
     def symmetric_part(self, sign: float = 1.0) -> GridOperator:
-        """``(M + M')/2`` of a square operator, or ``(M - M')/2``: the transpose of a Toeplitz one mirrors its table."""
+        """``(M + s M')/2``, s the `sign`, of a square operator: the transpose of a Toeplitz one mirrors its table."""
         mirrored = self.table[:, :, ::-1, ::-1].swapaxes(0, 1)
         return GridOperator(self.shape, (self.table + sign * mirrored) / 2)
 
     def has_mirror(self, first: int, last: int) -> bool:
-        """Whether it is its own mirror image about the middle of some rows: xx and yy are even in y, xy is odd."""
+        """Whether rows from `first` to `last` have a mirror in their middle: xx and yy are even in y, xy is odd."""
         return True
 
     def forget(self) -> None:
