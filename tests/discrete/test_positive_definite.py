@@ -8,7 +8,7 @@ import pytest
 import varcontact as vc
 from varcontact.discrete import positive_definite as module
 from varcontact.discrete.mirror import FoldedOperator
-from varcontact.discrete.positive_definite import norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.positive_definite import norm, positive_definite
 from varcontact.elasticity.operators import influence_operator
 
 DENSE, BY_FFT = 10**9, 0
@@ -131,8 +131,8 @@ def test_half_of_a_problem():
 def test_parts_and_norm():
     M = operator(2.0, 0.4, cells=7)
     table, every = M.grid_operator, M.elements
-    np.testing.assert_allclose(symmetric_part(table).dense(every), dense(M), atol=1e-15)
-    np.testing.assert_allclose(skew_part(table).dense(every), M.matrix - dense(M), atol=1e-15)
+    np.testing.assert_allclose(table.symmetric_part().dense(every), dense(M), atol=1e-15)
+    np.testing.assert_allclose(table.symmetric_part(-1.0).dense(every), M.matrix - dense(M), atol=1e-15)
     assert np.linalg.norm(M.matrix, 2) <= norm(table) <= 4 * np.linalg.norm(M.matrix, 2)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite, skew_part, symmetric_part
+from varcontact.discrete.positive_definite import PositiveDefinite, norm, positive_definite
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.residuals import ROUNDING, magnitude, project, shares
 from varcontact.elasticity.operators import RestrictedOperator
@@ -165,6 +165,6 @@ def pressure_part(problem: TangentialProblem, spread: float) -> np.ndarray:
     if definite is None:
         return unknown(outputs)
     table = problem.operator.grid_operator
-    stretch = np.sqrt(norm(symmetric_part(table))) + norm(skew_part(table)) / np.sqrt(definite.least)
+    stretch = np.sqrt(norm(table.symmetric_part())) + norm(table.symmetric_part(-1.0)) / np.sqrt(definite.least)
     lengths = np.sqrt(np.sum(outputs**2, axis=(1, 2)))
     return np.asarray(problem.area * spread * (lengths + np.sqrt(definite.energies(outputs)) * stretch))

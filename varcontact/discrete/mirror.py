@@ -115,5 +115,8 @@ def mirror(
 
 def mirror_of(problem: TangentialProblem) -> Mirror | None:
     """The mirror of a tangential problem, or None."""
-    columns = problem.operator.grid_operator.shape[1]
-    return mirror(problem.operator.elements, columns, problem.rigid_shift, problem.bound, problem.force)
+    operator, elements = problem.operator.grid_operator, problem.operator.elements
+    columns = operator.shape[1]
+    if elements.size and not operator.has_mirror(elements[0] // columns, elements[-1] // columns):
+        return None
+    return mirror(elements, columns, problem.rigid_shift, problem.bound, problem.force)

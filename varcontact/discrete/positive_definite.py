@@ -35,21 +35,7 @@ def positive_definite(operator: RestrictedOperator, dense_limit: int | None = No
     """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be positive definite."""
     if operator.elements.size <= (DENSE_LIMIT if dense_limit is None else dense_limit):
         return _factored(operator.matrix)
-    return _iterated(replace(operator, grid_operator=symmetric_part(operator.grid_operator)))
-
-
-def symmetric_part(operator: GridOperator) -> GridOperator:
-    """``(M + M')/2`` of a square grid operator: the transpose of a Toeplitz operator mirrors its table."""
-    return GridOperator(operator.shape, (operator.table + _transposed(operator)) / 2)
-
-
-def skew_part(operator: GridOperator) -> GridOperator:
-    """``(M - M')/2`` of a square grid operator."""
-    return GridOperator(operator.shape, (operator.table - _transposed(operator)) / 2)
-
-
-def _transposed(operator: GridOperator) -> np.ndarray:
-    return operator.table[:, :, ::-1, ::-1].swapaxes(0, 1)
+    return _iterated(replace(operator, grid_operator=operator.grid_operator.symmetric_part()))
 
 
 def norm(operator: GridOperator) -> float:
@@ -155,7 +141,7 @@ def _iterated(symmetric: RestrictedOperator) -> _Iterated | None:
     weight = np.asarray(1 / np.sqrt(1 + own * softening))
     preconditioner = _Preconditioner(replace(symmetric, grid_operator=inverse, softening=None), weight)
     largest /= float(weight.min() ** 2)
-    if whole:
+    if whole and type(symmetric.grid_operator) is GridOperator:
         return _Iterated(symmetric, preconditioner, 1.0, least)
     right = np.random.default_rng(SEED).normal(size=(symmetric.components, symmetric.elements.size))
     enough = SHARE * MISSED * np.sqrt(np.pi / (2 * largest))

@@ -1,0 +1,206 @@
+"""Conformal contact: influence numbers on a reference surface that is curved along y, and the same along x.
+
+A traction acts in the frame of its own element, whose y and z are turned about x by the inclination there. With the
+angle ``t = alpha_J - alpha_I`` from the element I of a displacement to the loaded element J, and the numbers A of the
+flat surface by arc length, the symmetric variant is ``B = R(t/2) A R(t/2)`` (Vollebregt, Segal, VSD 52 (2014) 455;
+Blanco-Lorenzo et al., Tribol. Int. 103 (2016) 647): it alone keeps reciprocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
+from varcontact.system.threads import one_blas_thread
+
+STRAIGHT = 1e-12
+"""Departure of inclinations [rad] from a constant curvature that counts as rounding."""
+
+Harmonics = dict[tuple[int, int, int], tuple[np.ndarray | None, np.ndarray | None]]
+"""By the number m of half turns, row and column: tables C and S of ``cos(m t/2) C + sin(m t/2) S``."""
+
+
+def conformal_operator(
+    rows: str, columns: str, angles: np.ndarray, flat: Callable[[str, str], GridOperator]
+) -> GridOperator:
+    """The operator on a curved surface, from that on the flat one.
+
+    Parameters
+    ----------
+    rows, columns : str
+        Displacement and traction components, in the frames of the elements.
+    angles : ndarray, shape (ny,)
+        Inclination alpha of each row of elements [rad].
+    flat : callable
+        The operator on the flat surface, between components.
+
+    Returns
+    -------
+    GridOperator
+        Block-Toeplitz where the curvature is constant, else a `ConformalOperator`.
+
+    Examples
+    --------
+    >>> from varcontact.elasticity.operators import influence_operator
+    >>> from varcontact.scene.grid import Grid
+    >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+    >>> flat = lambda rows, columns: influence_operator(grid, rows, columns, nu=0.3)
+    >>> matrix = conformal_operator("xyz", "xyz", np.array([0.0, 0.1, 0.3]), flat).dense(np.arange(12))
+    >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
+    True
+    """
+    above, across = ("x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns))
+    table = flat(above, across)
+    blocks = {(row, column): table.table[i, j] for i, row in enumerate(above) for j, column in enumerate(across)}
+    harmonics: Harmonics = {}
+    for i, row in enumerate(rows):
+        for j, column in enumerate(columns):
+            for half_turns, even, odd in _harmonics_of(blocks, row, column):
+                cosine, sine = (each if each is not None and each.any() else None for each in (even, odd))
+                if cosine is not None or sine is not None:
+                    harmonics[half_turns, i, j] = cosine, sine
+    steps = np.arange(1 - angles.size, angles.size)
+    slope = 0.0 if angles.size == 1 else (angles[-1] - angles[0]) / (angles.size - 1)
+    shape = len(rows), len(columns), *table.table.shape[2:]
+    alike = GridOperator(table.shape, _summed(harmonics, shape, -slope * steps[:, None]))
+    if np.abs(angles - angles[0] - slope * np.arange(angles.size)).max() <= STRAIGHT:
+        return alike
+    return ConformalOperator(table.shape, alike.table, angles, harmonics)
+
+
+def _harmonics_of(
+    blocks: dict[tuple[str, str], np.ndarray], row: str, column: str
+) -> list[tuple[int, np.ndarray | None, np.ndarray | None]]:
+    """How ``R(t/2) A R(t/2)`` between two components depends on t: half turns m, and factors of cosine and sine."""
+    if row == column == "x":
+        return [(0, blocks["x", "x"], None)]
+    if row == "x":
+        along, normal = blocks["x", "y"], blocks["x", "z"]
+        return [(1, along, normal)] if column == "y" else [(1, normal, -along)]
+    if column == "x":
+        along, normal = blocks["y", "x"], blocks["z", "x"]
+        return [(1, along, -normal)] if row == "y" else [(1, normal, along)]
+    mean, half = (blocks["y", "y"] + blocks["z", "z"]) / 2, (blocks["y", "y"] - blocks["z", "z"]) / 2
+    skew, even = (blocks["y", "z"] - blocks["z", "y"]) / 2, (blocks["y", "z"] + blocks["z", "y"]) / 2
+    if row == column:
+        return [(0, half if row == "y" else -half, None), (2, mean, skew)]
+    return [(0, even, None), (2, skew, -mean) if row == "y" else (2, -skew, mean)]
+
+
+def _summed(harmonics: Harmonics, shape: tuple[int, ...], angle: np.ndarray) -> np.ndarray:
+    """The table by offset, where the angle t depends on the offset alone."""
+    table = np.zeros(shape)
+    for (half_turns, i, j), (even, odd) in harmonics.items():
+        if even is not None:
+            table[i, j] += np.cos(half_turns * angle / 2) * even
+        if odd is not None:
+            table[i, j] += np.sin(half_turns * angle / 2) * odd
+    return table
+
+
+@dataclass(frozen=True, eq=False)
+class ConformalOperator(GridOperator):
+    """An operator on a surface whose curvature varies: products by FFT with fields modulated along y.
+
+    Its `table` is that of the mean curvature: exact for elements on themselves, and what preconditioners need.
+    """
+
+    angles: np.ndarray
+    harmonics: Harmonics
+
+    def dense(self, elements: np.ndarray, loaded: np.ndarray | None = None) -> np.ndarray:
+        """The matrix from tractions on `loaded` to displacements in `elements`, see `GridOperator.dense`."""
+        loaded = elements if loaded is None else loaded
+        nx, (rows, columns) = self.shape[1], self.table.shape[:2]
+        angle = self.angles[loaded // nx] - self.angles[elements // nx][:, None]
+        blocks = np.zeros((rows, elements.size, columns, loaded.size))
+        for (half_turns, i, j), tables in self.harmonics.items():
+            for wave, table in zip((np.cos, np.sin), tables, strict=True):
+                if table is not None:
+                    own = GridOperator(self.shape, table[None, None]).dense(elements, loaded)
+                    blocks[i, :, j] += wave(half_turns * angle / 2) * own
+        return blocks.reshape(rows * elements.size, columns * loaded.size)
+
+    @one_blas_thread()
+    def apply(self, tractions: np.ndarray) -> np.ndarray:
+        """Product with tractions (columns, ny, nx) on the whole grid.
+
+        Cosine and sine of ``alpha_J - alpha_I`` are sums of products of those of alpha_J, which tractions are
+        multiplied by before the transform along y, and of alpha_I, which displacements are after it.
+        """
+        from scipy import fft
+
+        if self.whole is not None:
+            return (self.whole @ tractions.ravel()).reshape(-1, *self.shape)
+        box, ny = fft_box(*self.shape), self.shape[0]
+        loads = fft.rfft(tractions, box[1], axis=-1)
+        found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=complex)
+        for half_turns, blocks in self._symbols.items():
+            angle = half_turns * self.angles[:, None] / 2
+            waves = (np.cos(angle), np.sin(angle)) if half_turns else (np.ones_like(angle),)
+            columns = {j: fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2) for _, j in blocks}
+            images: dict[int, np.ndarray] = {}
+            for (i, j), (even, odd) in blocks.items():
+                image = images.setdefault(i, np.zeros_like(columns[j]))
+                if even is not None:
+                    image += even * columns[j]
+                if odd is not None:
+                    image[0] += odd * columns[j][1]
+                    image[1] -= odd * columns[j][0]
+            for i, image in images.items():
+                shifts = fft.ifft(image, axis=-2, overwrite_x=True)[:, :ny]
+                found[i] += sum(map(np.multiply, waves, shifts))
+        return np.ascontiguousarray(fft.irfft(found, box[1], axis=-1)[..., : self.shape[1]])
+
+    def between(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> GridOperator:
+        """The same operator between some components only."""
+        if (len(rows), len(columns)) == self.table.shape[:2]:
+            return self
+        parts: dict[tuple[tuple[int, ...], tuple[int, ...]], GridOperator] = self.__dict__.setdefault("_parts", {})
+        if (rows, columns) not in parts:
+            chosen = {
+                (half_turns, rows.index(i), columns.index(j)): tables
+                for (half_turns, i, j), tables in self.harmonics.items()
+                if i in rows and j in columns
+            }
+            table = self.table[np.ix_(rows, columns)]
+            parts[rows, columns] = ConformalOperator(self.shape, table, self.angles, chosen)
+        return parts[rows, columns]
+
+    def symmetric_part(self, sign: float = 1.0) -> ConformalOperator:
+        """``(M + s M')/2``, s the `sign`, of a square operator."""
+        found: Harmonics = {}
+        for half_turns, i, j in {*self.harmonics, *((m, j, i) for m, i, j in self.harmonics)}:
+            own = self.harmonics.get((half_turns, i, j), (None, None))
+            other = self.harmonics.get((half_turns, j, i), (None, None))
+            turned = [None if table is None else table[::-1, ::-1] for table in other]
+            found[half_turns, i, j] = (_mean(own[0], turned[0], sign), _mean(own[1], turned[1], -sign))
+        table = super().symmetric_part(sign).table
+        return ConformalOperator(self.shape, table, self.angles, found)
+
+    def has_mirror(self, first: int, last: int) -> bool:
+        """Whether inclinations of the rows from `first` to `last` are odd about their middle."""
+        sums = self.angles[first : last + 1] + self.angles[first : last + 1][::-1]
+        return bool(np.ptp(sums) <= STRAIGHT)
+
+    @cached_property
+    def _symbols(self) -> dict[int, dict[tuple[int, int], list[np.ndarray | None]]]:
+        """Transforms of the tables, by half turns."""
+        from scipy import fft
+
+        box = fft_box(*self.shape)
+        symbols: dict[int, dict[tuple[int, int], list[np.ndarray | None]]] = {}
+        for (half_turns, i, j), tables in self.harmonics.items():
+            transforms = [None if table is None else fft.rfft2(wrapped(table, box)) for table in tables]
+            symbols.setdefault(half_turns, {})[i, j] = transforms
+        return symbols
+
+
+def _mean(table: np.ndarray | None, other: np.ndarray | None, sign: float) -> np.ndarray | None:
+    if table is None:
+        return None if other is None else sign * other / 2
+    return table / 2 if other is None else (table + sign * other) / 2
