@@ -86,7 +86,7 @@ def half_space(G: float, nu: float) -> np.ndarray:
     return np.array([1 - nu, (1 - 2 * nu) / 2, 1 - nu, 1.0]) / G
 
 
-def _at_base(base: tuple[float, float] | str, n: int) -> tuple[np.ndarray, float, float]:
+def _at_base(base: tuple[float, float] | str, n: int) -> tuple[np.ndarray, np.ndarray | float, float]:
     """Two states (4, 2, n) that the base admits, and displacement and load across the wave vector."""
     F = np.zeros(4) if isinstance(base, str) else half_space(*base)
     state = _states(np.repeat(F[:3, None], n, axis=1))
