@@ -12,8 +12,7 @@ import numpy as np
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
-from varcontact.errors import SceneError
-from varcontact.scene.bodies import Bodies, BodyPair
+from varcontact.scene.bodies import Bodies, BodyPair, Layered
 from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
@@ -137,4 +136,13 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float, coupled: b
     """
     if isinstance(bodies, Bodies):
         return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, depth)
-    raise SceneError("bodies", bodies, "half-spaces, Bodies(G, nu)")
+    from varcontact.elasticity.layered import LayeredPair, Stack
+
+    def stack(body: Layered | Bodies) -> Stack:
+        if isinstance(body, Bodies):
+            return Stack((), (body.combined_G / G, body.combined_nu))
+        layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
+        return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
+
+    G = bodies.combined_G
+    return LayeredPair(stack(bodies.upper), stack(bodies.lower), depth, coupled)

@@ -8,6 +8,7 @@ from varcontact.reference.creepage_coefficients import (
     creepage_coefficients,
     no_slip_coefficients,
 )
+from varcontact.reference.harmonic import harmonic_coefficients, harmonic_line
 from varcontact.reference.hertz import HertzContact, elliptic_integrals, hertz, hertz_ellipse
 from varcontact.reference.line_contact import LineContact, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
@@ -27,6 +28,8 @@ __all__ = [
     "cattaneo_mindlin",
     "creepage_coefficients",
     "elliptic_integrals",
+    "harmonic_coefficients",
+    "harmonic_line",
     "hertz",
     "hertz_ellipse",
     "line_contact",

@@ -73,18 +73,19 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
     >>> print(f"{C[0, 0]:.5f} {C[1, 2]:.5f} {C[2, 2]:.5f}")
     3.39531 1.33333 1.20722
     """
-    ratio, nu, degree = positive("a_over_b", a_over_b), _poisson(nu), whole("degree", degree, least=2)
-    if not LEAST_RATIO * (1 - 1e-12) <= ratio <= (1 + 1e-12) / LEAST_RATIO:
-        raise SceneError("a_over_b", ratio, f"in [{LEAST_RATIO:g}, {1 / LEAST_RATIO:g}]")
-    return resultants(ratio, nu, degree)
+    ratio, nu = check_ellipse(a_over_b, nu, LEAST_RATIO)
+    return resultants(ratio, nu, whole("degree", degree, least=2))
 
 
-def _poisson(nu: float) -> float:
-    allowed = "a Poisson's ratio in (-1, 0.5]"
+def check_ellipse(a_over_b: float, nu: float, least: float) -> tuple[float, float]:
+    """The ratio of semi-axes, between its least and the inverse of that, and Poisson's ratio."""
+    ratio, allowed = positive("a_over_b", a_over_b), "a Poisson's ratio in (-1, 0.5]"
     nu = number("nu", nu, allowed)
     if not -1 < nu <= 0.5:
         raise SceneError("nu", nu, allowed)
-    return nu
+    if not least * (1 - 1e-12) <= ratio <= (1 + 1e-12) / least:
+        raise SceneError("a_over_b", ratio, f"in [{least:g}, {1 / least:g}]")
+    return ratio, nu
 
 
 def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
@@ -93,7 +94,7 @@ def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
     inside = np.pi * np.arange(1, degree + 2) / (degree + 2)
     edge = inside - np.pi / 2
     along, across, one, other = 0.0, np.pi / 2, np.pi / 4, -np.pi / 4
-    kernel = _Kernel(a, b, nu, degree, np.array([*edge, along, across, one, other]))
+    kernel = Kernel(a, b, nu, degree, np.array([*edge, along, across, one, other]))
     points, n = np.arange(edge.size), degree + 1
     ALONG, ACROSS, ONE, OTHER = range(edge.size, edge.size + 4)
     # x = a P_1(along); x^2 = a^2 (1 + 2 P_2(along))/3, its constant goes to k; xy = ab (P_2(one) - P_2(other))/3
@@ -112,7 +113,7 @@ def resultants(ratio: float, nu: float, degree: int) -> np.ndarray:
     return -np.array([force[0], force[1], moment])
 
 
-class _Kernel:
+class Kernel:
     """Christoffel-Darboux kernels K_n(t, c), 2 by 2, of the half-space's symbol, at some angles."""
 
     def __init__(self, a: float, b: float, nu: float, degree: int, angles: np.ndarray) -> None:
