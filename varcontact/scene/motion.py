@@ -52,7 +52,7 @@ class Steady:
         C23 = -C32 exact, and 1/2 is the path's middle.
     slip_difference : {"first-order", "second-order"}
         The elastic slip: between an element and a step ahead, as in CONTACT; or also with a step behind and two ahead,
-        exact for displacements that are quadratic along x. The second goes with ``Grid(edge="softened")``, see `Scene.second_order`.
+        exact for displacements that are quadratic along x. The second: see `Scene.second_order`.
     rigid_slip : array_like, shape (2, ny, nx), optional
         Rigid slip at the samples of a `SampledDistance` [-], added to that of the creepages.
     """
