@@ -61,7 +61,13 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
             assert disc.hertz is not None
             overlap = disc.hertz.on_elements(grid) > 0
         else:
-            overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
+            around = disc.operators.around
+            distance = (_distance_beyond(disc, grid) - disc.base) / disc.scales.displacement - state.approach
+            margin = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
+            distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
+            if disc.K != 0 and np.any(state.traction):
+                distance = distance + around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
+            overlap = distance < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
     return contact_box(grid, overlap) if overlap.any() else None
 
@@ -74,24 +80,17 @@ def _rim(grid: Grid) -> np.ndarray:
     return rim
 
 
-def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
-    """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
-    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid), operators=disc.operators.around)
-    distance = (wider.distance - disc.base) / disc.scales.displacement - state.approach
-    around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
-    distance = distance + wider.operators.normal.apply(np.pad(state.pressure[None], around))[0]
-    if disc.K != 0 and np.any(state.traction):
-        distance = distance + wider.operators.traction_to_distance.apply(np.pad(state.traction, around))[0]
-    return distance
-
-
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
     """The box of the samples away from the contact elements where the bodies would overlap."""
     surface = disc.surface
     if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
-    suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
+    lowered = 0.0  # how far tractions of unlike bodies draw the surfaces together an element or more away, at most
+    if disc.K != 0 and np.any(state.traction):
+        load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
+        lowered = abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
+    suspects = (distance < lowered) & ~_near_contact(disc, state, surface)
     if not suspects.any():
         return None
     iy, ix = np.nonzero(suspects)
@@ -119,17 +118,6 @@ def _in_blocks(disc: Discretisation, state: ContactState, across: int) -> tuple[
     _, block = np.unique(iy // size * disc.grid.nx + ix // size, return_inverse=True)
     loads = np.array([np.bincount(block, each) for each in tractions * disc.lattice.area])
     return np.array([np.bincount(block, tractions[2] * each) for each in centres]) * disc.lattice.area / loads[2], loads
-
-
-def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
-    """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
-
-    Pressures only push them apart.
-    """
-    if disc.K == 0 or not np.any(state.traction):
-        return 0.0
-    load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:

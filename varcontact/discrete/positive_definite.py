@@ -34,7 +34,15 @@ SEED = 0
 def positive_definite(operator: RestrictedOperator, dense_limit: int | None = None) -> PositiveDefinite | None:
     """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be positive definite."""
     if operator.elements.size <= (DENSE_LIMIT if dense_limit is None else dense_limit):
-        return _factored(operator.matrix)
+        from scipy.linalg import LinAlgError, cholesky
+        from scipy.linalg.lapack import dtrtri
+
+        matrix = operator.matrix
+        try:
+            factor = cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            return None
+        return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
     return _iterated(replace(operator, grid_operator=operator.grid_operator.symmetric_part()))
 
 
@@ -67,17 +75,6 @@ class _Factored:
         return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
 
 
-def _factored(matrix: np.ndarray) -> _Factored | None:
-    from scipy.linalg import LinAlgError, cholesky
-    from scipy.linalg.lapack import dtrtri
-
-    try:
-        factor = cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False)
-    except LinAlgError:
-        return None
-    return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
-
-
 # ----------------------------------------------------------------------------- by conjugate gradients
 
 
@@ -103,20 +100,21 @@ class _Iterated:
 
     def energies(self, right: np.ndarray) -> np.ndarray:
         """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
-        return np.array([self._energy(b) for b in right])
-
-    def _energy(self, right: np.ndarray) -> float:
-        """``x'b + x'r + r'S^-1 r`` with the residual r of an approximate solution x, and ``r'Q r`` for the last."""
-        if not right.any():
-            return 0.0
-        run = _conjugate_gradients(
-            self.symmetric, self.inverse, right, lambda weight, energy: weight <= SLACK * self.relative * energy
-        )
-        if run is None:
-            return np.inf
-        residual = right - self.symmetric.apply(run.solution)
-        open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
-        return float(np.sum(run.solution * (right + residual)) + open_)
+        # x'b + x'r + r'S^-1 r with the residual r of an approximate solution x, and r'Q r for the last
+        found = np.zeros(len(right))
+        for i, b in enumerate(right):
+            if not b.any():
+                continue
+            run = _conjugate_gradients(
+                self.symmetric, self.inverse, b, lambda weight, energy: weight <= SLACK * self.relative * energy
+            )
+            if run is None:
+                found[i] = np.inf
+                continue
+            residual = b - self.symmetric.apply(run.solution)
+            open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
+            found[i] = float(np.sum(run.solution * (b + residual)) + open_)
+        return found
 
 
 PositiveDefinite = _Factored | _Iterated
