@@ -172,7 +172,7 @@ def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | Non
     patches = [replace(patch, scene=scene) for patch, scene in _sampled_scenes(case, near)]
     forces, force_errors = [], []  # at the approach of each patch
     for scene in (patch.scene for patch in patches):
-        if scene.bodies.coupled:  # tractions change the pressure
+        if scene.coupled:  # tractions change the pressure
             pressed = solve(scene, certify=None, **methods)
             force_errors.append(_estimate(pressed).largest)
         else:
