@@ -124,12 +124,13 @@ def _in_blocks(disc: Discretisation, state: ContactState, across: int) -> tuple[
 def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
     """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
 
-    Pressures only push them apart.
+    Pressures only push them apart, but beside the load on a layer that keeps its volume.
     """
+    by_pressure = float(state.pressure.sum()) * max(-float(disc.operators.normal.table.min()), 0.0)
     if disc.K == 0 or not np.any(state.traction):
-        return 0.0
+        return by_pressure
     load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
+    return by_pressure + abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:

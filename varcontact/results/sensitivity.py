@@ -39,7 +39,9 @@ def sensitivity(sol: Solution) -> np.ndarray:
             message="friction: sensitivities are for a coefficient that does not fall with slip velocity; "
             "use a number or StaticKinetic",
         )
-    if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
+    if scene.shift_undetermined and not isinstance(scene.motion, Steady):
+        if scene.bodies.slides:
+            raise SceneError("bodies.base", "smooth", '"rigid" or a half-space: the stiffness of a step needs it')
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
