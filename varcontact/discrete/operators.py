@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
 from varcontact.scene.bodies import Bodies, BodyPair, Layered, surface_material
@@ -119,10 +120,12 @@ class Operators:
                 alike = [each for each in self._tables if (each[2] is None, each[4] == 0) == kind]
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
-            make = influence_operator if self.make is None else self.make
-            self._tables[key] = make(
-                self.lattice, rows, columns, medium=self.medium, lag=lag, difference=difference, offset=offset
-            )
+            step: dict[str, Any] = {"lag": lag, "difference": difference, "offset": offset}
+            if self.make is None and isinstance(self.medium, Conformal):
+                self._tables[key] = self.medium.operator(self.lattice, rows, columns, **step)
+            else:
+                make = influence_operator if self.make is None else self.make
+                self._tables[key] = make(self.lattice, rows, columns, medium=self.medium, **step)
         return self._tables[key]
 
 

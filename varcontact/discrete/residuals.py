@@ -238,7 +238,8 @@ def normal_gap(
 
     It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
     of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
-    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the least eigenvalue in place of 1/min A. A p is taken from `elastic` where that is known already.
+    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the least eigenvalue in place of 1/min A. A p
+    is taken from `elastic` where that is known already.
 
     Parameters
     ----------

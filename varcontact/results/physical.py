@@ -88,16 +88,27 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
 def rolling_resistance(sol: Solution) -> float:
     """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
     rolls = 0 if sol.motion is None else sol.motion.rolls
-    if rolls == 0 or not sol.scene.bodies.coupled or sol.plan.left_out or not sol.traction.any():
+    if rolls == 0 or not sol.scene.coupled or sol.plan.left_out or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
     operator, pressure = (
         disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
         sol.pressure[None],
     )
-    twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+    if sol.scene.conformal:  # rolled the other way, by a mirror across x
+        twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
+    else:
+        twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
+
+
+def power_of_elements(sol: Solution) -> float:
+    """Work of the rigid motion on the tractions of all elements, each in its own frame, by distance rolled [force]."""
+    disc, (vx, vy, spin) = discretise(sol.scene, sol.grid), sol.creepage
+    x, y = np.meshgrid(sol.grid.x, sol.grid.y)
+    given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
+    return 0.0 - float(np.sum(sol.traction * (given + np.array([vx - spin * y, vy + spin * x]))) * sol.grid.area)
 
 
 @dataclass(frozen=True)

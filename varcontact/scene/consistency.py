@@ -108,8 +108,9 @@ def check_line(scene: Scene) -> None:
 
 def why_centres(scene: Scene) -> str:
     """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can."""
-    if scene.bodies.coupled and not scene.frictionless:
-        return f"is for a pressure that tractions do not change, and the bodies are unlike ({scene.bodies.difference})"
+    if scene.coupled and not scene.frictionless:
+        how = "conformal" if scene.conformal else f"unlike ({scene.bodies.difference})"
+        return f"is for a pressure that tractions do not change, and the bodies are {how}"
     if any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
         return "needs distances on parts of the elements, and samples without coordinates have none"
     return ""
@@ -192,7 +193,7 @@ def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
     start = scene.motion.start if isinstance(scene.motion, Transient) else None
     if start is not None and np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
         return True
-    if i == 0 and scene.bodies.coupled and not scene.frictionless:
+    if i == 0 and scene.coupled and not scene.frictionless:
         return True
     motions = [problem.motion for problem in problems if problem.motion is not None]
     return any(motion.rigid[i] != 0 or (motion.Fx, motion.Fy)[i] for motion in motions)
@@ -228,6 +229,28 @@ def check_samples(scene: Scene) -> None:
     for surface in scene.surfaces:
         if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
+
+
+def check_conformal(scene: Scene) -> None:
+    """What is given element by element has samples to lie on; a curved surface stays, and bears no lateral force."""
+    surface, motion = scene.surface, scene.motion
+    slip = motion.rigid_slip if isinstance(motion, Steady) else None
+    if slip is not None:
+        if not isinstance(surface, SampledDistance):
+            raise SceneError(
+                "motion.rigid_slip", slip.shape, "left out: it is given at the samples of a SampledDistance"
+            )
+        if slip.shape != (2, *surface.samples.shape):
+            raise checks.wrong_shape("motion.rigid_slip", slip.shape, f"(2, ny, nx) = {(2, *surface.samples.shape)}")
+    if not any(
+        isinstance(each, SampledDistance) and each.inclination is not None for each in (surface, *scene.surfaces)
+    ):
+        return
+    if isinstance(motion, TimeStep | Transient):
+        raise SceneError("motion", motion, "Steady or Shift: conformal contact (surface.inclination) has no history")
+    if motion is not None and motion.Fy is not None:
+        message = "motion.Fy: in conformal contact the pressure bears a part of the lateral force; prescribe vy or uy"
+        raise SceneError("motion.Fy", motion.Fy, "left out", message=message)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
@@ -382,7 +405,7 @@ def left_out(scene: Scene) -> float:
     least change may lead to another solution.
     """
     bodies = scene.bodies
-    if not isinstance(bodies, Bodies) or not bodies.coupled or scene.frictionless or scene.under_law:
+    if not isinstance(bodies, Bodies) or not bodies.coupled or scene.frictionless or scene.under_law or scene.conformal:
         return 0.0
     if not _moves(scene):
         return 0.0
@@ -400,6 +423,8 @@ def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
 def _moves(scene: Scene) -> bool:
     """Whether a creepage, a shift or a force is prescribed that is not zero, or tractions are there at the start."""
     motion = scene.motion
+    if isinstance(motion, Steady) and motion.rigid_slip is not None:
+        return True
     names = [name for name in _RIGID if hasattr(motion, name)]
     if isinstance(motion, Transient):
         started = motion.start is not None and bool(motion.start.traction.any())

@@ -145,6 +145,7 @@ class Scene(Generic[MotionT_co]):
         consistency.check_edge(self)
         consistency.check_friction(self)
         consistency.check_samples(self)
+        consistency.check_conformal(self)
         consistency.check_depth(self)
 
     def _clean(self) -> None:
@@ -167,6 +168,21 @@ class Scene(Generic[MotionT_co]):
     def line(self) -> bool:
         """Whether it is a line contact, in plane strain."""
         return is_line(self.surface)
+
+    @property
+    def conformal(self) -> bool:
+        """Whether the bodies meet on a curved surface, see `SampledDistance`."""
+        return isinstance(self.surface, SampledDistance) and self.surface.inclination is not None
+
+    @property
+    def coupled(self) -> bool:
+        """Whether pressure and tractions depend on each other: of unlike bodies, and in conformal contact."""
+        return self.bodies.coupled or self.conformal
+
+    @property
+    def difference(self) -> str:
+        """Why pressure and tractions are coupled or not, in words."""
+        return "a curved reference surface" if self.conformal else self.bodies.difference
 
     @property
     def reference_depth(self) -> float | None:

@@ -199,7 +199,7 @@ def _estimate(solution: Solution) -> ErrorEstimate:
 
 def _normal_force(scene: Scene, methods: dict[str, Any]) -> tuple[float, float]:
     """That of a patch at its approach, and its relative error; of unlike bodies with tractions, which change it."""
-    if scene.bodies.coupled:
+    if scene.coupled:
         found = solve(scene, certify=None, **methods)
         return found.normal_force, _estimate(found).largest
     found = solve(_frictionless(scene), certify=None, **_of_pressure(methods))
