@@ -9,7 +9,7 @@ from typing import Any
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator
-from varcontact.scene.bodies import Bodies, BodyPair, Layered
+from varcontact.scene.bodies import Bodies, BodyPair, Layered, surface_material
 from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
@@ -120,9 +120,10 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float, coupled: b
         return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, depth)
     from varcontact.elasticity.layered import LayeredPair, Stack
 
-    def stack(body: Layered | Bodies) -> Stack:
-        if isinstance(body, Bodies):
-            return Stack((), (body.combined_G / G, body.combined_nu))
+    def stack(body: Layered | Bodies | str) -> Stack:
+        if not isinstance(body, Layered):
+            modulus, nu = surface_material(body)
+            return Stack((), (modulus / G, nu))
         layers = tuple((layer.h / length, layer.G / G, layer.nu) for layer in body.layers)
         return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
 

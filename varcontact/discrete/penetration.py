@@ -86,11 +86,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
     if not isinstance(surface, SampledDistance) or not surface.placed:
         return None
     distance = (surface.samples - disc.base) / disc.scales.displacement - state.approach
-    lowered = 0.0  # how far tractions of unlike bodies draw the surfaces together an element or more away, at most
-    if disc.K != 0 and np.any(state.traction):
-        load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-        lowered = abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
-    suspects = (distance < lowered) & ~_near_contact(disc, state, surface)
+    suspects = (distance < _lowered_at_most(disc, state)) & ~_near_contact(disc, state, surface)
     if not suspects.any():
         return None
     iy, ix = np.nonzero(suspects)
@@ -118,6 +114,18 @@ def _in_blocks(disc: Discretisation, state: ContactState, across: int) -> tuple[
     _, block = np.unique(iy // size * disc.grid.nx + ix // size, return_inverse=True)
     loads = np.array([np.bincount(block, each) for each in tractions * disc.lattice.area])
     return np.array([np.bincount(block, tractions[2] * each) for each in centres]) * disc.lattice.area / loads[2], loads
+
+
+def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
+    """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
+
+    Pressures only push them apart, but beside the load on a layer that keeps its volume.
+    """
+    by_pressure = float(state.pressure.sum()) * max(-float(disc.operators.normal.table.min()), 0.0)
+    if disc.K == 0 or not np.any(state.traction):
+        return by_pressure
+    load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
+    return by_pressure + abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:

@@ -100,21 +100,20 @@ class _Iterated:
 
     def energies(self, right: np.ndarray) -> np.ndarray:
         """Upper bounds on ``b'S^-1 b`` of several b (k, c, n)."""
-        # x'b + x'r + r'S^-1 r with the residual r of an approximate solution x, and r'Q r for the last
-        found = np.zeros(len(right))
-        for i, b in enumerate(right):
-            if not b.any():
-                continue
-            run = _conjugate_gradients(
-                self.symmetric, self.inverse, b, lambda weight, energy: weight <= SLACK * self.relative * energy
-            )
-            if run is None:
-                found[i] = np.inf
-                continue
-            residual = b - self.symmetric.apply(run.solution)
-            open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
-            found[i] = float(np.sum(run.solution * (b + residual)) + open_)
-        return found
+        return np.array([self._energy(b) for b in right])
+
+    def _energy(self, right: np.ndarray) -> float:
+        """``x'b + x'r + r'S^-1 r`` with the residual r of an approximate solution x, and ``r'Q r`` for the last."""
+        if not right.any():
+            return 0.0
+        run = _conjugate_gradients(
+            self.symmetric, self.inverse, right, lambda weight, energy: weight <= SLACK * self.relative * energy
+        )
+        if run is None:
+            return np.inf
+        residual = right - self.symmetric.apply(run.solution)
+        open_ = np.sum(residual * self.inverse.apply(residual)) / self.relative
+        return float(np.sum(run.solution * (right + residual)) + open_)
 
 
 PositiveDefinite = _Factored | _Iterated

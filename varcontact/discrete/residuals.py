@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
+from varcontact.discrete.positive_definite import positive_definite
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.subgrid import normal_as_solved
@@ -222,7 +223,7 @@ def normal_gap(
 
     It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
     of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
-    ``sum(p*)``, ``(d - min h) / min A``.
+    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the least eigenvalue in place of 1/min A.
 
     Parameters
     ----------
@@ -247,9 +248,11 @@ def normal_gap(
         distance = problem.distance + elastic - approach
         overlap = max(-float(distance.min()), 0.0)
         least = float(problem.operator.grid_operator.table.min())
-        value = float(pressure @ np.abs(distance)) + overlap * max(
-            (approach - float(problem.distance.min())) / least, total
-        )
+        if least <= 0:  # sum(p)^2 is at most n p'p
+            definite = positive_definite(problem.operator)
+            least = 0.0 if definite is None else definite.least / pressure.size
+        most = (approach - float(problem.distance.min())) / least if least > 0 else math.inf
+        value = float(pressure @ np.abs(distance)) + overlap * max(most, total)
     return value * problem.area, relative(value, float(pressure @ elastic))
 
 
