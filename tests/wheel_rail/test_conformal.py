@@ -11,7 +11,7 @@ import varcontact as vc
 from tests.wheel_rail.conditions import DATA, RAIL, WHEEL
 from varcontact.kinematics import RigidBody
 from varcontact.wheel_rail import ConformalContact, Position, Profile, Track, Velocity, WheelOnRail, WheelSet
-from varcontact.wheel_rail.conformal import place_curved
+from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import spline
 from varcontact.wheel_rail.patches import contact_locus, tangent_of
 
@@ -38,28 +38,29 @@ def groove(dx=0.2):
     rail, wheel = spline(arcs[0], NO_KINKS, 0.0), spline(arcs[1] + [0.0, 420.0], NO_KINKS, 0.0)
     overlaps = contact_locus(wheel, rail, np.eye(3), np.array([0.0, 0.0, -420.0])).overlaps(z)
     axle = np.array([0.0, 0.0, z - 420.0])
-    place = place_curved(overlaps, tangent_of(overlaps, rail), wheel, rail, np.eye(3), axle, (dx, dx))
+    tangent = tangent_of(overlaps, rail)
+    place = curved_surface(overlaps, tangent, wheel, rail, np.eye(3), axle, (dx, dx))
     body = RigidBody(position=axle, velocity=[420.0, 0.0, 0.0], angular_velocity=[0.0, -1.0004, 0.0])
     scene = vc.Scene(
         bodies=vc.Bodies(G=82000.0, nu=0.28),
-        surface=vc.SampledDistance(place.flat.distance, inclination=place.inclination),
-        approach=place.flat.approach,
+        surface=vc.SampledDistance(place.distance, inclination=place.inclination),
+        approach=place.approach,
         friction=0.3,
-        motion=vc.Steady(rigid_slip=place.rigid_slip(body, 420.0)),
-        grid=place.flat.grid,
+        motion=vc.Steady(rigid_slip=place.rigid_slip(tangent.frame, body, 420.0)),
+        grid=place.grid,
     )
     return place, scene
 
 
 def test_reference_surface_and_distance_in_a_groove_are_those_of_contact():
     place, scene = groove()
-    known, grid = CONTACT["groove"], place.flat.grid
+    known, grid = CONTACT["groove"], place.grid
     rows = slice(round((known["y0"] - grid.y[0]) / known["dy"]), None)
     rows = slice(rows.start, rows.start + len(known["alpha"]))
     np.testing.assert_allclose(place.inclination[rows], known["alpha"], atol=1e-5)
     middle = int(np.abs(grid.x).argmin())
-    np.testing.assert_allclose(place.flat.distance[rows, middle], known["distance"], atol=5e-5)  # its profile's noise
-    assert place.flat.approach == pytest.approx(known["pen"], rel=1e-9)
+    np.testing.assert_allclose(place.distance[rows, middle], known["distance"], atol=5e-5)  # its profile's noise
+    assert place.approach == pytest.approx(known["pen"], rel=1e-9)
     solution = vc.solve(scene)
     assert solution.pressure.sum() * grid.area == pytest.approx(known["Fn"], rel=5e-4)
     assert solution.normal_force == pytest.approx(known["force"][2], rel=5e-4)

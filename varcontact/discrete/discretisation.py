@@ -179,11 +179,6 @@ class Discretisation:
         return float(self.distance.min())
 
     @property
-    def undetermined_constant(self) -> bool:
-        """Whether displacements are known but for a constant: in line contact without a reference depth."""
-        return self.line and getattr(self.surface, "reference_depth", None) is None
-
-    @property
     def step(self) -> float | None:
         """Dimensionless distance rolled in a step, None where nothing rolls; a `SceneError` refuses too short ones."""
         motion = self.loading.motion

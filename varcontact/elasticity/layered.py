@@ -124,8 +124,8 @@ class LayeredPair:
     """Two stacks of layers, the upper and the lower: a `Medium`.
 
     Displacements by a wave of tractions are ``u_s = (alpha p_s + i kappa p_z)/k``, ``u_t = beta p_t/k`` and
-    ``u_z = (-i kappa p_s + gamma p_z)/k``. Without a depth, which rigid bases do not need, those of line contact
-    count from there; unless `coupled`, kappa is left out.
+    ``u_z = (-i kappa p_s + gamma p_z)/k``. Those of line contact count from the depth, but from bases that do not
+    move; unless `coupled`, kappa is left out.
     """
 
     upper: Stack
@@ -158,9 +158,11 @@ class LayeredPair:
         return min(self.upper.thickness, self.lower.thickness)
 
     @property
-    def grounded(self) -> bool:
-        """Whether both bodies rest on rigid bases."""
-        return all(stack.base == "rigid" or not stack.surface.any() for stack in (self.upper, self.lower))
+    def at_rest(self) -> tuple[bool, bool, bool]:
+        """Along which directions both bodies rest on bases that do not move."""
+        bases = ["rigid" if not stack.surface.any() else stack.base for stack in (self.upper, self.lower)]
+        rigid = all(base == "rigid" for base in bases)
+        return rigid, rigid, all(base in ("rigid", "smooth") for base in bases)
 
     def symbols(self, k: np.ndarray) -> np.ndarray:
         """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n)."""
@@ -178,10 +180,9 @@ class LayeredPair:
 
     def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
         """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
-        depth = self.thickness if self.grounded else self.depth
-        surfaces = HalfSpaces(self.nu, float(self.surface[1] / 2), depth)
+        surfaces = HalfSpaces(self.nu, float(self.surface[1] / 2), self.depth)
         found = surfaces.influence(grid, x, y, components)
-        for name, added in _added_numbers(replace(self, depth=depth), grid, x, y, [*found]).items():
+        for name, added in _added_numbers(self, grid, x, y, [*found]).items():
             found[name] = found[name] + added
         return found
 
@@ -237,10 +238,8 @@ def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray,
     return edges, coefficients
 
 
-def _kernel_values(
-    edges: np.ndarray, coefficients: np.ndarray, r: np.ndarray, which: list[int]
-) -> dict[int, np.ndarray]:
-    """Some of the four functions at distances (n,)."""
+def _kernel_values(edges: np.ndarray, coefficients: np.ndarray, r: np.ndarray, which: list[int]) -> np.ndarray:
+    """Some of the four functions at distances (n,), shape (which, n)."""
     found = np.empty((len(which), r.size))
     place = np.searchsorted(edges[1:-1], r, side="right")
     for i in np.unique(place):
@@ -248,7 +247,7 @@ def _kernel_values(
         a, b = edges[i], edges[i + 1]
         at = (2 * r[inside] - a - b) / (b - a)
         found[:, inside] = np.polynomial.chebyshev.chebval(at, coefficients[i][:, which])
-    return dict(zip(which, found, strict=True))
+    return found
 
 
 # ----------------------------------------------------------------------------- elements
@@ -292,24 +291,28 @@ def _added_numbers(
     for part, starts, from_x, from_y, weights in _products(along_x, along_y):
         r = np.hypot(from_x, from_y)
         away = np.maximum(r, np.finfo(float).tiny)
-        values = _kernel_values(edges, coefficients, r, which)
+        values = dict(zip(which, _kernel_values(edges, coefficients, r, which), strict=True))
         for name, form in of.items():
             integrand = form(values, from_x / away, from_y / away) * weights
             found[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
     if line:
-        at_depth = _kernel_values(edges, coefficients, np.array([pair.depth]), [0, 1, 2])
-        constant = np.concatenate([*at_depth.values()]) - (_constants_on_rigid_base(pair) if pair.grounded else 0.0)
-        for name, own in zip(("xx", "yy", "zz"), constant, strict=True):
+        at_depth, near = _kernel_values(edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]).T
+        counted = np.where(pair.at_rest, near - _displaced_on_base(pair), at_depth)
+        for name, own in zip(("xx", "yy", "zz"), counted, strict=True):
             if name in found:
                 found[name] -= dx * own
     return found
 
 
-def _constants_on_rigid_base(pair: LayeredPair) -> np.ndarray:
-    """xx, yy and zz by a unit line load at the distance `depth`: integrals of symbols times cos(k depth)/(pi k)."""
-    k, weights = _wave_numbers(pair.thickness, 0.0, pair.depth)
-    beyond = -special.sici(CUT / pair.thickness * pair.depth)[1]
-    return ((pair.symbols(k) @ (weights * np.cos(k * pair.depth) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
+def _displaced_on_base(pair: LayeredPair) -> np.ndarray:
+    """Displacements by unit line loads at a distance of the thickness, where bases that do not move are at rest.
+
+    The integrals of symbols times cos(k thickness)/(pi k), less what half-spaces have there.
+    """
+    h = pair.thickness
+    k, weights = _wave_numbers(h, 0.0, h)
+    beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
+    return ((pair.symbols(k) @ (weights * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def solution_of(
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
-    unknown = disc.undetermined_constant and scene.approach is None
+    unknown = scene.approach_undetermined and scene.approach is None
     density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
     if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
         density = np.full_like(density, math.nan)
@@ -54,7 +54,7 @@ def solution_of(
         distance=distance - state.approach * disc.scales.displacement,
         state=areas,
         approach=math.nan if unknown else state.approach * disc.scales.displacement + disc.base,
-        creepage=_creepage(disc, state, rolled),
+        creepage=_creepage(scene, disc, state, rolled),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
@@ -68,7 +68,7 @@ def solution_of(
     )
 
 
-def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
+def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """Prescribed creepages, and those found for prescribed forces; NaN where they are not unique."""
     if disc.loading.motion is None:
         return 0.0, 0.0, 0.0
@@ -76,7 +76,7 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
     unknown = np.full(2, disc.loading.frictionless or not state.pressure.any())
-    if disc.undetermined_constant and not isinstance(motion, Steady):
+    if scene.shift_undetermined and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.loading.previous_step is None else disc.loading.previous_step.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
         rounding = 1e-14 * state.pressure.sum() * disc.lattice.area  # a force of zero is zero to that

@@ -42,7 +42,9 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if scene.conformal:
         message = "surface.inclination: sensitivities are for bodies that meet on a plane"
         raise SceneError("surface.inclination", "given", "left out", message=message)
-    if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
+    if scene.shift_undetermined and not isinstance(scene.motion, Steady):
+        if scene.bodies.slides:
+            raise SceneError("bodies.base", "smooth", '"rigid" or a half-space: the stiffness of a step needs it')
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))

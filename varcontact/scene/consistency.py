@@ -150,15 +150,19 @@ def check_depth(scene: Scene) -> None:
     No depth is needed along a direction in which nothing moves, in which a force is prescribed all the time, or in
     steady rolling, where only differences of displacements count.
     """
-    if not scene.line or isinstance(scene.motion, TimeStep):
-        return
-    if all(getattr(surface, "reference_depth", None) is not None for surface in scene.surfaces):
+    if scene.bodies.grounded and scene.reference_depth is not None:
+        raise SceneError(
+            "surface.reference_depth",
+            scene.reference_depth,
+            "left out: the bodies rest on bases that do not move, and displacements count from there",
+        )
+    if not scene.shift_undetermined or isinstance(scene.motion, TimeStep):
         return
     problems = list(_problems(scene))
     for problem in problems:
-        if problem.load[1] is not None:
+        if problem.load[1] is not None and scene.approach_undetermined:
             where = f" of step {problem.step}" if problem.step is not None else ""
-            raise _depth_for(f"the approach{where}", "a normal force")
+            raise _depth_for(scene, f"the approach{where}", "a normal force")
     if scene.motion is None or isinstance(scene.motion, Steady):
         return
     for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
@@ -166,12 +170,16 @@ def check_depth(scene: Scene) -> None:
             continue
         for problem in problems:
             if getattr(problem.motion, force) is None and problem.step is None:
-                raise _depth_for(f"motion.{shift}", f"motion.{force}")
+                raise _depth_for(scene, f"motion.{shift}", f"motion.{force}")
             if getattr(problem.motion, force) is None:
-                raise _depth_for(f"step {problem.step}, without motion.{force},", f"motion.{force} in every step")
+                what = f"step {problem.step}, without motion.{force},"
+                raise _depth_for(scene, what, f"motion.{force} in every step")
 
 
-def _depth_for(what: str, instead: str) -> SceneError:
+def _depth_for(scene: Scene, what: str, instead: str) -> SceneError:
+    if scene.bodies.slides:
+        message = f"{what} has no meaning where a body slides on a smooth base. Prescribe {instead}"
+        return SceneError("bodies.base", "smooth", message=message)
     return SceneError(
         "surface.reference_depth",
         None,
@@ -298,7 +306,7 @@ LARGE_CONTACT = 0.5
 
 def doubts(scene: Scene) -> tuple[str, ...]:
     """What looks like a slip of the pen, see `Scene.doubts`."""
-    found = (_modulus(scene), _size(scene), _creepage(scene))
+    found = (_modulus(scene), _size(scene), _creepage(scene), _net_shear(scene))
     return tuple(word for word in found if word)
 
 
@@ -339,6 +347,14 @@ def _size(scene: Scene) -> str:
     load = f"normal_force = {scene.normal_force:.4g}" if scene.approach is None else f"approach = {scene.approach:.4g}"
     words = f"{load}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius {radius:.4g}"
     return f"{words}; half-spaces stand for bodies much larger than it"
+
+
+def _net_shear(scene: Scene) -> str:
+    """Tangential forces on a strip that slides on its base."""
+    free = isinstance(scene.motion, Steady) and (scene.motion.Fx, scene.motion.Fy) == (0.0, 0.0)
+    if not (scene.line and scene.bodies.slides) or scene.frictionless or free:
+        return ""
+    return "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
 
 
 def _creepage(scene: Scene) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
@@ -30,7 +31,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.selection import many_pressures
 
@@ -157,7 +158,11 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
         return spec, None
     if not isinstance(surface, SampledDistance):
         assert isinstance(scene.bodies, BodyPair)
-        hertz = replace(scene, bodies=scene.bodies.softest).hertz
+        if isinstance(surface, Cylinders) and scene.approach is not None:
+            half = math.sqrt(2 * surface.R * scene.approach)
+            return spec.spread((-half, half, -math.inf, math.inf)), None
+        bodies, force, approach = scene.bodies.softest, scene.normal_force, scene.approach
+        hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
         assert hertz is not None
         return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
     normal = solver.plan.normal if solver.plan.convex else "norm"

@@ -18,9 +18,17 @@ from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.system.threads import one_blas_thread
-from varcontact.wheel_rail.conformal import place_curved
+from varcontact.wheel_rail.conformal import curved_surface
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.patches import Locus, Seams, contact_locus, joined, place, tangents_of
+from varcontact.wheel_rail.patches import (
+    Locus,
+    Seams,
+    contact_locus,
+    joined,
+    seams_of,
+    tangents_of,
+    undeformed_distance,
+)
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
 
 if TYPE_CHECKING:
@@ -221,42 +229,43 @@ class WheelOnRail:
         groups = joined(self.locus.overlaps(z), turn if curved else self.separate)
         body = self.velocity.body(self.wheelset, self.position, z)
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
-        known = self.wheel, self.rail, body.rotation, body.position, sides, (self.join, self.separate)
+        known = self.wheel, self.rail, body.rotation, body.position, sides
         patches = []
         for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
-            surface = place_curved(group, tangent, *known) if curved else None
-            found = place(group, tangent, *known) if surface is None else surface.flat
-            frame = found.frame
-            rolled, on_wheel = self.creepage(frame, found.approach, z), self.on_wheel(frame.origin, body)
+            frame = tangent.frame
+            surface = curved_surface(group, tangent, *known) if curved else None
+            grid, distance, approach = undeformed_distance(group, frame, *known) if surface is None else surface.flat
+            rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
+            motion = Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
+            seams = seams_of(group, frame, self.join, self.separate)
+            if surface is not None:
+                motion = Steady(rigid_slip=surface.rigid_slip(frame, body, self.velocity.speed))
+                seams = surface.by_arc_length(seams)
             scene = Scene(
                 bodies=self.bodies,
                 surface=SampledDistance(
-                    found.distance,
-                    None if with_grid else found.grid.x,
-                    None if with_grid else found.grid.y,
+                    distance,
+                    None if with_grid else grid.x,
+                    None if with_grid else grid.y,
                     inclination=None if surface is None else surface.inclination,
                 ),
-                approach=found.approach,
+                approach=approach,
                 friction=self.friction,
-                motion=(
-                    Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin)
-                    if surface is None
-                    else Steady(rigid_slip=surface.rigid_slip(body, self.velocity.speed))
-                ),
-                grid=found.grid if with_grid else "auto",
+                motion=motion,
+                grid=grid if with_grid else "auto",
                 units=MM_N,
             )
             patch = ContactPatch(
                 location=frame.origin,
-                angle=found.angle,
+                angle=tangent.angle,
                 frame=frame,
                 on_rail=self.track.on_rail(frame.origin[1:], self.side),
                 on_wheel=on_wheel,
                 rolling_radius=self.wheelset.radius + float(self.wheelset.wheel.z_at(float(on_wheel[0]))),
                 creepage=rolled,
-                approach=found.approach,
+                approach=approach,
                 scene=scene,
-                seams=found.seams,
+                seams=seams,
             )
             patches.append(patch)
         return tuple(patches)
