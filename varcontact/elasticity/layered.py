@@ -278,6 +278,8 @@ def _added_numbers(
 ) -> dict[str, np.ndarray]:
     """What layers add to influence numbers: the kernels' integrals over the element."""
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    if x.size == 0:
+        return {}
     (dx, dy), line = grid.sides, grid.line
     reach = max(np.abs(x).max() + dx, pair.depth) if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
     doublings = max(math.ceil(math.log2(reach / pair.thickness)), 0)

@@ -15,7 +15,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.results.solution import Solution
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, Layer, Layered
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -138,7 +138,7 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     for name in ("bodies", "surface"):
         if name not in entries:
             raise SceneError(name, None, f"given: add a table [{name}]")
-    entries["bodies"] = bodies_from(table_of("bodies", entries["bodies"]))
+    entries["bodies"] = _any_bodies(table_of("bodies", entries["bodies"]))
     rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
     entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
     if "motion" in entries:
@@ -182,13 +182,33 @@ def _plain(value: Any) -> Any:
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 
-def bodies_from(table: Mapping[str, Any]) -> Bodies:
-    """Bodies from a table of G and nu, or of E and nu."""
+def _any_bodies(table: Mapping[str, Any]) -> Any:
+    """What `Scene` takes as bodies: half-spaces, a body of layers for both, or a table or a word for each."""
+    if "upper" not in table and "lower" not in table:
+        return _body("bodies", table)
+    check_keys("bodies", table, ("upper", "lower"))
+    return tuple(_body(f"bodies.{name}", needed("bodies", table, name)) for name in ("upper", "lower"))
+
+
+def _body(name: str, given: Any) -> Any:
+    if isinstance(given, str):
+        return given
+    table = table_of(name, given)
+    if "layers" not in table:
+        return bodies_from(table, name)
+    check_keys(name, table, ("layers", "base"))
+    layers = table["layers"] if checks.is_array(table["layers"]) else []
+    made = [make(f"{name}.layers[{k}]", Layer, table_of(f"{name}.layers[{k}]", each)) for k, each in enumerate(layers)]
+    return Layered(made, needed(name, table, "base"))
+
+
+def bodies_from(table: Mapping[str, Any], name: str = "bodies") -> Bodies:
+    """Half-spaces from a table of G and nu, or of E and nu."""
     if "E" in table:
-        check_keys("bodies", table, ("E", "nu"))
-        return Bodies.from_young(*(needed("bodies", table, name) for name in ("E", "nu")))
-    check_keys("bodies", table, ("G", "nu", "E"))
-    return Bodies(*(needed("bodies", table, name) for name in ("G", "nu")))
+        check_keys(name, table, ("E", "nu"))
+        return Bodies.from_young(*(needed(name, table, key) for key in ("E", "nu")))
+    check_keys(name, table, ("G", "nu", "E"))
+    return Bodies(*(needed(name, table, key) for key in ("G", "nu")))
 
 
 def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
