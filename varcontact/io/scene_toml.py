@@ -199,7 +199,7 @@ def _body(name: str, given: Any) -> Any:
     check_keys(name, table, ("layers", "base"))
     layers = table["layers"] if checks.is_array(table["layers"]) else []
     made = [make(f"{name}.layers[{k}]", Layer, table_of(f"{name}.layers[{k}]", each)) for k, each in enumerate(layers)]
-    return Layered(made, needed(name, table, "base"))
+    return Layered(tuple(made), needed(name, table, "base"))
 
 
 def bodies_from(table: Mapping[str, Any], name: str = "bodies") -> Bodies:
