@@ -32,12 +32,6 @@ LEAST_STEP = 1e-6
 LARGEST_STEP = 1e9
 """Greatest step in elements: by then particles have long left the influence of the contact."""
 
-FREE_DEPTH = 4.0
-"""Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
-
-From one length on all influence numbers are positive, and A_zz is positive definite.
-"""
-
 RANGE = 280
 """Powers of ten that forces and their work may have: floating point ends at 308."""
 
@@ -292,6 +286,7 @@ class Discretisation:
             area=self.lattice.area,
             force=None if force is None else force / self.scales.force,
             approach=None if approach is None else (approach - self.base) / displacement,
+            symmetric=self.operators.medium.even,
         )
 
     def tangential_problem(
@@ -382,6 +377,11 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         raise SceneError(
             "surface.reference_depth", depth, f"at least the length of the potential contact, {along_x:.6g}"
         )
+    if depth is not None and scene.bodies.relaxes:
+        longest = (scene.speed or 0.0) * scene.bodies.longest_relaxation
+        if depth < longest:
+            allowed = f"at least the longest relaxation length, motion.speed times tau, {longest:.6g}"
+            raise SceneError("surface.reference_depth", depth, allowed)
     if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
         size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
         if not scene.line:
@@ -407,7 +407,8 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
     scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
     _check_range(scales)
     operators = Operators(
-        grid.scaled(length), medium_of(scene.bodies, length, FREE_DEPTH if depth is None else depth / length, coupled)
+        grid.scaled(length),
+        medium_of(scene.bodies, length, None if depth is None else depth / length, coupled, scene.speed),
     )
     if known is not None and known.same(operators):
         operators = known

@@ -54,6 +54,8 @@ class Steady:
         The difference of displacements that is the elastic slip: between an element and a step ahead, as in CONTACT;
         or also with a step behind and two steps ahead, which is exact for displacements that are quadratic along x.
         The second goes with ``Grid(edge="softened")``, see `Scene.second_order`.
+    speed : float, optional
+        Rolling velocity [length/time], with viscoelastic bodies, and with these only: nothing else depends on time.
     """
 
     vx: float = 0.0
@@ -64,6 +66,7 @@ class Steady:
     dq: float | None = None
     spin_offset: float | None = None
     slip_difference: Literal["first-order", "second-order"] = "first-order"
+    speed: float | None = None
 
     def __post_init__(self) -> None:
         _check_rigid(self, "vx", "vy", "spin")
@@ -73,6 +76,8 @@ class Steady:
             object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[difference])
         if self.dq is not None:
             object.__setattr__(self, "dq", checks.positive("motion.dq", self.dq))
+        if self.speed is not None:
+            object.__setattr__(self, "speed", checks.positive("motion.speed", self.speed))
         check_offset(self.spin_offset)
 
     @property

@@ -109,7 +109,7 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
         return spec, None
     if not isinstance(surface, SampledDistance):
         assert isinstance(scene.bodies, BodyPair)
-        hertz = replace(scene, bodies=scene.bodies.softest).hertz
+        hertz = replace(scene, bodies=scene.bodies.softest, motion=None, friction=None).hertz
         assert hertz is not None
         return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
     normal = solver.plan.normal if solver.plan.convex else "norm"
