@@ -199,8 +199,8 @@ def _any_bodies(table: Mapping[str, Any]) -> Any:
     if "upper" not in table and "lower" not in table:
         return _body("bodies", table)
     check_keys("bodies", table, ("upper", "lower"))
-    names = ("bodies.upper", "bodies.lower")
-    return tuple(_body(name, table_of(name, needed("bodies", table, name[7:]))) for name in names)
+    sides = {f"bodies.{side}": needed("bodies", table, side) for side in ("upper", "lower")}
+    return tuple(side if isinstance(side, str) else _body(name, table_of(name, side)) for name, side in sides.items())
 
 
 def _body(name: str, table: Mapping[str, Any]) -> Any:
@@ -231,9 +231,11 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
     made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
     if made is Transient:
         entries = _history(entries, folder)
+    if made is Steady and isinstance(entries.get("rigid_slip"), Mapping):
+        entries["rigid_slip"] = _from_file("motion.rigid_slip", entries["rigid_slip"], folder, 2)
     if made is SampledDistance:
         several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
-        for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
+        for field, dimensions in (("h", several), ("x", 1), ("y", 1), ("inclination", 1)):
             if isinstance(entries.get(field), Mapping):
                 entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
         if "smoothing" in entries:

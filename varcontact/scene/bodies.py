@@ -132,9 +132,23 @@ class Bodies:
         return f"K = {self.K:.3g}"
 
     @property
+    def grounded(self) -> bool:
+        """Whether both bodies rest on bases that do not move: half-spaces do not."""
+        return False
+
+    @property
+    def slides(self) -> bool:
+        """Whether one of them rests on a base without friction."""
+        return False
+
+    @property
     def alike(self) -> Bodies:
         """Two like bodies with the same combined constants: these without their difference K."""
         return Bodies(G=self.combined_G, nu=self.combined_nu)
+
+
+RIGID = "rigid"
+"""A body of a pair, or a base, that does not give way."""
 
 
 @dataclass(frozen=True)
@@ -276,7 +290,7 @@ class BodyPair:
 
     Parameters
     ----------
-    upper, lower : Layered, Viscoelastic or Bodies
+    upper, lower : Layered, Viscoelastic, Bodies or "rigid"
         A half-space is ``Bodies(G, nu)`` with one modulus and one ratio.
 
     Raises
@@ -285,15 +299,18 @@ class BodyPair:
         If one of them is no body, or both are rigid.
     """
 
-    upper: Body
-    lower: Body
+    upper: Body | str
+    lower: Body | str
 
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
             pair = isinstance(body, Bodies) and (isinstance(body.G, tuple) or isinstance(body.nu, tuple))
-            if not isinstance(body, Body) or pair:
-                raise SceneError(f"bodies.{name}", body, "Layered, Viscoelastic, or Bodies with one G and one nu")
+            if not (isinstance(body, Body) or body == RIGID) or pair:
+                allowed = 'Layered, Viscoelastic, Bodies with one G and one nu, or "rigid"'
+                raise SceneError(f"bodies.{name}", body, allowed)
+        if self.upper == self.lower == RIGID:
+            raise SceneError("bodies", (RIGID, RIGID), "one body at least that is elastic")
         if self.relaxes and any(isinstance(body, Layered) for body in (self.upper, self.lower)):
             message = "bodies: a viscoelastic body with a layered one is not available; give half-spaces"
             raise SceneError("bodies", self, message=message)
@@ -301,7 +318,7 @@ class BodyPair:
     @property
     def surfaces(self) -> Bodies:
         """Half-spaces of the materials at the surfaces."""
-        (G1, nu1), (G2, nu2) = _surface(self.upper), _surface(self.lower)
+        (G1, nu1), (G2, nu2) = surface_material(self.upper), surface_material(self.lower)
         return Bodies(G=(G1, G2), nu=(nu1, nu2))
 
     @property
@@ -341,6 +358,17 @@ class BodyPair:
         """How the bodies differ, in words."""
         return "of different materials" if self.coupled else "alike"
 
+    @property
+    def grounded(self) -> bool:
+        """Whether both bodies rest on bases that do not move: normal displacements count from there."""
+        bases = [body.base if isinstance(body, Layered) else body for body in (self.upper, self.lower)]
+        return all(isinstance(base, str) for base in bases)
+
+    @property
+    def slides(self) -> bool:
+        """Whether one of them rests on a base without friction: tangential displacements are known but for a shift."""
+        return any(isinstance(body, Layered) and body.base == "smooth" for body in (self.upper, self.lower))
+
 
 def as_bodies(value: Any) -> Any:
     """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces is `Bodies`."""
@@ -349,20 +377,22 @@ def as_bodies(value: Any) -> Any:
     if not isinstance(value, tuple | list) or len(value) != 2 or not any(isinstance(b, Body) for b in value):
         return value
     pair = BodyPair(*value)
-    both = isinstance(pair.upper, Bodies) and isinstance(pair.lower, Bodies)
-    return pair.surfaces if both else pair
+    return pair if any(isinstance(body, Layered | Viscoelastic) for body in value) else pair.surfaces
 
 
-def _surface(body: Body) -> tuple[float, float]:
+def surface_material(body: Body | str) -> tuple[float, float]:
+    """G and nu of the material at the surface of a body of a pair."""
+    if isinstance(body, str):
+        return math.inf, 0.0
     if isinstance(body, Layered):
         return body.surface
     return (body.G, body.nu) if isinstance(body, Viscoelastic) else (body.combined_G, body.combined_nu)
 
 
-def _softest(body: Body) -> float:
+def _softest(body: Body | str) -> float:
     if isinstance(body, Layered):
         return body.softest
-    return body.relaxed_G if isinstance(body, Viscoelastic) else body.combined_G
+    return body.relaxed_G if isinstance(body, Viscoelastic) else surface_material(body)[0]
 
 
 def _modulus(field: str, value: Any) -> float:
