@@ -213,7 +213,7 @@ def test_files(bodies, tmp_path):
 def test_scene_file_by_hand(tmp_path):
     path = tmp_path / "coat.toml"
     start = 'normal_force = 1.0\n[surface]\nkind = "paraboloids"\nRx = 1.0\nRy = 1.0\n'
-    coat = "layers = [{ h = 0.1, G = 4.0, nu = 0.3 }]\nbase = [1.0, 0.25]\n"
+    coat = 'kind = "layered"\n' + "layers = [{ h = 0.1, G = 4.0, nu = 0.3 }]\nbase = [1.0, 0.25]\n"
     layered = vc.Layered([vc.Layer(0.1, 4.0, 0.3)], base=(1.0, 0.25))
     for text, bodies in (
         (f"[bodies]\n{coat}", (layered, layered)),
@@ -224,9 +224,9 @@ def test_scene_file_by_hand(tmp_path):
         found = vc.read_scene(path)[0].bodies
         assert (found.upper, found.lower) == bodies
     for text, field in (
-        ("[bodies]\nlayers = [{ h = 0.1, nu = 0.3 }]\nbase = 'rigid'\n", "bodies.layers[0].G"),
-        ("[bodies]\nlayers = 3\nbase = 'rigid'\n", "bodies.layers"),
-        ("[bodies]\nlayers = [{ h = 0.1, G = 1.0, nu = 0.3 }]\n", "bodies.base"),
+        ("[bodies]\nkind = 'layered'\nlayers = [{ h = 0.1, nu = 0.3 }]\nbase = 'rigid'\n", "bodies.layers[0].G"),
+        ("[bodies]\nkind = 'layered'\nlayers = 3\nbase = 'rigid'\n", "bodies.layers"),
+        ("[bodies]\nkind = 'layered'\nlayers = [{ h = 0.1, G = 1.0, nu = 0.3 }]\n", "bodies.base"),
         ("[bodies]\nupper = 'rigid'\n", "bodies.lower"),
         ("[bodies]\nupper = 'rigid'\nlower = 'rigid'\n", "bodies"),
         ("[bodies.upper]\nG = 1.0\nnu = 0.3\nh = 1\n[bodies.lower]\nG = 1.0\nnu = 0.3\n", "bodies.upper.h"),

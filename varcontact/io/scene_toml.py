@@ -15,7 +15,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.results.solution import Solution
-from varcontact.scene.bodies import Bodies, Layer, Layered
+from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -38,6 +38,7 @@ SURFACES = {
     "cylinders": Cylinders,
     "sampled-distance": SampledDistance,
 }
+BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
@@ -177,33 +178,42 @@ def _plain(value: Any) -> Any:
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
     entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
-    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS, **LAWS}.items() if isinstance(value, cls)]
+    if isinstance(value, BodyPair) and not value.coupled:
+        return _plain(value.upper)
+    named = {**SURFACES, **MOTIONS, **LAWS, **BODIES}
+    kinds = [{"kind": kind} for kind, cls in named.items() if isinstance(value, cls)]
     table = kinds[0] if kinds else {}
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 
+def bodies_from(table: Mapping[str, Any]) -> Bodies:
+    """Half-spaces from a table of G and nu, or of E and nu."""
+    made = _body("bodies", table)
+    if not isinstance(made, Bodies):
+        raise SceneError("bodies", table, "half-spaces, by G or E and nu")
+    return made
+
+
 def _any_bodies(table: Mapping[str, Any]) -> Any:
-    """What `Scene` takes as bodies: half-spaces, a body of layers for both, or a table or a word for each."""
+    """Bodies, or a pair of them from the tables ``[bodies.upper]`` and ``[bodies.lower]``."""
     if "upper" not in table and "lower" not in table:
         return _body("bodies", table)
     check_keys("bodies", table, ("upper", "lower"))
-    return tuple(_body(f"bodies.{name}", needed("bodies", table, name)) for name in ("upper", "lower"))
+    sides = {f"bodies.{side}": needed("bodies", table, side) for side in ("upper", "lower")}
+    return tuple(side if isinstance(side, str) else _body(name, table_of(name, side)) for name, side in sides.items())
 
 
-def _body(name: str, given: Any) -> Any:
-    if isinstance(given, str):
-        return given
-    table = table_of(name, given)
-    if "layers" not in table:
-        return bodies_from(table, name)
-    check_keys(name, table, ("layers", "base"))
-    layers = table["layers"] if checks.is_array(table["layers"]) else []
-    made = [make(f"{name}.layers[{k}]", Layer, table_of(f"{name}.layers[{k}]", each)) for k, each in enumerate(layers)]
-    return Layered(tuple(made), needed(name, table, "base"))
-
-
-def bodies_from(table: Mapping[str, Any], name: str = "bodies") -> Bodies:
-    """Half-spaces from a table of G and nu, or of E and nu."""
+def _body(name: str, table: Mapping[str, Any]) -> Any:
+    """Bodies, or one body, by its kind; without one half-spaces."""
+    if "kind" in table:
+        entries = dict(table)
+        kind = BODIES[checks.choice(f"{name}.kind", entries.pop("kind"), BODIES)]
+        if kind is Layered and isinstance(entries.get("layers"), list):
+            entries["layers"] = [
+                make(f"{name}.layers[{k}]", Layer, table_of(f"{name}.layers[{k}]", each))
+                for k, each in enumerate(entries["layers"])
+            ]
+        return make(name, kind, entries)
     if "E" in table:
         check_keys(name, table, ("E", "nu"))
         return Bodies.from_young(*(needed(name, table, key) for key in ("E", "nu")))

@@ -116,7 +116,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     Raises
     ------
     SceneError
-        For what is no Solution, a rigid body of a pair, and points that are not finite, beyond `FARTHEST` or outside
+        For what is no Solution, a rigid or viscoelastic body of a pair, and points that are not finite, beyond `FARTHEST` or outside
         the body.
 
     Notes
@@ -246,10 +246,11 @@ def _stack(solution: Solution, side: int) -> Stack | None:
     if isinstance(bodies, Bodies):
         return None
     body = (bodies.upper, bodies.lower)[side - 1]
-    if isinstance(body, str):
-        raise SceneError("body", side, "an elastic one", message="body: nothing is known of stresses in a rigid one")
-    if not isinstance(body, Layered):
+    if isinstance(body, Bodies):
         return None
+    if not isinstance(body, Layered):
+        message = "body: stresses below the surface are known of half-spaces, Bodies(G, nu), and of Layered bodies"
+        raise SceneError("body", side, "an elastic one", message=message)
     return Stack(tuple((layer.h, layer.G, layer.nu) for layer in body.layers), body.base)
 
 
