@@ -362,11 +362,11 @@ def test_spence_indentation(tmp_path, pictures):
 
 def test_viscoelastic_roller(tmp_path, pictures):
     """Hunter's rolling resistance at all speeds, with a maximum between slow and fast."""
-    free, exact = script("viscoelastic_roller").main(str(tmp_path / "picture.png"), cells=60, speeds=7)
-    np.testing.assert_allclose(free, exact, atol=4e-3 * exact.max())
+    one, exact = script("viscoelastic_roller").main(str(tmp_path / "picture.png"), cells=60, speeds=7)
+    np.testing.assert_allclose(one, exact, atol=4e-3 * exact.max())
     assert 0 < exact.argmax() < 6
     assert exact[[0, -1]].max() < 0.1 * exact.max()
-    np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[0].get_ydata(), free)
+    np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[0].get_ydata(), one)
 
 
 def test_falling_friction(tmp_path, capsys, pictures):
