@@ -116,8 +116,8 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     Raises
     ------
     SceneError
-        For what is no Solution, a rigid or viscoelastic body of a pair, and points that are not finite, beyond `FARTHEST`
-        or outside the body.
+        For what is no Solution, a rigid or viscoelastic body of a pair, and points that are not finite, beyond
+        `FARTHEST` or outside the body.
 
     Notes
     -----
