@@ -101,7 +101,14 @@ slip_difference='first-order')
     'Fy = -15000 N'
     >>> folder.cleanup()
     """
-    cases = _cases(Lines(checks.file_name("path", path)))
+    lines = Lines(checks.file_name("path", path))
+    wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
+    cases: list[_Case] = []
+    before: _Case | None = None
+    for _ in modules(lines, 3, "basic contact", {1: wheel}):
+        before = _case(lines, before)
+        if before.digits["R"] == 1:
+            cases.append(before)
     if not cases:
         raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
     return [_scene(sequence) for sequence in _sequences(cases)]
@@ -155,18 +162,6 @@ class _Case:
         if self.digits["N"] == 1:
             return {"normal_force": self.kinematics[0] / self.width}
         return {"approach": self.kinematics[0]}
-
-
-def _cases(lines: Lines) -> list[_Case]:
-    """The cases that are to be calculated."""
-    cases: list[_Case] = []
-    before: _Case | None = None
-    wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
-    for _ in modules(lines, 3, "basic contact", {1: wheel}):
-        before = _case(lines, before)
-        if before.digits["R"] == 1:
-            cases.append(before)
-    return cases
 
 
 def _case(lines: Lines, before: _Case | None) -> _Case:

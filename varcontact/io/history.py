@@ -27,7 +27,6 @@ from varcontact.io.records import (
     HISTORY_FORMAT,
     MAGIC,
     SERIES,
-    count_of,
     first_step,
     next_step,
     storing,
@@ -87,7 +86,7 @@ class Stored(Sequence[Solution]):
         with _file(path) as file:
             if len(other) and "power_density" not in file.variables:
                 raise OutputError("store", path, "was written by an earlier version, and can be read only")
-        if _identity(self) != _identity(other) or not _same_start(self.scene, other.scene):
+        if _identity(self) != _identity(other):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")
 
     @property
@@ -173,7 +172,7 @@ class Stored(Sequence[Solution]):
             file.flush()
             os.fsync(file.fileno())
             file.seek(COUNT_AT)
-            file.write(count_of(k + 1))
+            file.write((k + 1).to_bytes(4, "big"))
 
 
 def save(history: History, path: str | Path, overwrite: bool = False) -> None:
@@ -247,30 +246,26 @@ def _write(history: History, file: BinaryIO) -> None:
     for k in range(1, len(steps)):
         file.write(next_step(history.scene, plan, history.settings, steps[k]))
     file.seek(COUNT_AT)
-    file.write(count_of(len(steps)))
+    file.write(len(steps).to_bytes(4, "big"))
 
 
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
     """A file of ours, open; nothing of it is in memory but what is asked for."""
-    file = _opened(path)
+    from scipy.io import netcdf_file
+
+    file = None
+    while file is None:  # scipy maps it before it reads how many steps there are: another may be added in between
+        size = _size(path)
+        try:
+            file = netcdf_file(path, "r", mmap=True)
+        except Exception as error:  # whatever scipy makes of damaged bytes
+            if _size(path) in (size, 0):
+                raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
     try:
         yield _Header(file)
     finally:
         file.close()
-
-
-def _opened(path: Path) -> Any:
-    """The file by scipy, which maps it before it reads how many steps there are: another may be added in between."""
-    from scipy.io import netcdf_file
-
-    while True:
-        size = _size(path)
-        try:
-            return netcdf_file(path, "r", mmap=True)
-        except Exception as error:  # whatever scipy makes of damaged bytes
-            if _size(path) in (size, 0):
-                raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
 
 
 def _size(path: Path) -> int:
@@ -309,18 +304,12 @@ def _stored(path: Path) -> Stored:
     return Stored(path, scene, plan, settings)
 
 
-def _identity(stored: Stored) -> str:
-    """What has to be the same where a history goes on."""
+def _identity(stored: Stored) -> tuple[str, bytes]:
+    """What has to be the same where a history goes on: scene, methods and settings, and the start of its bodies."""
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
-    return json.dumps([scene_to(stored.scene), methods, stored.settings])
-
-
-def _same_start(one: Scene, other: Scene) -> bool:
-    first, second = _motion(one).start, _motion(other).start
-    if first is None or second is None:
-        return first is second
-    fields = ("pressure", "traction")
-    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in fields)
+    start = _motion(stored.scene).start
+    fields = b"" if start is None else (start.pressure + 0.0).tobytes() + (start.traction + 0.0).tobytes()
+    return json.dumps([scene_to(stored.scene), methods, stored.settings]), fields
 
 
 def _motion(scene: Scene) -> Transient:

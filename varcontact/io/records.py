@@ -71,11 +71,6 @@ ERRORS = {"Fx_error": "force", "Fy_error": "force", "Mz_error": "moment", "vx_er
 """Error bars, of sweeps to an accuracy or within a time."""
 
 
-def count_of(records: int) -> bytes:
-    """A number of records, as it stands at `COUNT_AT`."""
-    return records.to_bytes(4, "big")
-
-
 @contextmanager
 def storing(path: Path) -> Iterator[None]:
     """Errors while records are written become those of the store."""
@@ -120,14 +115,7 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
         file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
         longer = plan.loops or scene.under_law or sol.error_estimate is not None
         length = RECORD_OF_PASSES if longer else RECORD
-        sizes = {
-            "component": 2,
-            "y": sol.grid.rows,
-            "x": sol.grid.nx,
-            "rigid": 3,
-            "letters": 8,
-            "characters": length,
-        }
+        sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
         record, parts = record_of(sol), dict[str, Any]()
         places: dict[str, Any] = {"x": ("x", sol.grid.x, {}), "y": ("y", sol.grid.y, {})}
         if sol.refinement is not None:
@@ -219,13 +207,13 @@ class SweepFile:
         record = record_type(described["settings"])
         with only_writer("store", path):
             header = _sweep_header(described, len(_sweep_header(described, 0)))
-            header = MAGIC + count_of(scenes) + header[COUNT_AT + 4 :]
+            header = MAGIC + scenes.to_bytes(4, "big") + header[COUNT_AT + 4 :]
             if not path.exists() or path.stat().st_size == 0:
                 with replacing("store", path) as file:
                     file.write(header)
                     file.write(blank(scenes, record).tobytes())
-            elif (there := _read_store(path)) != (asked := json.loads(json.dumps(described))):
-                raise OutputError("store", path, f"holds another sweep{_difference(there, asked)}; name a new file")
+            else:
+                _check_same_sweep(path, json.loads(json.dumps(described)))
             with path.open("r+b", buffering=0) as file:
                 yield cls(path, len(header), record, file)
 
@@ -282,21 +270,20 @@ def _sweep_header(described: dict[str, Any], begin: int) -> bytes:
     return parts[0]
 
 
-def _difference(there: dict[str, Any], wanted: dict[str, Any]) -> str:
-    """The settings in which two sweeps differ, where it is these alone."""
-    if {**there, "settings": None} != {**wanted, "settings": None}:
-        return ""
-    old, new = there["settings"], wanted["settings"]
-    changed = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
-    return f" ({', '.join(changed)})"
-
-
-def _read_store(path: Path) -> dict[str, Any]:
-    """What sweep the file is of that is to be resumed."""
+def _check_same_sweep(path: Path, wanted: dict[str, Any]) -> None:
+    """Refuse the file of another sweep; the error has the settings that differ, where it is these alone."""
     try:
-        return _read_header(path)[1]
+        _, there, _ = _read_header(path)
     except OutputError as error:
         raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
+    if there == wanted:
+        return
+    changed = ""
+    if {**there, "settings": None} == {**wanted, "settings": None}:
+        old, new = there["settings"], wanted["settings"]
+        differ = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
+        changed = f" ({', '.join(differ)})"
+    raise OutputError("store", path, f"holds another sweep{changed}; name a new file")
 
 
 def _read_header(path: Path) -> tuple[int, dict[str, Any], int]:

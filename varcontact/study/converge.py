@@ -5,7 +5,7 @@ from __future__ import annotations
 import tracemalloc
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -132,7 +132,7 @@ def converge(
             for done, (n, each, i) in enumerate(wanted):
                 if (n, each.name, i) not in known:
                     place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-                    tasks.append(_Task(replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i))
+                    tasks.append((replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i))
                     words.append(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
             with opened(executor, workers) as pool:
                 for _, row in results(_row, tasks, pool, progress=progress, names=words):
@@ -143,22 +143,11 @@ def converge(
     return Convergence.of(table.rows, numbers, names, offsets)
 
 
-@dataclass(frozen=True)
-class _Task:
-    """One solve of a study."""
-
-    scene: Scene
-    method: Method
-    tol: float
-    cells: int
-    offset: int
-
-
-def _row(task: _Task) -> dict[str, Any]:
+def _row(scene: Scene, method: Method, tol: float, cells: int, offset: int) -> dict[str, Any]:
     """The row of a solve; the first of each grid is traced for its memory."""
-    solved = _traced if task.offset == 0 and alone() else _solved
-    row = solved(task.scene, task.method, task.tol)
-    return row | {"method": task.method.name, "cells": task.cells, "offset": task.offset, **_staircase(task.scene)}
+    solved = _traced if offset == 0 and alone() else _solved
+    row = solved(scene, method, tol)
+    return row | {"method": method.name, "cells": cells, "offset": offset, **_staircase(scene)}
 
 
 def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:

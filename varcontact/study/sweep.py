@@ -186,7 +186,7 @@ def sweep(
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(len(records[first : first + chunk]), kind)
-        tasks = [_Task(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
+        tasks = [(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
         started, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
         try:
             if progress is not None:
@@ -277,31 +277,22 @@ def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
     return checked
 
 
-@dataclass(frozen=True)
-class _Task:
-    """The scenes of a chunk, how they are solved, and the type of their records."""
-
-    options: dict[str, Any]
-    record: np.dtype
-    scenes: tuple[Scene, ...]
-
-
 _KEPT = threading.local()
 """The influence numbers of each worker's last chunk: the next is mostly on the same lattice."""
 
 
-def _solved(task: _Task) -> np.ndarray:
+def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
     """The records of a chunk of scenes, with the errors of those that fail."""
-    records, given = blank(len(task.scenes), task.record), task.options
+    records = blank(len(scenes), kind)
     operators = getattr(_KEPT, "operators", None)
     series = Series(given["tol"], given["polish"], given["certify"], operators=operators)
-    for record, scene in zip(records, task.scenes, strict=True):
+    for record, scene in zip(records, scenes, strict=True):
         try:
             options = _checked(scene, given)
             sol = series.solve(scene, options.plan) if options.target is None else adaptive.solve(scene, options)
             assert isinstance(sol, Solution)
             for name, value in _figures(sol).items():
-                if name in (task.record.names or ()):
+                if name in (kind.names or ()):
                     record[name] = value
             record["outcome"] = OUTCOMES.index(outcome(options.plan))
         except NotConverged as error:

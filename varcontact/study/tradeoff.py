@@ -140,8 +140,8 @@ def tradeoff(
             key = signature(Posed(reference.kind, reference.scene, reference.steps))
             met[reference.kind] += 1
             lacking = [way for way in ways if (name, str(way), key) not in known]
-            tasks.append(_Task(name, reference, lacking, met[reference.kind], key))
-        done, names = 0, [task.name for task in tasks]
+            tasks.append((name, reference, lacking, met[reference.kind], key))
+        done, names = 0, list(bank)
         try:
             with opened(executor, workers) as pool:
                 for _, rows in results(_measured, tasks, pool, progress=progress, names=names):
@@ -153,29 +153,12 @@ def tradeoff(
         return Tradeoff.of(table.rows, bank, ways)
 
 
-@dataclass(frozen=True)
-class _Task:
-    """A scene, its number in its class, and the ways that it has not been answered in."""
-
-    name: str
-    reference: Reference
-    ways: list[Way]
-    number: int
-    key: str
-
-
-def _measured(task: _Task) -> list[dict[str, Any]]:
-    """The rows of a scene."""
-    common = {"scene": task.name, "kind": task.reference.kind, "identity": task.key}
+def _measured(name: str, reference: Reference, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
+    """The rows of a scene, which is that `number` of its class, by the ways that it has not been answered in."""
+    common = {"scene": name, "kind": reference.kind, "identity": key}
     return [
-        {
-            **common,
-            "way": str(way),
-            "family": way.family,
-            "cells": way.cells,
-            **_costs(task.reference, way, task.number),
-        }
-        for way in task.ways
+        {**common, "way": str(way), "family": way.family, "cells": way.cells, **_costs(reference, way, number)}
+        for way in ways
     ]
 
 
