@@ -287,7 +287,8 @@ class Solution:
     def _repr_html_(self) -> str:
         from varcontact.results.report import headline, report_rows
 
-        return html_table(headline(self), report_rows(self))
+        doubts = [("WARNING", doubt) for doubt in self.scene.doubts]
+        return html_table(headline(self), [*doubts, *report_rows(self)])
 
     def __repr__(self) -> str:
         Fx, Fy = self.force
