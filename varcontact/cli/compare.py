@@ -35,7 +35,6 @@ def compare(
     from varcontact.data.benchmark_scenes import standard_bank
     from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.studies import plot_comparison
-    from varcontact.plotting.style import write_picture
     from varcontact.study.compare import compare as compare_methods
     from varcontact.study.compare import summary
     from varcontact.study.csv_table import as_json as table_as_json
@@ -54,15 +53,15 @@ def compare(
     if accuracy is None and time_budget is None:
         options = _accuracy_of_files([settings for _, settings in read.values()])
     options |= {"tol": tol, "store": out, "workers": workers}
-    table = study(
+    study(
         lambda progress: compare_methods(described, chosen, progress=progress, **options),
         table_as_json if as_json else summary,
         out,
         "--out FILE.csv",
         "methods",
+        plot_comparison,
+        plot,
     )
-    if plot is not None:
-        write_picture(plot_comparison(table), plot)
 
 
 def _accuracy_of_files(settings: list[dict[str, Any]]) -> dict[str, Any]:
@@ -103,7 +102,6 @@ def converge(
 ) -> None:
     """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
     from varcontact.io.scene_toml import read_scene
-    from varcontact.plotting.style import write_picture
     from varcontact.study.converge import converge as converge_on
     from varcontact.study.convergence import Convergence
 
@@ -111,15 +109,15 @@ def converge(
     described, _ = read_scene(scene)
     grids: list[Any] = [int(n) if n.strip().isdecimal() and len(n) < 20 else n for n in cells.split(",")]
     options: dict[str, Any] = {"offsets": offsets, "tol": tol, "store": store}
-    found = study(
+    study(
         lambda progress: converge_on(described, grids, names_of(method), progress=progress, **options),
         Convergence.to_json if as_json else Convergence.report,
         store,
         "--store FILE.csv",
         "solves",
+        Convergence.plot,
+        plot,
     )
-    if plot is not None:
-        write_picture(found.plot(), plot)
 
 
 def tradeoff(
@@ -145,7 +143,6 @@ def tradeoff(
     """Measure ways to answer the reference scenes: error against the continuum, seconds, memory."""
     from varcontact import checks
     from varcontact.data.benchmark_scenes import CLASSES
-    from varcontact.plotting.style import write_picture
     from varcontact.study.references import references
     from varcontact.study.tradeoff import Tradeoff
     from varcontact.study.tradeoff import tradeoff as measure
@@ -159,12 +156,12 @@ def tradeoff(
         numbers = [int(n) for n in cells.split(",")]
     except ValueError:
         raise SceneError("cells", cells, "whole numbers separated by commas") from None
-    found = study(
+    study(
         lambda progress: measure(bank, chosen, cells=numbers, store=out, progress=progress),
         Tradeoff.to_json if as_json else Tradeoff.report,
         out,
         "--out FILE.csv",
         "scenes",
+        Tradeoff.plot,
+        plot,
     )
-    if plot is not None:
-        write_picture(found.plot(), plot)

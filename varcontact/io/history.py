@@ -13,7 +13,7 @@ import operator
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, overload
@@ -93,7 +93,7 @@ class Stored(Sequence[Solution]):
     def grid(self) -> Grid:
         """The grid of all steps."""
         with _file(self.path) as file, reading(self.path):
-            return Grid(**json.loads(file.grid))
+            return Grid(**_entry(file, "grid"))
 
     def __len__(self) -> int:
         try:
@@ -121,13 +121,13 @@ class Stored(Sequence[Solution]):
         if self.measured is None:
             return replace(sol, note=AS_STORED)
         before = self._read(k - 1) if k > 0 else None
-        with self._damaged_in(k):
+        with reading(self.path, f"is damaged in step {k}"):
             return self.measured(k, before, sol)
 
     def _read(self, k: int) -> Solution:
         """Step k as it is in the file."""
-        with _file(self.path) as file, self._damaged_in(k):
-            grid = Grid(**json.loads(file.grid))
+        with _file(self.path) as file, reading(self.path, f"is damaged in step {k}"):
+            grid = Grid(**_entry(file, "grid"))
             names = (*ON_ELEMENTS, "approach", "creepage")
             fields = {name: _native(file.variables[name][k]) for name in names if name in file.variables}
             parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
@@ -138,10 +138,6 @@ class Stored(Sequence[Solution]):
             if "refinement" in record:
                 sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
             return sol
-
-    def _damaged_in(self, k: int) -> AbstractContextManager[None]:
-        """Errors become those of a file that is damaged in step k."""
-        return reading(self.path, f"is damaged in step {k}")
 
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step, those called `name` in the file."""
@@ -163,7 +159,7 @@ class Stored(Sequence[Solution]):
                 file.write(first_step(self.scene, self.plan, self.settings, sol))
             return
         with _file(self.path) as header:
-            begin = int(header.first_step)
+            begin = int(header.first_step.decode())
         step = next_step(self.scene, self.plan, self.settings, sol)
         with storing(self.path), self.path.open("r+b") as file:
             file.seek(begin + k * len(step))
@@ -263,7 +259,7 @@ def _file(path: Path) -> Iterator[Any]:
             if _size(path) in (size, 0):
                 raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
     try:
-        yield _Header(file)
+        yield file
     finally:
         file.close()
 
@@ -273,28 +269,19 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
 
-class _Header:
-    """Attributes of a file as text, and its variables."""
-
-    def __init__(self, file: Any) -> None:
-        self._file = file
-
-    @property
-    def variables(self) -> Any:
-        return self._file.variables
-
-    def __getattr__(self, name: str) -> str:
-        return bytes(getattr(self._file, name)).decode()
+def _entry(file: Any, name: str) -> Any:
+    """An attribute of a file, which is JSON."""
+    return json.loads(bytes(getattr(file, name)).decode())
 
 
 def _stored(path: Path) -> Stored:
     """What is in a file."""
     with _file(path) as file:
-        if getattr(file._file, "format", b"") != HISTORY_FORMAT.encode():
+        if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
             raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
         with reading(path):
-            scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
-            settings = json.loads(file.settings)
+            scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
+            settings = _entry(file, "settings")
             settings["tol"] = checks.positive("tol", settings["tol"])
             settings["polish"] = checks.flag("polish", settings["polish"])
             if "start" in file.variables:

@@ -84,11 +84,8 @@ def dataset(sol: Solution) -> xr.Dataset:
     variables: dict[str, Any] = {}
     for name, (dims, quantity, words) in (FIELDS | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
         quantity = IN_PLACE.get(name, quantity) if shift else quantity
-        variables[name] = (
-            dims,
-            np.asarray(getattr(sol, name)),
-            {"units": units.of(quantity, line), "long_name": words},
-        )
+        said = {"units": units.of(quantity, line), "long_name": words}
+        variables[name] = dims, np.asarray(getattr(sol, name)), said
     coordinates = {
         "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
         "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
@@ -255,6 +252,7 @@ def assembled(
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in creepage)
     fields = {"power_density": np.full(grid.shape, np.nan)} | fields
+    estimate = record.get("error_estimate")
     sol = Solution(
         scene=scene,
         grid=grid,
@@ -275,9 +273,7 @@ def assembled(
             problem: {name: Calls(**each) for name, each in solvers.items()}
             for problem, solvers in record.get("calls", {}).items()
         },
-        error_estimate=None
-        if record.get("error_estimate") is None
-        else ErrorEstimate.from_plain(record["error_estimate"]),
+        error_estimate=None if estimate is None else ErrorEstimate.from_plain(estimate),
     )
     check_schema(sol)
     return sol

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Interrupted, NotConverged, SolverUnavailable, VarcontactError, WorkersLost
+from varcontact.errors import Interrupted, VarcontactError, WorkersLost
 from varcontact.io.records import (
     COUNTS,
     ERRORS,
@@ -37,7 +37,7 @@ from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
 from varcontact.solving.options import BY_DEFAULT, TOLERANCE, SolveOptions
 from varcontact.solving.warm_start import Series
-from varcontact.study.methods import figures, outcome
+from varcontact.study.methods import failure, figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import Swept
 from varcontact.system.interrupts import imported
@@ -258,14 +258,14 @@ def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any
         try:
             known = _checked(scene, options)
         except VarcontactError as error:
-            first = error if first is None else first
+            first = first or error
             continue
         settings = {**options, "tol": known.tol, "polish": known.polish, "certify": known.certify}
         to_accuracy = known.plan.theory is None and any(scene.grid == "auto" for scene in scenes)
         if to_accuracy and options["accuracy"] is options["time_budget"] is None:
             settings["accuracy"] = BY_DEFAULT
-        without = {name for name in ("accuracy", "time_budget") if settings[name] is None}
-        return {name: value for name, value in settings.items() if name not in without}
+        goals = ("accuracy", "time_budget")
+        return {name: value for name, value in settings.items() if value is not None or name not in goals}
     assert first is not None
     raise first
 
@@ -295,14 +295,11 @@ def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> n
                 if name in (kind.names or ()):
                     record[name] = value
             record["outcome"] = OUTCOMES.index(outcome(options.plan))
-        except NotConverged as error:
-            _failed(record, "not converged", str(error))
-        except SolverUnavailable as error:
-            _failed(record, "unavailable", str(error))
-        except VarcontactError as error:
-            _failed(record, "refused", str(error))
         except Exception as error:  # a sweep of days does not end with one scene
-            _failed(record, "failed", f"{type(error).__name__}: {error}")
+            name = failure(error) if isinstance(error, VarcontactError) else "failed"
+            reason = str(error) if name != "failed" else f"{type(error).__name__}: {error}"
+            text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
+            record["outcome"], record["reason"] = OUTCOMES.index(name), text.encode()
     series.forget()
     _KEPT.operators = series.operators
     return sealed(records)
@@ -323,11 +320,6 @@ def _figures(sol: Solution) -> dict[str, Any]:
     if sol.error_estimate is not None:
         found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
     return found
-
-
-def _failed(record: np.void, outcome: str, reason: str) -> None:
-    text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
-    record["outcome"], record["reason"] = OUTCOMES.index(outcome), text.encode()
 
 
 def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:
