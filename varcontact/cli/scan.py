@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from varcontact.results.solution import Solution
     from varcontact.scene.scene import Scene
 
-ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
+CREEPAGES = ("vx", "vy", "spin")
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
 ROUNDING = 1e-13
 """Relative size of the rounding error of sums of tractions that cancel."""
@@ -95,7 +95,7 @@ def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.nda
             raise SceneError("--creepages", table, "left out where --vx, --vy or --spin are given")
         return _table_of_triples(table)
     own = scene.motion.rigid if isinstance(scene.motion, Steady | Shift) else (0.0, 0.0, 0.0)
-    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(ROLLING, own, strict=True)]
+    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(CREEPAGES, own, strict=True)]
     lengths = {len(column) for column in columns if len(column) > 1}
     if not values or len(lengths) > 1:
         shapes = ", ".join(f"--{name} {np.size(each)}" for name, each in values.items())
@@ -150,12 +150,11 @@ def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json
 
 def _row(solution: Solution) -> dict[str, Any]:
     """The figures of a solution, under the names of its motion; None where nothing is known."""
+    from varcontact.results.quantities_of_interest import creepage_names
     from varcontact.results.report import known
 
-    assert solution.motion is not None
-    names = ROLLING if solution.motion.rolls else SHIFTING
     figures = {
-        **dict(zip(names, solution.creepage, strict=True)),
+        **dict(zip(creepage_names(solution), solution.creepage, strict=True)),
         "Fx": solution.force[0],
         "Fy": solution.force[1],
         "Mz": solution.moment,
@@ -200,7 +199,7 @@ def _cell(name: str, value: float | None, bar: float | None, solution: Solution)
 def _is_ours(path: Path) -> bool:
     """Whether a file begins with the heading of a scan."""
     with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline().startswith(tuple(",".join([*names, "Fx", "Fy", "Mz,"]) for names in (ROLLING, SHIFTING)))
+        return file.readline().startswith(("vx,vy,spin,Fx,Fy,Mz,", "ux,uy,rotation,Fx,Fy,Mz,"))
 
 
 def curve(
