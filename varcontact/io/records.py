@@ -26,8 +26,7 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.io.scene_toml import scene_to
-from varcontact.io.solution import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
-from varcontact.io.subgrid_fields import pressure_to, refinement_to
+from varcontact.io.solution import FIELDS, solution_to_bytes, variables_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient
@@ -108,7 +107,8 @@ def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution)
 
 def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, begin: int | None) -> list[bytes]:
     """Header and record of a step; the header is of no use without the position where it ends."""
-    units, start = units_of(scene), cast(Transient, scene.motion).start
+    start = cast(Transient, scene.motion).start
+    variables, places, record = variables_of(sol, SERIES, shift=False)
     with _draft(HISTORY_FORMAT) as (file, parts_of_file):
         file.first_step = f"{begin or 0:012d}"
         file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
@@ -116,20 +116,15 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
         longer = plan.loops or scene.under_law or sol.error_estimate is not None
         length = RECORD_OF_PASSES if longer else RECORD
         sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
-        record, parts = record_of(sol), dict[str, Any]()
-        places: dict[str, Any] = {"x": ("x", sol.grid.x, {}), "y": ("y", sol.grid.y, {})}
-        if sol.refinement is not None:
-            parts, places_of_parts, record["refinement"] = refinement_to(sol.refinement, units, scene.line, shift=False)
-            (sizes["y_parts"], sizes["x_parts"]), places = sol.refinement.grid.shape, places | places_of_parts
-        if sol.pressure_on_parts is not None:
-            parts, places_of_parts, divided = pressure_to(sol, units)
-            (sizes["y_parts"], sizes["x_parts"]), places = divided.shape, places | places_of_parts
+        for name in ("y_parts", "x_parts"):
+            if name in places:
+                sizes[name] = places[name][1].size
         file.createDimension("step", None)
         for name, size in sizes.items():
             file.createDimension(name, size)
-        for name, (_, values, _) in places.items():
+        for name, (_, values, said) in places.items():
             variable = file.createVariable(name, "d", (name,))
-            variable[:], variable.units = values, units.of("length")
+            variable[:], variable.units = values, said["units"]
         for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
             variable = file.createVariable(name, "c", (name, "letters"))
             variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
@@ -137,12 +132,8 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
             content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
             file.createDimension("bytes", content.size)
             file.createVariable("start", "b", ("bytes",))[:] = content
-        for name, (dims, quantity, words) in (SERIES | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
-            values = np.asarray(getattr(sol, name))
+        for name, (dims, values, said) in variables.items():
             variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
-            variable[0], variable.units, variable.long_name = values, units.of(quantity, scene.line), words
-        for name, (dims, values, said) in parts.items():
-            variable = file.createVariable(name, "d", ("step", *dims))
             variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
         record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
         record["passes"] = sol.passes[-LAST_PASSES:]

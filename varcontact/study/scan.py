@@ -256,13 +256,7 @@ def _by_formula(scene: Scene, name: str, triples: np.ndarray) -> np.ndarray:
     hertz = scene.hertz
     assert hertz is not None
     friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
-    contact: dict[str, Any] = {
-        "a": hertz.a,
-        "b": hertz.b,
-        "bodies": scene.bodies,
-        "normal_force": hertz.force,
-        "friction": friction,
-    }
-    creepages: dict[str, Any] = dict(zip(ROLLING, triples.T, strict=True))
-    found = creep_forces(name, **contact, **creepages)
+    contact: dict[str, Any] = {"a": hertz.a, "b": hertz.b, "bodies": scene.bodies, "normal_force": hertz.force}
+    contact |= zip(ROLLING, triples.T, strict=True)
+    found = creep_forces(name, friction=friction, **contact)
     return np.stack([found.Fx, found.Fy, found.Mz], axis=-1)
