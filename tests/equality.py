@@ -368,7 +368,8 @@ def main() -> int:
             if seconds > 5:
                 print(f"{group}: {name} took {seconds:.1f} s", flush=True)
             if given.action == "check":
-                found = list(differences(old[group].get(name), record, given.rtol))
+                known = old[group].get(name, record)  # a new case has nothing to differ from
+                found = list(differences(known, record, given.rtol))
                 different += bool(found)
                 if found:
                     print(f"{group}: {name}: {'; '.join(found[:4])}", flush=True)

@@ -149,7 +149,8 @@ def test_while_processes_begin_tasks_are_done_here():
     assert [found[k][1] for k in range(10)] == 4 * [True] + 6 * [False]
     with Beginning() as pool:
         assert not any(
-            done_here for _, (_, done_here) in results(lambda k: (k, threading.get_ident() == here), zip(range(3)), pool)
+            done_here
+            for _, (_, done_here) in results(lambda k: (k, threading.get_ident() == here), zip(range(3)), pool)
         )
 
 

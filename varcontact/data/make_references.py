@@ -180,7 +180,7 @@ def series_of(scene: Scene) -> Series:
     Touched elements with averaged bounds need Hertz's pressure; their errors fall as h, so regularly that two terms
     describe them to some 1e-5 of f Fz. Pressures that are computed need the centres, and averages over positions.
     """
-    closed = scene.hertz is not None and not scene.bodies.coupled and not scene.frictionless
+    closed = scene.hertz is not None and not scene.coupled and not scene.frictionless
     if scene.line:
         return REGULAR_STRIPS if closed else STRIPS
     if isinstance(scene.motion, Transient):
@@ -207,7 +207,7 @@ def solves(posed: Posed, known: Collection[tuple[int, int]] = ()) -> Iterator[tu
 
 def lattice(scene: Scene, box: Box, cells: int, place: tuple[float, float], edge: Edge) -> Grid:
     """A lattice with so many elements across a box, moved by parts of an element in [0, 1), and room around it."""
-    spare = math.ceil(SPARE * cells) if scene.bodies.coupled or scene.hertz is None else 1
+    spare = math.ceil(SPARE * cells) if scene.coupled or scene.hertz is None else 1
     left, right, bottom, top = box
     dx, dy = (right - left) / cells, (top - bottom) / cells
     x0, y0, n = left - (spare + place[0]) * dx, bottom - (spare + place[1]) * dy, cells + 1 + 2 * spare

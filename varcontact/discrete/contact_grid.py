@@ -72,7 +72,7 @@ def fitted(scene: Scene, grid: Grid, pressure: np.ndarray, any_surface: bool = F
 def _spec(scene: Scene) -> Grid:
     """The grid in the scene's own form, with the margin that the contact needs to move in."""
     spec = given_grid(scene)
-    coupled = scene.bodies.coupled and not scene.frictionless and not left_out(scene)
+    coupled = scene.coupled and not scene.frictionless and not left_out(scene)
     if spec.explicit or not isinstance(scene.motion, Transient) or not coupled:
         return spec
     return replace(spec, margin=spec.margin + math.ceil(MOVED * max(spec.nx, spec.rows)))

@@ -16,7 +16,8 @@ import numpy as np
 from varcontact.discrete.contact_grid import no_element_in_contact
 from varcontact.discrete.operators import Operators, medium_of
 from varcontact.discrete.problems import NormalProblem, TangentialProblem
-from varcontact.elasticity.operators import GridOperator, RestrictedOperator
+from varcontact.elasticity.conformal import Conformal
+from varcontact.elasticity.operators import GridOperator, RestrictedOperator, edge_compliance
 from varcontact.errors import SceneError, TooCoarse
 from varcontact.reference.hertz import HertzContact
 from varcontact.scene.bodies import Bodies, BodyPair
@@ -43,16 +44,6 @@ RANGE = 280
 
 LARGEST_SHIFT = 1e100
 """Greatest rigid shift by the scale of displacements: squares of products with it stay in the range."""
-
-COMPLIANCE_FACTOR = 1.6
-"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as good.
-
-At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `edge_compliance`. Along the other edges
-tractions do not rise in that direction, and less is enough.
-"""
-
-LEAST_COVERED = 0.3
-"""Part covered below which edge compliance does not grow: such elements carry hardly anything."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +164,11 @@ class Discretisation:
         return self.grid.line
 
     @property
+    def conformal(self) -> bool:
+        """Whether the reference surface is curved."""
+        return isinstance(self.operators.medium, Conformal)
+
+    @property
     def lattice(self) -> Grid:
         """The dimensionless grid."""
         return self.operators.lattice
@@ -181,11 +177,6 @@ class Discretisation:
     def base(self) -> float:
         """Least undeformed distance on the grid: dimensionless distances and approaches count from there."""
         return float(self.distance.min())
-
-    @property
-    def undetermined_constant(self) -> bool:
-        """Whether displacements are known but for a constant: in line contact without a reference depth."""
-        return self.line and getattr(self.surface, "reference_depth", None) is None
 
     @property
     def step(self) -> float | None:
@@ -249,7 +240,7 @@ class Discretisation:
         assert motion is not None
         with np.errstate(over="ignore"):
             shift = motion.step((self.step or 0.0) * scales.length).shift(x, y, scales.length)
-            shift = shift / scales.displacement
+            shift = (shift + self.slip_of_elements) / scales.displacement
         if np.abs(shift).max() > LARGEST_SHIFT:
             names = ("vx", "vy", "spin", "ux", "uy", "rotation")
             given = {name: getattr(motion, name) for name in names if getattr(motion, name, 0.0)}
@@ -260,6 +251,14 @@ class Discretisation:
                 f"smaller: the shift in a step may be {LARGEST_SHIFT:g} times the elastic displacements at most",
             )
         return shift
+
+    @property
+    def slip_of_elements(self) -> np.ndarray | float:
+        """Rigid shift in a step that is given element by element, beside creepages, (2, ny, nx) [length]."""
+        given = self.loading.motion.rigid_slip if isinstance(self.loading.motion, Steady) else None
+        if given is None or not isinstance(self.surface, SampledDistance):
+            return 0.0
+        return (self.step or 0.0) * self.scales.length * self.surface.sampled(given, self.grid)
 
     @cached_property
     def known_shift(self) -> np.ndarray:
@@ -358,17 +357,6 @@ class Discretisation:
         return tuple(i for i in (0, 1) if moves[i]) or (0,)  # where nothing moves, one is enough to say so
 
 
-def edge_compliance(covered: np.ndarray) -> np.ndarray:
-    """What the diagonal of M has in addition, by that diagonal, where the contact covers parts of elements.
-
-    Where particles enter the contact, tractions rise like the square root of the distance from the edge. The mean over
-    an element that is covered by the part w then falls like ``w^(3/2)``. But its slip is taken at the centre, as if
-    the traction were all over the element, and for the same slip a mean traction that hardly depends on w is found.
-    On an element that gives way by ``w^(-3/2)`` times as much it falls as it should.
-    """
-    return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, LEAST_COVERED, 1.0) ** -1.5 - 1))
-
-
 def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled: bool = True) -> Discretisation:
     """A scene of one problem on an explicit grid, with the `known` operators where they are those of its lattice.
 
@@ -406,9 +394,10 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         pressure = scene.bodies.combined_G * overlap / length
     scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
     _check_range(scales)
-    operators = Operators(
-        grid.scaled(length), medium_of(scene.bodies, length, FREE_DEPTH if depth is None else depth / length, coupled)
-    )
+    medium = medium_of(scene.bodies, length, FREE_DEPTH if depth is None else depth / length, coupled)
+    if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
+        medium = Conformal(medium, *scene.surface.inclination_by(grid, length))
+    operators = Operators(grid.scaled(length), medium)
     if known is not None and known.same(operators):
         operators = known
     return Discretisation(scene.bodies, scene.surface, grid, hertz, distance, scales, Loading.of(scene), operators)

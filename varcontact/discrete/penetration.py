@@ -61,7 +61,13 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
             assert disc.hertz is not None
             overlap = disc.hertz.on_elements(grid) > 0
         else:
-            overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
+            around = disc.operators.around
+            distance = (_distance_beyond(disc, grid) - disc.base) / disc.scales.displacement - state.approach
+            margin = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
+            distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
+            if disc.K != 0 and np.any(state.traction):
+                distance = distance + around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
+            overlap = distance < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
     return contact_box(grid, overlap) if overlap.any() else None
 
@@ -72,17 +78,6 @@ def _rim(grid: Grid) -> np.ndarray:
     rim[:, 1:-1] = not grid.line
     rim[1:-1, 1:-1] = False
     return rim
-
-
-def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
-    """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
-    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid), operators=disc.operators.around)
-    distance = (wider.distance - disc.base) / disc.scales.displacement - state.approach
-    around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
-    distance = distance + wider.operators.normal.apply(np.pad(state.pressure[None], around))[0]
-    if disc.K != 0 and np.any(state.traction):
-        distance = distance + wider.operators.traction_to_distance.apply(np.pad(state.traction, around))[0]
-    return distance
 
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:
@@ -124,12 +119,13 @@ def _in_blocks(disc: Discretisation, state: ContactState, across: int) -> tuple[
 def _lowered_at_most(disc: Discretisation, state: ContactState) -> float:
     """How far tractions of unlike bodies draw the surfaces together, at most, an element or more away.
 
-    Pressures only push them apart.
+    Pressures only push them apart, but beside the load on a layer that keeps its volume.
     """
+    by_pressure = float(state.pressure.sum()) * max(-float(disc.operators.normal.table.min()), 0.0)
     if disc.K == 0 or not np.any(state.traction):
-        return 0.0
+        return by_pressure
     load = float(np.hypot(*state.traction).sum()) * disc.lattice.area
-    return abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
+    return by_pressure + abs(disc.K) * load / (1.0 if disc.line else np.pi * min(disc.lattice.sides))
 
 
 def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.ndarray]:

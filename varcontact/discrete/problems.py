@@ -24,9 +24,12 @@ class NormalProblem:
     def reachable(self) -> NormalProblem:
         """The problem on the elements that can come into contact at all.
 
-        Pressures only push surfaces apart (A > 0): there is no contact where h exceeds the approach. With the
-        force prescribed, the approach is at most that with all of it on the lowest element.
+        Where pressures only push surfaces apart (A > 0), there is no contact where h exceeds the approach. With the
+        force prescribed, the approach is at most that with all of it on the lowest element. Soft layers that keep their
+        volume bulge beside a load: any element may come into contact.
         """
+        if self.operator.grid_operator.table.min() < 0:
+            return self
         highest = self.approach
         if highest is None:
             assert self.force is not None

@@ -56,7 +56,8 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     elastic_now = _elastic_shift(disc, fields)
     if disc.loading.steady:
         traction_then = traction
-        elastic_then = -_turned(_elastic_shift(disc, _turned(fields)))
+        turned = _mirrored if disc.conformal else _turned
+        elastic_then = -turned(_elastic_shift(disc, turned(fields)))
     else:
         traction_then = np.zeros_like(traction)
         elastic_then = _turned(disc.operators.carrying(rolled).apply(_turned(fields)))
@@ -65,7 +66,7 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
         elastic_then = elastic_then - _elastic_shift(disc, before.traction)
         traction_then = before.traction[:2]
     path = replace(motion.step(disc.step * scales.length), spin_offset=0.5)
-    free = state.rigid[:, None, None]
+    free = state.rigid[:, None, None] + disc.slip_of_elements / scales.displacement
     rigid_now, rigid_then = (path.shift(at, y, scales.length) / scales.displacement + free for at in (x, x - rolled))
     lost = traction * (rigid_now + elastic_now) + traction_then * (rigid_then + elastic_then)
     return np.asarray(0.0 - 0.5 * np.sum(lost, axis=0))
@@ -82,6 +83,13 @@ def _turned(fields: np.ndarray) -> np.ndarray:
     turned = fields[..., ::-1, ::-1].copy()
     turned[2:] *= -1
     return turned
+
+
+def _mirrored(fields: np.ndarray) -> np.ndarray:
+    """Mirrored in a plane across x: between mirrored fields bodies roll the other way, whatever varies along y."""
+    mirrored = fields[..., ::-1].copy()
+    mirrored[0] *= -1
+    return mirrored
 
 
 def own_influence(disc: Discretisation) -> float:

@@ -8,20 +8,81 @@ Blanco-Lorenzo et al., Tribol. Int. 103 (2016) 647): it alone keeps reciprocity.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from varcontact.elasticity.operators import GridOperator, fft_box, wrapped
+from varcontact.elasticity.halfspace import Medium
+from varcontact.elasticity.operators import GridOperator, fft_box, influence_operator, wrapped
+from varcontact.scene.grid import Grid
+from varcontact.scene.interpolation import continued
 from varcontact.system.threads import one_blas_thread
 
-STRAIGHT = 1e-12
+STRAIGHT = 1e-10
 """Departure of inclinations [rad] from a constant curvature that counts as rounding."""
 
 Harmonics = dict[tuple[int, int, int], tuple[np.ndarray | None, np.ndarray | None]]
 """By the number m of half turns, row and column: tables C and S of ``cos(m t/2) C + sin(m t/2) S``."""
+
+
+@dataclass(frozen=True)
+class Conformal:
+    """Bodies that meet on a curved surface: a medium on the flat one, and the inclination at some y, ascending."""
+
+    flat: Medium
+    y: tuple[float, ...]
+    angles: tuple[float, ...]
+
+    @property
+    def nu(self) -> float:
+        """Of the medium."""
+        return self.flat.nu
+
+    @property
+    def K(self) -> float:
+        """Size of the coupling: pressures turned by t act on tractions, also of like bodies."""
+        return abs(self.flat.K) + min(max(self.angles) - min(self.angles), 1.0)
+
+    @property
+    def depth(self) -> float:
+        """None in line contact, which is never conformal: that of the medium."""
+        return self.flat.depth
+
+    @property
+    def even(self) -> bool:
+        """As of the medium."""
+        return self.flat.even
+
+    def angles_at(self, y: np.ndarray) -> np.ndarray:
+        """Inclination at points; beyond those given with the curvature that it has at the ends."""
+        return continued(np.array(self.y), np.array(self.angles), y)
+
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers by offset, on a surface of the mean curvature: for what is seen from far away."""
+        names = [row + column for row in "xyz" for column in "xyz"]
+        flat = self.flat.influence(grid, x, y, names)
+        blocks = {(name[0], name[1]): numbers for name, numbers in flat.items()}
+        span = self.y[-1] - self.y[0]
+        angle = -np.asarray(y) * ((self.angles[-1] - self.angles[0]) / span if span else 0.0)
+        found = {}
+        for name in components:
+            found[name] = np.zeros(blocks["x", "x"].shape)
+            for half_turns, even, odd in _harmonics_of(blocks, name[0], name[1]):
+                for wave, numbers in ((np.cos, even), (np.sin, odd)):
+                    found[name] += 0.0 if numbers is None else wave(half_turns * angle / 2) * numbers
+        return found
+
+    def operator(self, grid: Grid, rows: str, columns: str, **step: Any) -> GridOperator:
+        """The operator on a grid, see `influence_operator`."""
+        return conformal_operator(
+            rows,
+            columns,
+            self.angles_at(grid.y),
+            lambda above, across: influence_operator(grid, above, across, medium=self.flat, **step),
+        )
 
 
 def conformal_operator(
@@ -31,27 +92,28 @@ def conformal_operator(
 
     Parameters
     ----------
-    rows, columns : str
-        Displacement and traction components, in the frames of the elements.
-    angles : ndarray, shape (ny,)
-        Inclination alpha of each row of elements [rad].
-    flat : callable
-        The operator on the flat surface, between components.
+        rows, columns : str
+            Displacement and traction components, in the frames of the elements.
+        angles : ndarray, shape (ny,)
+            Inclination alpha of each row of elements [rad].
+        flat : callable
+            The operator on the flat surface, between components.
 
     Returns
     -------
-    GridOperator
-        Block-Toeplitz where the curvature is constant, else a `ConformalOperator`.
+        GridOperator
+            Block-Toeplitz where the curvature is constant, else a `ConformalOperator`.
 
     Examples
     --------
-    >>> from varcontact.elasticity.operators import influence_operator
-    >>> from varcontact.scene.grid import Grid
-    >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
-    >>> flat = lambda rows, columns: influence_operator(grid, rows, columns, nu=0.3)
-    >>> matrix = conformal_operator("xyz", "xyz", np.array([0.0, 0.1, 0.3]), flat).dense(np.arange(12))
-    >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
-    True
+        >>> from varcontact.elasticity.operators import influence_operator
+        >>> from varcontact.scene.grid import Grid
+    from varcontact.scene.interpolation import continued
+        >>> grid = Grid(nx=4, ny=3, dx=1.0, dy=1.0, x0=0.0, y0=0.0)
+        >>> flat = lambda rows, columns: influence_operator(grid, rows, columns, nu=0.3)
+        >>> matrix = conformal_operator("xyz", "xyz", np.array([0.0, 0.1, 0.3]), flat).dense(np.arange(12))
+        >>> bool(np.allclose(matrix, matrix.T, rtol=0, atol=1e-16) and np.linalg.eigvalsh(matrix).min() > 0)
+        True
     """
     above, across = ("x" if names == "x" else "xyz" if "x" in names else "yz" for names in (rows, columns))
     table = flat(above, across)
@@ -139,7 +201,7 @@ class ConformalOperator(GridOperator):
         box, ny = fft_box(*self.shape), self.shape[0]
         loads = fft.rfft(tractions, box[1], axis=-1)
         found = np.zeros((self.table.shape[0], ny, loads.shape[-1]), dtype=complex)
-        for half_turns, blocks in self._symbols.items():
+        for half_turns, blocks in self._transforms.items():
             angle = half_turns * self.angles[:, None] / 2
             waves = (np.cos(angle), np.sin(angle)) if half_turns else (np.ones_like(angle),)
             columns = {j: fft.fft([wave * loads[j] for wave in waves], box[0], axis=-2) for _, j in blocks}
@@ -188,15 +250,15 @@ class ConformalOperator(GridOperator):
         return bool(np.ptp(sums) <= STRAIGHT)
 
     @cached_property
-    def _symbols(self) -> dict[int, dict[tuple[int, int], list[np.ndarray | None]]]:
+    def _transforms(self) -> dict[int, dict[tuple[int, int], list[np.ndarray | None]]]:
         """Transforms of the tables, by half turns."""
         from scipy import fft
 
         box = fft_box(*self.shape)
         symbols: dict[int, dict[tuple[int, int], list[np.ndarray | None]]] = {}
         for (half_turns, i, j), tables in self.harmonics.items():
-            transforms = [None if table is None else fft.rfft2(wrapped(table, box)) for table in tables]
-            symbols.setdefault(half_turns, {})[i, j] = transforms
+            own = [None if table is None else fft.rfft2(wrapped(table, box)) for table in tables]
+            symbols.setdefault(half_turns, {})[i, j] = own
         return symbols
 
 

@@ -30,6 +30,16 @@ DIFFERENCES = {
 The second is 5/12 of the central difference and 7/12 of the second-order one from here and ahead: docs/sampling.md.
 """
 
+COMPLIANCE_FACTOR = 1.6
+"""Fitted to the forces on twenty ellipses, with 12 to 32 cells: with 1.3 or 2 they are nearly as good.
+
+At a straight edge across the direction of rolling 2.0 to 2.3 is exact, see `edge_compliance`. Along the other edges
+tractions do not rise in that direction, and less is enough.
+"""
+
+LEAST_COVERED = 0.3
+"""Part covered below which edge compliance does not grow: such elements carry hardly anything."""
+
 
 # ----------------------------------------------------------------------------- products by FFT
 
@@ -264,6 +274,17 @@ class RestrictedOperator:
 
     def _with_own(self, product: np.ndarray, tractions: np.ndarray) -> np.ndarray:
         return product if self.softening is None else product + self.softening * tractions
+
+
+def edge_compliance(covered: np.ndarray) -> np.ndarray:
+    """What the diagonal of M has in addition, by that diagonal, where the contact covers parts of elements.
+
+    Where particles enter the contact, tractions rise like the square root of the distance from the edge. The mean over
+    an element that is covered by the part w then falls like ``w^(3/2)``. But its slip is taken at the centre, as if
+    the traction were all over the element, and for the same slip a mean traction that hardly depends on w is found.
+    On an element that gives way by ``w^(-3/2)`` times as much it falls as it should.
+    """
+    return np.asarray(COMPLIANCE_FACTOR * (np.clip(covered, LEAST_COVERED, 1.0) ** -1.5 - 1))
 
 
 # ----------------------------------------------------------------------------- influence numbers of a lattice

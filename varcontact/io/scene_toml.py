@@ -195,9 +195,11 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
     made = kinds[checks.choice(f"{name}.kind", kind, kinds)]
     if made is Transient:
         entries = _history(entries, folder)
+    if made is Steady and isinstance(entries.get("rigid_slip"), Mapping):
+        entries["rigid_slip"] = _from_file("motion.rigid_slip", entries["rigid_slip"], folder, 2)
     if made is SampledDistance:
         several: Literal[1, 2] = 2 if rows or "y" in entries else 1  # else one row or column is line contact
-        for field, dimensions in (("h", several), ("x", 1), ("y", 1)):
+        for field, dimensions in (("h", several), ("x", 1), ("y", 1), ("inclination", 1)):
             if isinstance(entries.get(field), Mapping):
                 entries[field] = _from_file(f"surface.{field}", entries[field], folder, dimensions)
         if "smoothing" in entries:

@@ -305,11 +305,13 @@ def check_schema(sol: Solution) -> None:
         raise ValueError("a state that is not exterior (0) without pressure, and stick (1) or slip (2) under it")
     if sol.weakening is not None and not np.all((sol.weakening >= 0) & (sol.weakening <= 1)):
         raise ValueError("a weakening of friction that is not between 0 and 1")
-    open_ended = sol.scene.line and sol.scene.reference_depth is None
-    if not (open_ended or np.isfinite(sol.approach)):
+    if not (sol.scene.approach_undetermined or np.isfinite(sol.approach)):
         raise ValueError("an approach that is not finite")
     if sol.motion and not (
-        open_ended or sol.scene.frictionless or np.isfinite(sol.creepage).all() or not sol.pressure.any()
+        sol.scene.shift_undetermined
+        or sol.scene.frictionless
+        or np.isfinite(sol.creepage).all()
+        or not sol.pressure.any()
     ):
         raise ValueError("creepages that are not finite")
     values = [np.ravel(value) for name, value in certificate.plain().items() if name != "level"]

@@ -142,7 +142,7 @@ def plot_passes(sol: Solution) -> Figure:
     if isinstance(sol.scene.friction, Law):
         shown, changed = f"{kind_of(sol.scene.friction)} friction, from {BRANCHES[sol.branch]}", "coefficients"
     else:
-        shown = f"{sol.plan.coupling}, {sol.scene.bodies.difference}"
+        shown = f"{sol.plan.coupling}, {sol.scene.difference}"
         changed = "pressure" if sol.plan.coupling == "joint" else "tractions"
     with styled():
         figure, (ax,) = new_figure(1, 1, (COLUMN, 2.6))

@@ -39,7 +39,7 @@ def solution_of(
         distance = distance + disc.operators.traction_to_distance.apply(state.traction)[0] * scale
     shift, areas = shift_and_areas(disc, state)
     rolled = unit_slip(disc)
-    unknown = disc.undetermined_constant and scene.approach is None
+    unknown = scene.approach_undetermined and scene.approach is None
     density = friction_work(disc, state, shift) * disc.scales.pressure / rolled
     if not plan.has_moment and disc.loading.motion is not None and disc.loading.motion.rigid[2]:
         density = np.full_like(density, math.nan)
@@ -54,7 +54,7 @@ def solution_of(
         distance=distance - state.approach * disc.scales.displacement,
         state=areas,
         approach=math.nan if unknown else state.approach * disc.scales.displacement + disc.base,
-        creepage=_creepage(disc, state, rolled),
+        creepage=_creepage(scene, disc, state, rolled),
         certificate=certificate,
         converged=converged,
         iterations=state.iterations,
@@ -68,7 +68,7 @@ def solution_of(
     )
 
 
-def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
+def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: float) -> tuple[float, float, float]:
     """Prescribed creepages, and those found for prescribed forces; NaN where they are not unique."""
     if disc.loading.motion is None:
         return 0.0, 0.0, 0.0
@@ -76,7 +76,7 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
     along_x, along_y, about_z = motion.rigid
     prescribed = np.array([motion.Fx is not None, motion.Fy is not None])
     unknown = np.full(2, disc.loading.frictionless or not state.pressure.any())
-    if disc.undetermined_constant and not isinstance(motion, Steady):
+    if scene.shift_undetermined and not isinstance(motion, Steady):
         before = np.zeros(2) if disc.loading.previous_step is None else disc.loading.previous_step.force
         force = state.traction.sum(axis=(1, 2)) * disc.lattice.area
         rounding = 1e-14 * state.pressure.sum() * disc.lattice.area  # a force of zero is zero to that
@@ -88,16 +88,27 @@ def _creepage(disc: Discretisation, state: ContactState, rolled: float) -> tuple
 def rolling_resistance(sol: Solution) -> float:
     """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
     rolls = 0 if sol.motion is None else sol.motion.rolls
-    if rolls == 0 or not sol.scene.bodies.coupled or sol.plan.left_out or not sol.traction.any():
+    if rolls == 0 or not sol.scene.coupled or sol.plan.left_out or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)
     operator, pressure = (
         disc.operators.pressure_to_shift(disc.step, disc.loading.slip_difference),
         sol.pressure[None],
     )
-    twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
+    if sol.scene.conformal:  # rolled the other way, by a mirror across x
+        twice = operator.apply(pressure) + [[[1.0]], [[-1.0]]] * operator.apply(pressure[..., ::-1])[..., ::-1]
+    else:
+        twice = operator.apply(pressure) + operator.apply(pressure[..., ::-1, ::-1])[..., ::-1, ::-1]
     slip = 0.5 * twice / (disc.scales.pressure * unit_slip(disc))
     return 0.0 - float(rolls * np.sum(sol.traction * slip) * sol.grid.area)
+
+
+def power_of_elements(sol: Solution) -> float:
+    """Work of the rigid motion on the tractions of all elements, each in its own frame, by distance rolled [force]."""
+    disc, (vx, vy, spin) = discretise(sol.scene, sol.grid), sol.creepage
+    x, y = np.meshgrid(sol.grid.x, sol.grid.y)
+    given = disc.slip_of_elements / (1.0 if disc.step is None else disc.step * disc.scales.length)
+    return 0.0 - float(np.sum(sol.traction * (given + np.array([vx - spin * y, vy + spin * x]))) * sol.grid.area)
 
 
 @dataclass(frozen=True)

@@ -44,10 +44,8 @@ _KINDS = {Steady: "Steady rolling", Shift: "Shift", TimeStep: "A step of rolling
 def headline(sol: Solution) -> str:
     """What was solved, in a line."""
     kind = "Normal contact" if sol.motion is None else _KINDS[type(sol.motion)]
-    unlike = "almost like" if sol.plan.left_out else "unlike"
-    bodies = "quasi-identical bodies"
-    if sol.scene.bodies.coupled:
-        bodies = f"{unlike} bodies ({sol.scene.bodies.difference})"
+    unlike = "almost like" if sol.plan.left_out else "conformal" if sol.scene.conformal else "unlike"
+    bodies = f"{unlike} bodies ({sol.scene.difference})" if sol.scene.coupled else "quasi-identical bodies"
     state = "" if sol.converged else ": NOT CONVERGED"
     size = f"line contact, {sol.grid.nx}" if sol.grid.line else f"{sol.grid.nx} x {sol.grid.ny}"
     return f"{kind} of {bodies}, {size} elements{state}"
@@ -201,8 +199,9 @@ def no_guarantee(sol: Solution) -> str:
         return ""
     if np.any(np.isnan(bound)):
         return "the numbers exceed the range of floating point"
-    if sol.scene.bodies.coupled and not sol.plan.left_out:
-        return "the bodies are unlike, and the traction bound depends on the solution"
+    if sol.scene.coupled and not sol.plan.left_out:
+        kind = "conformal" if sol.scene.conformal else "unlike"
+        return f"the bodies are {kind}, and the traction bound depends on the solution"
     if isinstance(sol.scene.friction, Law):
         return "the coefficient of friction depends on the slip, and there may be several solutions"
     dx, dy = sol.grid.sides

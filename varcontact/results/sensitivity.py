@@ -39,7 +39,12 @@ def sensitivity(sol: Solution) -> np.ndarray:
             message="friction: sensitivities are for a coefficient that does not fall with slip velocity; "
             "use a number or StaticKinetic",
         )
-    if scene.line and scene.reference_depth is None and not isinstance(scene.motion, Steady):
+    if scene.conformal:
+        message = "surface.inclination: sensitivities are for bodies that meet on a plane"
+        raise SceneError("surface.inclination", "given", "left out", message=message)
+    if scene.shift_undetermined and not isinstance(scene.motion, Steady):
+        if scene.bodies.slides:
+            raise SceneError("bodies.base", "smooth", '"rigid" or a half-space: the stiffness of a step needs it')
         raise SceneError("surface.reference_depth", None, "given: in line contact the stiffness of a step needs it")
     contact = np.flatnonzero(sol.pressure.ravel() > 0)
     bearing = np.flatnonzero((sol.state.ravel() != 0) & (np.nan_to_num(sol.traction_bound, posinf=1.0).ravel() > 0))
@@ -56,6 +61,7 @@ def _unit_shifts(disc: Discretisation) -> np.ndarray:
     motion, every = disc.loading.motion, ("vx", "vy", "spin", "ux", "uy", "rotation")
     assert motion is not None
     still: dict[str, Any] = {**{name: 0.0 for name in every if hasattr(motion, name)}, "Fx": None, "Fy": None}
+    still |= {"rigid_slip": None} if hasattr(motion, "rigid_slip") else {}
     names = (every[:3] if motion.rolls else every[3:])[: 2 if disc.line else 3]
     units = [replace(motion, **{**still, name: 1.0}) for name in names]
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])

@@ -19,6 +19,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Motion, Steady, Transient
 from varcontact.scene.scene import Scene
+from varcontact.scene.surfaces import SampledDistance
 from varcontact.solvers.statistics import Calls
 
 if TYPE_CHECKING:
@@ -130,12 +131,12 @@ class Solution:
     @property
     def normal_force(self) -> float:
         """Total compressive force, by `error_estimate`, where it has one; in line contact all forces are by length."""
-        return self._extrapolated("normal_force", self.pressure.sum() * self.grid.area)
+        return self._extrapolated("normal_force", self._turned[1].sum() * self.grid.area)
 
     @property
     def force(self) -> np.ndarray:
         """Total tangential force (Fx, Fy) on body 1 (116); by `error_estimate`, where there is one."""
-        carried = self.traction.sum(axis=(1, 2)) * self.grid.area
+        carried = self._turned[0].sum(axis=(1, 2)) * self.grid.area
         return np.array([self._extrapolated(name, F) for name, F in zip(("Fx", "Fy"), carried, strict=True)])
 
     @property
@@ -147,7 +148,14 @@ class Solution:
         if not self.plan.has_moment:
             return np.nan
         x, y = self.grid.x[None, :], self.grid.y[:, None]
-        return self._extrapolated("Mz", np.sum(x * self.traction[1] - y * self.traction[0]) * self.grid.area)
+        along_x, along_y = self._turned[0]
+        return self._extrapolated("Mz", np.sum(x * along_y - y * along_x) * self.grid.area)
+
+    @property
+    def _turned(self) -> tuple[np.ndarray, np.ndarray]:
+        """Traction and pressure along the axes of the plane: in conformal contact turned back."""
+        fields, surface = (self.traction, self.pressure), self.scene.surface
+        return surface.along_axes(self.grid, *fields) if isinstance(surface, SampledDistance) else fields
 
     def _extrapolated(self, name: str, value: float) -> float:
         """A value by the estimate of its error, where that has it."""
@@ -269,10 +277,12 @@ class Solution:
         forward, and it resists rolling. In steady rolling friction loses all of it. A shift, and a step of a history,
         also change the elastic energy.
         """
-        loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
-        moved = (loads != 0) & (motion != 0)  # what is NaN of one has no power where the other is zero
-        from varcontact.results.physical import rolling_resistance
+        from varcontact.results.physical import power_of_elements, rolling_resistance
 
+        if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:
+            return rolling_resistance(self) + power_of_elements(self)
+        loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
+        moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
         return rolling_resistance(self) - float(loads[moved] @ motion[moved])
 
     def report(self) -> str:

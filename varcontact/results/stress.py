@@ -245,7 +245,7 @@ def _of_body(solution: Solution, side: int, points: np.ndarray, field: ElasticFi
     mirror = np.array([1.0, 1.0, 1.0 if side == 1 else -1.0])
     vector = mirror.reshape(3, *(1,) * len(trailing))
     tensor = np.multiply.outer(mirror, mirror).reshape(3, 3, *(1,) * len(trailing))
-    undetermined = solution.scene.line and solution.scene.reference_depth is None
+    undetermined = solution.scene.approach_undetermined
     return SubsurfaceStress(
         body=side,
         points=points,

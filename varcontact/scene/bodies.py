@@ -122,9 +122,23 @@ class Bodies:
         return f"K = {self.K:.3g}"
 
     @property
+    def grounded(self) -> bool:
+        """Whether both bodies rest on bases that do not move: half-spaces do not."""
+        return False
+
+    @property
+    def slides(self) -> bool:
+        """Whether one of them rests on a base without friction."""
+        return False
+
+    @property
     def alike(self) -> Bodies:
         """Two like bodies with the same combined constants: these without their difference K."""
         return Bodies(G=self.combined_G, nu=self.combined_nu)
+
+
+RIGID = "rigid"
+"""A body of a pair, or a base, that does not give way."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +230,7 @@ class BodyPair:
 
     Parameters
     ----------
-    upper, lower : Layered or Bodies
+    upper, lower : Layered, Bodies or "rigid"
         A half-space is ``Bodies(G, nu)`` with one modulus and one ratio.
 
     Raises
@@ -225,26 +239,31 @@ class BodyPair:
         If one of them is no body, or both are rigid.
     """
 
-    upper: Layered | Bodies
-    lower: Layered | Bodies
+    upper: Layered | Bodies | str
+    lower: Layered | Bodies | str
 
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
             pair = isinstance(body, Bodies) and (isinstance(body.G, tuple) or isinstance(body.nu, tuple))
-            if not isinstance(body, Layered | Bodies) or pair:
-                raise SceneError(f"bodies.{name}", body, "Layered, or Bodies with one G and one nu")
+            if not (isinstance(body, Layered | Bodies) or body == RIGID) or pair:
+                raise SceneError(f"bodies.{name}", body, 'Layered, Bodies with one G and one nu, or "rigid"')
+        if self.upper == self.lower == RIGID:
+            raise SceneError("bodies", (RIGID, RIGID), "one body at least that is elastic")
 
     @property
     def surfaces(self) -> Bodies:
         """Half-spaces of the materials at the surfaces."""
-        (G1, nu1), (G2, nu2) = _surface(self.upper), _surface(self.lower)
+        (G1, nu1), (G2, nu2) = surface_material(self.upper), surface_material(self.lower)
         return Bodies(G=(G1, G2), nu=(nu1, nu2))
 
     @property
     def softest(self) -> Bodies:
         """Half-spaces that give way at least as much as these bodies."""
-        moduli = [body.softest if isinstance(body, Layered) else _surface(body)[0] for body in (self.upper, self.lower)]
+        moduli = [
+            body.softest if isinstance(body, Layered) else surface_material(body)[0]
+            for body in (self.upper, self.lower)
+        ]
         return Bodies(G=(moduli[0], moduli[1]), nu=0.0)
 
     @property
@@ -267,6 +286,17 @@ class BodyPair:
         """How the bodies differ, in words."""
         return "their layers differ" if self.coupled else "alike"
 
+    @property
+    def grounded(self) -> bool:
+        """Whether both bodies rest on bases that do not move: normal displacements count from there."""
+        bases = [body.base if isinstance(body, Layered) else body for body in (self.upper, self.lower)]
+        return all(isinstance(base, str) for base in bases)
+
+    @property
+    def slides(self) -> bool:
+        """Whether one of them rests on a base without friction: tangential displacements are known but for a shift."""
+        return any(isinstance(body, Layered) and body.base == "smooth" for body in (self.upper, self.lower))
+
 
 def as_bodies(value: Any) -> Any:
     """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces is `Bodies`."""
@@ -279,11 +309,13 @@ def as_bodies(value: Any) -> Any:
     ):
         return value
     pair = BodyPair(*value)
-    both = isinstance(pair.upper, Bodies) and isinstance(pair.lower, Bodies)
-    return pair.surfaces if both else pair
+    return pair if any(isinstance(body, Layered) for body in value) else pair.surfaces
 
 
-def _surface(body: Layered | Bodies) -> tuple[float, float]:
+def surface_material(body: Layered | Bodies | str) -> tuple[float, float]:
+    """G and nu of the material at the surface of a body of a pair."""
+    if isinstance(body, str):
+        return math.inf, 0.0
     return body.surface if isinstance(body, Layered) else (body.combined_G, body.combined_nu)
 
 

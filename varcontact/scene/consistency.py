@@ -108,8 +108,9 @@ def check_line(scene: Scene) -> None:
 
 def why_centres(scene: Scene) -> str:
     """Why elements at the contact's edge cannot count in part: what must be known of it; empty where they can."""
-    if scene.bodies.coupled and not scene.frictionless:
-        return f"is for a pressure that tractions do not change, and the bodies are unlike ({scene.bodies.difference})"
+    if scene.coupled and not scene.frictionless:
+        how = "conformal" if scene.conformal else f"unlike ({scene.bodies.difference})"
+        return f"is for a pressure that tractions do not change, and the bodies are {how}"
     if any(isinstance(surface, SampledDistance) and not surface.placed for surface in scene.surfaces):
         return "needs distances on parts of the elements, and samples without coordinates have none"
     return ""
@@ -149,15 +150,19 @@ def check_depth(scene: Scene) -> None:
     No depth is needed along a direction in which nothing moves, in which a force is prescribed all the time, or in
     steady rolling, where only differences of displacements count.
     """
-    if not scene.line or isinstance(scene.motion, TimeStep):
-        return
-    if all(getattr(surface, "reference_depth", None) is not None for surface in scene.surfaces):
+    if scene.bodies.grounded and scene.reference_depth is not None:
+        raise SceneError(
+            "surface.reference_depth",
+            scene.reference_depth,
+            "left out: the bodies rest on bases that do not move, and displacements count from there",
+        )
+    if not scene.shift_undetermined or isinstance(scene.motion, TimeStep):
         return
     problems = list(_problems(scene))
     for problem in problems:
-        if problem.load[1] is not None:
+        if problem.load[1] is not None and scene.approach_undetermined:
             where = f" of step {problem.step}" if problem.step is not None else ""
-            raise _depth_for(f"the approach{where}", "a normal force")
+            raise _depth_for(scene, f"the approach{where}", "a normal force")
     if scene.motion is None or isinstance(scene.motion, Steady):
         return
     for i, (force, shift) in enumerate({"Fx": "ux", "Fy": "uy"}.items()):
@@ -165,12 +170,16 @@ def check_depth(scene: Scene) -> None:
             continue
         for problem in problems:
             if getattr(problem.motion, force) is None and problem.step is None:
-                raise _depth_for(f"motion.{shift}", f"motion.{force}")
+                raise _depth_for(scene, f"motion.{shift}", f"motion.{force}")
             if getattr(problem.motion, force) is None:
-                raise _depth_for(f"step {problem.step}, without motion.{force},", f"motion.{force} in every step")
+                what = f"step {problem.step}, without motion.{force},"
+                raise _depth_for(scene, what, f"motion.{force} in every step")
 
 
-def _depth_for(what: str, instead: str) -> SceneError:
+def _depth_for(scene: Scene, what: str, instead: str) -> SceneError:
+    if scene.bodies.slides:
+        message = f"{what} has no meaning where a body slides on a smooth base. Prescribe {instead}"
+        return SceneError("bodies.base", "smooth", message=message)
     return SceneError(
         "surface.reference_depth",
         None,
@@ -184,7 +193,7 @@ def _displaced(scene: Scene, problems: list[_Problem], i: int) -> bool:
     start = scene.motion.start if isinstance(scene.motion, Transient) else None
     if start is not None and np.any(np.abs(start.traction[i]) > 1e-9 * start.pressure.max()):
         return True
-    if i == 0 and scene.bodies.coupled and not scene.frictionless:
+    if i == 0 and scene.coupled and not scene.frictionless:
         return True
     motions = [problem.motion for problem in problems if problem.motion is not None]
     return any(motion.rigid[i] != 0 or (motion.Fx, motion.Fy)[i] for motion in motions)
@@ -220,6 +229,28 @@ def check_samples(scene: Scene) -> None:
     for surface in scene.surfaces:
         if isinstance(surface, SampledDistance) and surface.x is None:
             _check_on_grid(scene, "surface.h", surface.samples)
+
+
+def check_conformal(scene: Scene) -> None:
+    """What is given element by element has samples to lie on; a curved surface stays, and bears no lateral force."""
+    surface, motion = scene.surface, scene.motion
+    slip = motion.rigid_slip if isinstance(motion, Steady) else None
+    if slip is not None:
+        if not isinstance(surface, SampledDistance):
+            raise SceneError(
+                "motion.rigid_slip", slip.shape, "left out: it is given at the samples of a SampledDistance"
+            )
+        if slip.shape != (2, *surface.samples.shape):
+            raise checks.wrong_shape("motion.rigid_slip", slip.shape, f"(2, ny, nx) = {(2, *surface.samples.shape)}")
+    if not any(
+        isinstance(each, SampledDistance) and each.inclination is not None for each in (surface, *scene.surfaces)
+    ):
+        return
+    if isinstance(motion, TimeStep | Transient):
+        raise SceneError("motion", motion, "Steady or Shift: conformal contact (surface.inclination) has no history")
+    if motion is not None and motion.Fy is not None:
+        message = "motion.Fy: in conformal contact the pressure bears a part of the lateral force; prescribe vy or uy"
+        raise SceneError("motion.Fy", motion.Fy, "left out", message=message)
 
 
 def _problems(scene: Scene) -> Iterator[_Problem]:
@@ -275,7 +306,7 @@ LARGE_CONTACT = 0.5
 
 def doubts(scene: Scene) -> tuple[str, ...]:
     """What looks like a slip of the pen, see `Scene.doubts`."""
-    found = (_modulus(scene), _size(scene), _creepage(scene))
+    found = (_modulus(scene), _size(scene), _creepage(scene), _net_shear(scene))
     return tuple(word for word in found if word)
 
 
@@ -316,6 +347,14 @@ def _size(scene: Scene) -> str:
     load = f"normal_force = {scene.normal_force:.4g}" if scene.approach is None else f"approach = {scene.approach:.4g}"
     words = f"{load}: the contact's semi-axis {size:.4g} is {part:.2g} of the radius {radius:.4g}"
     return f"{words}; half-spaces stand for bodies much larger than it"
+
+
+def _net_shear(scene: Scene) -> str:
+    """Tangential forces on a strip that slides on its base."""
+    free = isinstance(scene.motion, Steady) and (scene.motion.Fx, scene.motion.Fy) == (0.0, 0.0)
+    if not (scene.line and scene.bodies.slides) or scene.frictionless or free:
+        return ""
+    return "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
 
 
 def _creepage(scene: Scene) -> str:
@@ -366,7 +405,7 @@ def left_out(scene: Scene) -> float:
     least change may lead to another solution.
     """
     bodies = scene.bodies
-    if not isinstance(bodies, Bodies) or not bodies.coupled or scene.frictionless or scene.under_law:
+    if not isinstance(bodies, Bodies) or not bodies.coupled or scene.frictionless or scene.under_law or scene.conformal:
         return 0.0
     if not _moves(scene):
         return 0.0
@@ -384,6 +423,8 @@ def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
 def _moves(scene: Scene) -> bool:
     """Whether a creepage, a shift or a force is prescribed that is not zero, or tractions are there at the start."""
     motion = scene.motion
+    if isinstance(motion, Steady) and motion.rigid_slip is not None:
+        return True
     names = [name for name in _RIGID if hasattr(motion, name)]
     if isinstance(motion, Transient):
         started = motion.start is not None and bool(motion.start.traction.any())

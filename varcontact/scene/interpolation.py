@@ -109,3 +109,14 @@ def smoothed_field(values: np.ndarray, x: np.ndarray, y: np.ndarray, wavelength:
 def how_to_smooth(wavelength: str) -> str:
     """Advice on noise, in the words of a scene or case file and in those of `SampledDistance` and of profiles."""
     return f"smooth the samples: smoothing = {wavelength} in the file, or .smoothed({wavelength})"
+
+
+def continued(places: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values between places, ascending, without swings; beyond them straight on."""
+    from scipy.interpolate import PchipInterpolator
+
+    if places.size == 1:
+        return np.full(at.shape, values[0])
+    between, within = PchipInterpolator(places, values), np.clip(at, places[0], places[-1])
+    slopes = np.where(at < within, *between(places[[0, -1]], 1))
+    return np.asarray(between(within) + slopes * (at - within))

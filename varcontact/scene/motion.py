@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol, Self
 
 import numpy as np
@@ -51,9 +51,10 @@ class Steady:
         CONTACT's, or 0 with the difference of second order. With that of first order 0 keeps the discrete
         C23 = -C32 exact, and 1/2 is the path's middle.
     slip_difference : {"first-order", "second-order"}
-        The difference of displacements that is the elastic slip: between an element and a step ahead, as in CONTACT;
-        or also with a step behind and two steps ahead, which is exact for displacements that are quadratic along x.
-        The second goes with ``Grid(edge="softened")``, see `Scene.second_order`.
+        The elastic slip: between an element and a step ahead, as in CONTACT; or also with a step behind and two ahead,
+        exact for displacements that are quadratic along x. The second: see `Scene.second_order`.
+    rigid_slip : array_like, shape (2, ny, nx), optional
+        Rigid slip at the samples of a `SampledDistance` [-], added to that of the creepages.
     """
 
     vx: float = 0.0
@@ -64,9 +65,12 @@ class Steady:
     dq: float | None = None
     spin_offset: float | None = None
     slip_difference: Literal["first-order", "second-order"] = "first-order"
+    rigid_slip: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         _check_rigid(self, "vx", "vy", "spin")
+        if self.rigid_slip is not None:
+            object.__setattr__(self, "rigid_slip", checks.array("motion.rigid_slip", self.rigid_slip, 3))
         difference = checks.choice("motion.slip_difference", self.slip_difference, tuple(SLIP_DIFFERENCES))
         object.__setattr__(self, "slip_difference", difference)
         if self.spin_offset is None:

@@ -60,7 +60,7 @@ class Scene(Generic[MotionT_co]):
     ----------
     bodies : Bodies, Layered or a pair (upper, lower)
         Half-spaces by their elastic constants, or bodies of other kinds: one that both are of, or a pair, in which a
-        half-space is ``Bodies(G, nu)``.
+        half-space is ``Bodies(G, nu)`` and a rigid body "rigid".
     surface : Paraboloids, Ellipse, Cylinders or SampledDistance
         Undeformed distance.
     normal_force, approach : float
@@ -110,7 +110,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(
             self: Scene[None],
             *,
-            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered, Bodies | Layered],
+            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered | str, Bodies | Layered | str],
             surface: Surface,
             normal_force: float | None = None,
             approach: float | None = None,
@@ -124,7 +124,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(
             self,
             *,
-            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered, Bodies | Layered],
+            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered | str, Bodies | Layered | str],
             surface: Surface,
             normal_force: float | None = None,
             approach: float | None = None,
@@ -145,6 +145,7 @@ class Scene(Generic[MotionT_co]):
         consistency.check_edge(self)
         consistency.check_friction(self)
         consistency.check_samples(self)
+        consistency.check_conformal(self)
         consistency.check_depth(self)
 
     def _clean(self) -> None:
@@ -169,9 +170,34 @@ class Scene(Generic[MotionT_co]):
         return is_line(self.surface)
 
     @property
+    def conformal(self) -> bool:
+        """Whether the bodies meet on a curved surface, see `SampledDistance`."""
+        return isinstance(self.surface, SampledDistance) and self.surface.inclination is not None
+
+    @property
+    def coupled(self) -> bool:
+        """Whether pressure and tractions depend on each other: of unlike bodies, and in conformal contact."""
+        return self.bodies.coupled or self.conformal
+
+    @property
+    def difference(self) -> str:
+        """Why pressure and tractions are coupled or not, in words."""
+        return "a curved reference surface" if self.conformal else self.bodies.difference
+
+    @property
     def reference_depth(self) -> float | None:
         """The depth from which displacements count in line contact, where it is given."""
         return self.surface.reference_depth if isinstance(self.surface, (Cylinders, SampledDistance)) else None
+
+    @property
+    def approach_undetermined(self) -> bool:
+        """Whether the approach is known but for a constant: in line contact without a depth or bases at rest."""
+        return self.line and self.reference_depth is None and not self.bodies.grounded
+
+    @property
+    def shift_undetermined(self) -> bool:
+        """Whether tangential displacements are known but for a constant: as the approach, and on a smooth base."""
+        return self.approach_undetermined or self.bodies.slides
 
     @property
     def touched(self) -> bool:

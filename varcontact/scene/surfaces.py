@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,10 @@ import numpy as np
 from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.scene.grid import Grid
-from varcontact.scene.interpolation import Interpolation, smoothed_field
+from varcontact.scene.interpolation import Interpolation, continued, smoothed_field
+
+MOST_TURN, MOST_TURN_OF_A_ROW = np.pi, 0.3
+"""How far a reference surface may turn across its samples, and from one row of them to the next [rad]."""
 
 
 @dataclass(frozen=True)
@@ -181,6 +184,10 @@ class SampledDistance:
         explicit grid. Line contact has no y.
     reference_depth : float, optional
         In line contact only, see `Cylinders`.
+    inclination : array_like, shape (ny,), optional
+        Conformal contact: the reference surface, halfway between the bodies, is curved along y. Its inclination at each
+        y of the samples [rad], positive where it turns from y to z; y is then the length of its arc, h the distance
+        along its normals, tractions act in the frames of the elements, and forces are along the axes of the plane.
 
     Raises
     ------
@@ -200,6 +207,7 @@ class SampledDistance:
     x: np.ndarray | None = None
     y: np.ndarray | None = None
     reference_depth: float | None = None
+    inclination: np.ndarray | None = None
 
     def __repr__(self) -> str:
         return checks.short_entries(self)
@@ -232,6 +240,26 @@ class SampledDistance:
                     f"{'column' if name == 'x' else 'row'} of h (at least 2)",
                 )
             set_(self, name, points)
+        if self.inclination is not None:
+            self._check_inclination()
+
+    def _check_inclination(self) -> None:
+        if self.line:
+            raise SceneError("surface.inclination", self.inclination, "left out in line contact, which has no y")
+        angles = checks.array("surface.inclination", self.inclination, 1)
+        if angles.size != self.h.shape[0]:
+            raise checks.wrong_shape(
+                "surface.inclination", angles.shape, f"({self.h.shape[0]},), one for each row of h"
+            )
+        turn, widest = float(np.ptp(angles)), float(np.max(np.abs(np.diff(angles)), initial=0.0))
+        if turn > MOST_TURN or widest > MOST_TURN_OF_A_ROW:
+            message = (
+                f"surface.inclination turns by {turn:.3g} rad, and by up to {widest:.3g} from row to row: radii of "
+                f"curvature must not be small beside the contact, with at most {MOST_TURN:.3g} rad across the samples "
+                f"and {MOST_TURN_OF_A_ROW:g} from row to row"
+            )
+            raise SceneError("surface.inclination", turn, f"at most {MOST_TURN:.3g} rad in all", message=message)
+        object.__setattr__(self, "inclination", angles)
 
     @property
     def line(self) -> bool:
@@ -307,6 +335,35 @@ class SampledDistance:
         as_far_within = self._at(2 * x - grid.x, y), self._at(x, 2 * y - grid.y)
         return np.asarray(level + sum(np.maximum(level - each, 0.0) for each in as_far_within))
 
+    def inclination_by(self, grid: Grid, length: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The y at which inclinations are given, in units of a `length`, and these; without coordinates by `grid`."""
+        assert self.inclination is not None
+        y = grid.y if self.y is None else self.y
+        return tuple((y / length).tolist()), tuple(self.inclination.tolist())
+
+    def inclination_at(self, grid: Grid) -> np.ndarray:
+        """Inclination of each row of a `grid` [rad], shape (ny,): beyond the samples with the curvature at the end."""
+        assert self.inclination is not None
+        return self.inclination if self.y is None else continued(self.y, self.inclination, grid.y)
+
+    def along_axes(self, grid: Grid, traction: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A `traction` (2, ny, nx) and a `pressure` (ny, nx) on a `grid`, turned to the axes of the plane."""
+        if self.inclination is None:
+            return traction, pressure
+        angle = self.inclination_at(grid)[:, None]
+        lateral = np.cos(angle) * traction[1] - np.sin(angle) * pressure
+        return np.array([traction[0], lateral]), np.sin(angle) * traction[1] + np.cos(angle) * pressure
+
+    def sampled(self, fields: np.ndarray, grid: Grid) -> np.ndarray:
+        """Other `fields` (..., ny, nx) at the places of the samples, at the centres of the elements of a `grid`."""
+        if self.x is None:
+            return fields
+        x, y = self.coordinates
+        places = np.clip(grid.x, x[0], x[-1]), np.clip(grid.y, y[0], y[-1])
+        flat = fields.reshape(-1, *self.samples.shape)
+        found = np.array([Interpolation(x, y, each).at(*places) for each in flat])
+        return found.reshape(*fields.shape[:-2], *grid.shape)
+
     def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Values at lines in any order, which may be there twice."""
         (x, column), (y, row) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
@@ -355,7 +412,7 @@ class SampledDistance:
             raise SceneError("surface.x", None, "given: a wavelength in samples without coordinates has no meaning")
         x, y = self.coordinates
         h = smoothed_field(self.samples, x, y, wavelength)
-        return SampledDistance(h[0] if self.line else h, self.x, self.y, self.reference_depth)
+        return replace(self, h=h[0] if self.line else h)
 
 
 Surface = Paraboloids | Ellipse | Cylinders | SampledDistance

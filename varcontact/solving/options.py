@@ -239,12 +239,18 @@ def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> I
         if store is not None:
             message = f"store: with {field} a history is solved on several grids; leave store out, and save the answer"
             yield SceneError("store", store, "left out", message=message)
+    if scene.conformal:
+        message = f"surface.inclination: no {field} is for conformal contact; give a grid, or leave {field} out"
+        yield SceneError("surface.inclination", "given", "left out", message=message)
     if isinstance(motion, Steady) and motion.dq is not None:
         message = f"motion.dq: the step is chosen for the {field}; leave dq out, or {field}"
         yield SceneError("motion.dq", motion.dq, "left out", message=message)
-    if isinstance(motion, Shift) and scene.line and scene.reference_depth is None:
+    if isinstance(motion, Shift) and scene.shift_undetermined:
         for name in ("Fx", "Fy"):
             if getattr(motion, name) is not None:
+                if scene.bodies.slides:
+                    message = f"the shift for motion.{name} on a smooth base is known but for a constant"
+                    yield SceneError("bodies.base", "smooth", "no base for shifts", message=message)
                 message = (
                     f"surface.reference_depth: in line contact the shift for motion.{name} is known but for a "
                     f"constant, which no {field} is for; give the depth from which displacements count"

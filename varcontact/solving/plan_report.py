@@ -98,13 +98,14 @@ def check_planned(planned: Plan) -> None:
 
 def _reasons(scene: Scene, plan: Plan, special: tuple[str, ...]) -> dict[str, str]:
     """What follows from the kind of the scene."""
-    difference = scene.bodies.difference
+    difference = scene.difference
     bodies = {
         "quasi-identical": f"{difference}: tractions do not change the pressure",
         "almost like": f"{difference} is so small that pressure and tractions are taken to be independent",
+        "conformal": f"{difference}: pressure and tractions depend on each other",
         "unlike": f"{difference}, pressure and tractions depend on each other",
     }[plan.bodies]
-    if plan.bodies == "unlike" and scene.frictionless:
+    if plan.bodies in ("unlike", "conformal") and scene.frictionless:
         bodies = f"{difference}, but there are no tractions to change the pressure"
     surface = "the contact is found by solving the normal problem"
     if plan.surface == "Hertzian":
@@ -183,7 +184,7 @@ def _matrices(
 ) -> tuple[Matrix, ...]:
     """Influence numbers by offset, and dense matrices between the unknowns."""
     rows, columns = 2 * shape[0] - 1, 2 * shape[1] - 1
-    steady, unlike = isinstance(scene.motion, Steady), scene.bodies.coupled and not plan.left_out
+    steady, unlike = isinstance(scene.motion, Steady), scene.coupled and not plan.left_out
     tangential, across = ("A_tt - C_tt", "A_tz - C_tz") if steady else ("A_tt", "A_tz")
     tables = [("A_zz", 1, "distances due to pressures")]
     if plan.has_friction:

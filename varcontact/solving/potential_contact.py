@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
@@ -30,7 +31,7 @@ from varcontact.results.solution import Solution
 from varcontact.scene.bodies import BodyPair
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
-from varcontact.scene.surfaces import SampledDistance
+from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.selection import many_pressures
 
@@ -50,7 +51,55 @@ ROOM = 0.1
 """Room that a contact is given where tractions move it, by its length: only the next elements are seen."""
 
 
+FORCE, MOST = 1e-12, 20
+"""Part of the normal force that may be missing in conformal contact, and the most solutions to find it."""
+
+
 def solve_contact(
+    scene: Scene,
+    solver: ContactSolver,
+    known: Operators | None = None,
+    begun: Callable[[Discretisation, ContactState], ContactState] | None = None,
+    near: Solution | None = None,
+) -> tuple[Discretisation, ContactState]:
+    """The contact on a grid that holds it.
+
+    In conformal contact pressures have several directions: their sum is sought with which they and the tractions bear
+    the normal force, by the secant; then the approach is as good as given.
+    """
+    if not isinstance(scene.surface, SampledDistance) or not scene.conformal or scene.normal_force is None:
+        return _solve_contact(scene, solver, known, begun, near)
+    tried: list[tuple[float, float]] = []
+    total = scene.normal_force
+    for _ in range(MOST):
+        disc, state = _solve_contact(replace(scene, normal_force=total), solver, known, begun, near)
+        normal = scene.surface.along_axes(disc.grid, state.traction, state.pressure)[1]
+        borne = float(normal.sum()) * disc.lattice.area * disc.scales.force / scene.normal_force
+        tried.append((total, borne - 1))
+        if abs(borne - 1) <= FORCE or (len(tried) > 2 and abs(borne - 1) >= abs(tried[-2][1])):
+            break
+        known, begun = disc.operators, _with_fields_of(state)
+        total = total / borne if len(tried) == 1 else _secant(*tried[-2:])
+    approach = state.approach * disc.scales.displacement + disc.base
+    return disc.with_loading(normal_force=None, approach=approach), state
+
+
+def _secant(before: tuple[float, float], now: tuple[float, float]) -> float:
+    return now[0] - now[1] * (now[0] - before[0]) / (now[1] - before[1])
+
+
+def _with_fields_of(found: ContactState) -> Callable[[Discretisation, ContactState], ContactState]:
+    """What gives a state the tractions of another, where it is on a grid of the same shape."""
+
+    def begun(disc: Discretisation, state: ContactState) -> ContactState:
+        if found.traction.shape[1:] != disc.grid.shape:
+            return state
+        return replace(state, traction=found.traction * (state.pressure > 0), rigid=found.rigid)
+
+    return begun
+
+
+def _solve_contact(
     scene: Scene,
     solver: ContactSolver,
     known: Operators | None = None,
@@ -109,7 +158,11 @@ def place(scene: Scene, solver: ContactSolver, near: Solution | None = None) -> 
         return spec, None
     if not isinstance(surface, SampledDistance):
         assert isinstance(scene.bodies, BodyPair)
-        hertz = replace(scene, bodies=scene.bodies.softest).hertz
+        if isinstance(surface, Cylinders) and scene.approach is not None:
+            half = math.sqrt(2 * surface.R * scene.approach)
+            return spec.spread((-half, half, -math.inf, math.inf)), None
+        bodies, force, approach = scene.bodies.softest, scene.normal_force, scene.approach
+        hertz = Scene(bodies=bodies, surface=surface, normal_force=force, approach=approach).hertz
         assert hertz is not None
         return spec.spread((-hertz.a, hertz.a, -hertz.b, hertz.b)), None
     normal = solver.plan.normal if solver.plan.convex else "norm"

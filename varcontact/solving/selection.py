@@ -102,7 +102,7 @@ def select(
     """
     wanted = {"normal": normal, "tangential": tangential, "coupling": coupling, "formulation": formulation}
     wanted["method"] = method
-    effect = left_out(scene) if coupling == "auto" and scene.bodies.coupled else 0.0
+    effect = left_out(scene) if coupling == "auto" and scene.coupled else 0.0
     for error in _unknown_names(scene, wanted):
         raise error
     bodies = scene.bodies
@@ -123,7 +123,7 @@ def select(
         plan,
         reasons=reasons,
         dimension="line contact" if scene.line else "three-dimensional",
-        bodies="almost like" if effect else "unlike" if bodies.coupled else "quasi-identical",
+        bodies="almost like" if effect else _kind_of_bodies(scene),
         surface=_kind_of_surface(scene),
         motion=_kind_of_motion(scene, plan),
         friction=_kind_of_friction(scene, plan),
@@ -190,7 +190,7 @@ def _preset_of_many(scene: Scene, together: bool) -> Preset | None:
         count /= 2  # active sets have half the unknowns
     if isinstance(motion, Steady) and motion.dq is not None and motion.dq < SHORT * dx:
         return NEWTON if count > TOO_MANY else None
-    if scene.bodies.coupled and not scene.frictionless:
+    if scene.coupled and not scene.frictionless:
         return NEWTON if count > (MANY_UNLIKE if together else MANY) else None
     if many_pressures(scene):
         return NEWTON
@@ -262,9 +262,9 @@ def _tangential(scene: Scene, wanted: str, preset: Preset) -> tuple[str, str]:
 def _coupling(scene: Scene, wanted: dict[str, str], plan: Plan) -> tuple[str, str]:
     if scene.frictionless:
         return "none", "no tangential traction"
-    if not scene.bodies.coupled:
+    if not scene.coupled:
         return "none", "quasi-identical bodies (K = 0): first the normal, then the tangential problem"
-    coupling, unlike = wanted["coupling"], f"unlike bodies ({scene.bodies.difference})"
+    coupling, unlike = wanted["coupling"], f"{_kind_of_bodies(scene)} bodies ({scene.difference})"
     if coupling == "johnson":
         return coupling, "requested: one pass, with the pressure of frictionless contact"
     if coupling == "joint":
@@ -323,7 +323,7 @@ def _refusals(scene: Scene, wanted: dict[str, str], plan: Plan) -> Iterator[Scen
         yield SceneError("normal", normal, "norm or clarabel", message=message)
     if normal == "hertz" and _coupled(scene):
         message = (
-            f"Hertz's pressure ignores tangential tractions; with {scene.bodies.difference} and friction use "
+            f"Hertz's pressure ignores tangential tractions; with {scene.difference} and friction use "
             '"norm" or "clarabel"'
         )
         yield SceneError("normal", normal, "norm or clarabel", message=message)
@@ -373,7 +373,11 @@ def _sampled(scene: Scene) -> bool:
 
 
 def _coupled(scene: Scene) -> bool:
-    return scene.bodies.coupled and not scene.frictionless
+    return scene.coupled and not scene.frictionless
+
+
+def _kind_of_bodies(scene: Scene) -> str:
+    return "conformal" if scene.conformal else "unlike" if scene.coupled else "quasi-identical"
 
 
 def _kind_of_surface(scene: Scene) -> str:
@@ -403,7 +407,7 @@ def one_direction(scene: Scene) -> bool:
     motion = scene.motion
     if not scene.line or not isinstance(motion, (Steady, Shift)):
         return False
-    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.bodies.coupled
+    along_x = motion.rigid[0] != 0 or motion.Fx is not None or scene.coupled
     along_y = motion.rigid[1] != 0 or motion.Fy is not None
     return not (along_x and along_y)
 
@@ -418,7 +422,7 @@ def own_image(scene: Scene) -> bool:
     placed = isinstance(grid, Grid) and not grid.explicit and grid.rows % 2 == 0
     if not placed or scene.line or scene.hertz is None or not isinstance(motion, (Steady, Shift)):
         return False
-    if scene.bodies.coupled or isinstance(scene.friction, np.ndarray):
+    if scene.coupled or isinstance(scene.friction, np.ndarray):
         return False
     along_x, along_y, about_z = motion.rigid
     straight = along_y == about_z == 0 and motion.Fy is None

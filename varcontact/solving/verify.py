@@ -81,7 +81,10 @@ def load(path: str | Path, certify: bool = True) -> Solution | History:
         sol = replace(found, note="")
         if isinstance(sol.scene.motion, TimeStep) and (sol.refinement is None or not sol.pressure.any()):
             return replace(sol, note=ALONE)
-        return _verified(discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out), sol)
+        disc = discretise(sol.scene, sol.grid, coupled=not sol.plan.left_out)
+        if sol.scene.conformal and sol.scene.normal_force is not None:
+            disc = disc.with_loading(normal_force=None, approach=sol.approach)
+        return _verified(disc, sol)
 
 
 def with_verified_steps(stored: Stored) -> Stored:

@@ -178,7 +178,7 @@ def _check_free_of_one_grid(scene: Scene) -> None:
 def _spec(scene: Scene, elements: int) -> Grid:
     """A grid with a number of elements across, and the margin and edge of the scene."""
     given = scene.grid if isinstance(scene.grid, Grid) else Grid(nx=1)
-    margin = given.margin if scene.hertz is not None and not scene.bodies.coupled else given.margin + 1
+    margin = given.margin if scene.hertz is not None and not scene.coupled else given.margin + 1
     return Grid(nx=elements, ny=None if scene.line else elements, margin=margin, edge=given.edge)
 
 

@@ -76,8 +76,8 @@ def _why_not(scene: Scene, plan: Plan) -> str:
             "with infinite friction forces under Hertz's pressure are known in closed form "
             "(varcontact.reference.no_slip_ellipse); leave refine out"
         )
-    if scene.bodies.coupled and not plan.left_out:
-        return f"it is for quasi-identical bodies, and here {scene.bodies.difference}; {INSTEAD}"
+    if scene.coupled and not plan.left_out:
+        return f"it is for quasi-identical bodies, and here {scene.difference}; {INSTEAD}"
     if not plan.closed_form:
         return f"it is for Hertz's pressure in closed form, and here the pressure is solved for; {INSTEAD}"
     if plan.theory is not None:

@@ -1,0 +1,368 @@
+"""Influence numbers of layered bodies: compliance by wave number, and its transform.
+
+Fields that vary as exp(i k s) along the surface, s the direction of the wave vector, t across it and zeta into the
+body, have displacements ``u_s = i u, u_zeta = w`` by tractions ``q_s = i q``, a pressure p and q_t:
+
+    (u, w) = F(k) (q, p)/k,  u_t = f(k) q_t/k,  F real, symmetric and positive definite, f > 0,
+
+constants for a half-space. The state (u, w, -q, -p) obeys dy/dzeta = k M y in a layer, and is carried upwards from the
+base by matrices that are finite for all thicknesses, moduli and ratios (the impedance recursion of seismology).
+
+Of two bodies half-spaces of the surfaces' materials are taken in closed form. What layers add is smooth, on the scale
+of the thickness of the top layer: kernels of the distance alone, which Gauss's rule integrates over elements.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+
+import numpy as np
+from scipy import special
+
+from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.scene.grid import Grid
+
+CUT = 20.0
+"""Wave number times the thickness of the top layer from which nothing below is felt: exp(-2 CUT) CUT^2 = 2e-15."""
+
+DEEP = 25.0
+"""The same of a layer within the stack: beyond, rounding, which grows as its square, would be felt."""
+
+OCTAVES = 60
+"""Panels of wave numbers are halved so often towards 0: thicknesses and moduli may have any ratio."""
+
+DEGREE = 20
+"""Of the kernels' Chebyshev polynomials, each over a doubling of the distance: 5.8^-21 = 9e-17."""
+
+_ORDERS = range(2, 10)
+"""Of Gauss's rules on parts of elements."""
+
+_GAUSS = np.zeros((2, _ORDERS.stop, _ORDERS.stop - 1))
+for _order in _ORDERS:
+    _GAUSS[:, _order, :_order] = np.polynomial.legendre.leggauss(_order)
+_PANEL_POINTS, _PANEL_WEIGHTS = np.polynomial.legendre.leggauss(16)
+_NODES_AT_ONCE = 200_000
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Layers (thickness, G, nu) from the surface downwards, and a base: a half-space (G, nu), "rigid" or "smooth"."""
+
+    layers: tuple[tuple[float, float, float], ...]
+    base: tuple[float, float] | str
+
+    @property
+    def surface(self) -> np.ndarray:
+        """Compliance of a half-space of the material at the surface."""
+        return half_space(*(self.layers[0][1:] if self.layers else self.base))
+
+    @property
+    def thickness(self) -> float:
+        """That of the top layer."""
+        return self.layers[0][0] if self.layers else np.inf
+
+    def compliance(self, k: np.ndarray) -> np.ndarray:
+        """F11, F12, F22 and f at wave numbers (n,), shape (4, n)."""
+        if not self.layers:
+            return np.repeat(self.surface[:, None], k.size, axis=1)
+        state, f, load = _at_base(self.base, k.size)
+        for h, G, nu in reversed(self.layers):
+            state = np.einsum("abn,bcn->acn", _carried(k * h, G, nu), state)
+            (u0, u1), (w0, w1), (q0, q1), (p0, p1) = state[0], state[1], -state[2], -state[3]
+            F = np.array([u0 * p1 - u1 * p0, u1 * q0 - u0 * q1, w1 * q0 - w0 * q1]) / (q0 * p1 - q1 * p0)
+            F = np.where(k * h > DEEP, half_space(G, nu)[:3, None], F)
+            state = _states(F)
+            t = np.tanh(k * h)
+            f, load = (f + t / G * load) / (load + G * t * f), 1.0
+        return np.concatenate([F, [f]])
+
+
+def half_space(G: float, nu: float) -> np.ndarray:
+    """F11, F12, F22 and f of a half-space."""
+    return np.array([1 - nu, (1 - 2 * nu) / 2, 1 - nu, 1.0]) / G
+
+
+def _at_base(base: tuple[float, float] | str, n: int) -> tuple[np.ndarray, np.ndarray | float, float]:
+    """Two states (4, 2, n) that the base admits, and displacement and load across the wave vector."""
+    F = np.zeros(4) if isinstance(base, str) else half_space(*base)
+    state = _states(np.repeat(F[:3, None], n, axis=1))
+    if base != "smooth":
+        return state, F[3], 1.0
+    state[:, 0] = np.array([[1.0], [0.0], [0.0], [0.0]])
+    return state, 1.0, 0.0
+
+
+def _states(F: np.ndarray) -> np.ndarray:
+    """Those of a unit q and of a unit p, (4, 2, n)."""
+    zero, one = np.zeros_like(F[0]), np.ones_like(F[0])
+    return np.array([[F[0], F[1]], [F[1], F[2]], [-one, zero], [zero, -one]])
+
+
+def _carried(kappa: np.ndarray, G: float, nu: float) -> np.ndarray:
+    """exp(-kappa M) exp(-kappa), (4, 4, n): from the lower to the upper side of a layer.
+
+    With N = M^2 - 1 and N^2 = 0: ``c - s M + kappa s N/2 - (kappa c - s) M N/2``, c and s hyperbolic functions.
+    """
+    eta = nu / (1 - nu)
+    M = np.array([[0, -1, 1, 0], [eta, 0, 0, (1 - eta) / 2], [2 / (1 - nu), 0, 0, -eta], [0, 0, 1, 0]])
+    N = M @ M - np.eye(4)
+    units = np.array([1.0, 1.0, G, G])
+    terms = np.array([np.eye(4), -M, N / 2, -M @ N / 2]) * (units[:, None] / units)
+    c, s = (1 + np.exp(-2 * kappa)) / 2, -np.expm1(-2 * kappa) / 2
+    square = kappa**2
+    series = 1 + square / 10 * (1 + square / 28 * (1 + square / 54 * (1 + square / 88 * (1 + square / 130))))
+    last = np.where(kappa < 0.7, np.exp(-kappa) * kappa * square / 3 * series, kappa * c - s)
+    return np.tensordot(terms, np.array([c, s, kappa * s, last]), axes=(0, 0))
+
+
+@dataclass(frozen=True)
+class LayeredPair:
+    """Two stacks of layers, the upper and the lower: a `Medium`.
+
+    Displacements by a wave of tractions are ``u_s = (alpha p_s + i kappa p_z)/k``, ``u_t = beta p_t/k`` and
+    ``u_z = (-i kappa p_s + gamma p_z)/k``. Those of line contact count from the depth, but from bases that do not
+    move; unless `coupled`, kappa is left out.
+    """
+
+    upper: Stack
+    lower: Stack
+    depth: float = 1.0
+    coupled: bool = True
+
+    @property
+    def even(self) -> bool:
+        """As of all elastic bodies that are the same everywhere along x."""
+        return True
+
+    @property
+    def nu(self) -> float:
+        """Combined Poisson's ratio of the surfaces."""
+        return float(1 - self.surface[0] / 2)
+
+    @cached_property
+    def K(self) -> float:
+        """Largest size of the coupling over all wave numbers."""
+        if not self.coupled or self.upper == self.lower:
+            return 0.0
+        k = np.geomspace(1e-6, 1e3, 400) / self.thickness
+        largest = float(np.abs(self.symbols(k)[1]).max()) / 2
+        return largest if largest > 1e-15 else 0.0
+
+    @property
+    def thickness(self) -> float:
+        """That of the thinner top layer: the scale of what layers add."""
+        return min(self.upper.thickness, self.lower.thickness)
+
+    @property
+    def at_rest(self) -> tuple[bool, bool, bool]:
+        """Along which directions both bodies rest on bases that do not move."""
+        bases = ["rigid" if not stack.surface.any() else stack.base for stack in (self.upper, self.lower)]
+        rigid = all(base == "rigid" for base in bases)
+        return rigid, rigid, all(base in ("rigid", "smooth") for base in bases)
+
+    def symbols(self, k: np.ndarray) -> np.ndarray:
+        """alpha, kappa, gamma and beta at wave numbers (n,), shape (4, n)."""
+        return self._of_both(self.upper.compliance(k), self.lower.compliance(k))
+
+    @property
+    def surface(self) -> np.ndarray:
+        """Their limits for large wave numbers, those of half-spaces of the surfaces."""
+        return self._of_both(self.upper.surface, self.lower.surface)
+
+    def _of_both(self, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+        both = upper + lower
+        both[1] = upper[1] - lower[1] if self.coupled else 0.0
+        return both
+
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers: half-spaces of the surfaces in closed form, and what layers add."""
+        surfaces = HalfSpaces(self.nu, float(self.surface[1] / 2), self.depth)
+        found = surfaces.influence(grid, x, y, components)
+        for name, added in _added_numbers(self, grid, x, y, [*found]).items():
+            found[name] = found[name] + added
+        return found
+
+
+# ----------------------------------------------------------------------------- kernels of points and lines
+
+
+def _wave_numbers(thickness: float, near: float, far: float) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points and weights (n,) for transforms at distances from `near` to `far`.
+
+    At a distance only small wave numbers count: the integrand may end smoothly, over 12 of 1/near, which leaves an
+    error of exp(-36).
+    """
+    top, smooth = CUT / thickness, near * CUT > 144 * thickness
+    if smooth:
+        top = 144 / near
+    edges = [0.0, *(top * 0.5 ** np.arange(OCTAVES, -1, -1))]
+    parts = [np.arange(a, b, (b - a) / math.ceil((b - a) * far / (2 * np.pi))) for a, b in pairwise(edges)]
+    left = np.concatenate([*parts, [top]])
+    half = np.diff(left)[:, None] / 2
+    k, weights = (left[:-1, None] + half * (1 + _PANEL_POINTS)).ravel(), (half * _PANEL_WEIGHTS).ravel()
+    return k, weights * special.erfc(near * k / 12 - 6) / 2 if smooth else weights
+
+
+@lru_cache(maxsize=8)
+def _kernels(pair: LayeredPair, doublings: int, line: bool) -> tuple[np.ndarray, np.ndarray]:
+    """What layers add to four functions of the distance: edges of intervals, and their Chebyshev coefficients.
+
+    Of point loads the transforms I0[(alpha + beta)/2], I2[(alpha - beta)/2], I0[gamma] and I1[kappa] with Bessel
+    functions; of line loads those of alpha, beta and gamma with cosines, 0 at the last edge, and of kappa with sines.
+    """
+    edges = np.concatenate([[0.0], pair.thickness * 2.0 ** np.arange(doublings + 1)])
+    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
+    coefficients, beyond = np.empty((doublings + 1, DEGREE + 1, 4)), np.zeros(4)
+    for i in range(doublings, -1, -1):
+        near, far = edges[i], edges[i + 1]
+        k, weights = _wave_numbers(pair.thickness, near, far)
+        alpha, kappa, gamma, beta = (pair.symbols(k) - pair.surface[:, None]) * weights
+        r = np.append((near + far) / 2 + (far - near) / 2 * nodes, near)[:, None]
+        if line:
+            cosines = -2 * np.sin(k * (r + far) / 2) * np.sin(k * (r - far) / 2)
+            values = np.array(
+                [*(cosines @ (symbol / k) for symbol in (alpha, beta, gamma)), np.sin(k * r) @ (kappa / k)]
+            )
+            values = values.T / np.pi
+            values[:, :3] += beyond[:3]
+            beyond = values[-1]
+        else:
+            J = special.j0(k * r), special.j1(k * r), special.jv(2, k * r)
+            values = np.array([J[0] @ (alpha + beta) / 2, J[2] @ (alpha - beta) / 2, J[0] @ gamma, J[1] @ kappa])
+            values = values.T / (2 * np.pi)
+        coefficients[i] = np.polynomial.chebyshev.chebfit(nodes, values[:-1], DEGREE)
+    return edges, coefficients
+
+
+def _kernel_values(edges: np.ndarray, coefficients: np.ndarray, r: np.ndarray, which: list[int]) -> np.ndarray:
+    """Some of the four functions at distances (n,), shape (which, n)."""
+    found = np.empty((len(which), r.size))
+    place = np.searchsorted(edges[1:-1], r, side="right")
+    for i in np.unique(place):
+        inside = np.flatnonzero(place == i)
+        a, b = edges[i], edges[i + 1]
+        at = (2 * r[inside] - a - b) / (b - a)
+        found[:, inside] = np.polynomial.chebyshev.chebval(at, coefficients[i][:, which])
+    return found
+
+
+# ----------------------------------------------------------------------------- elements
+
+_Component = Callable[[dict[int, np.ndarray], np.ndarray, np.ndarray], np.ndarray]
+_OF_POINTS: dict[str, _Component] = {
+    "xx": lambda f, c, s: f[0] - (c * c - s * s) * f[1],
+    "yy": lambda f, c, s: f[0] + (c * c - s * s) * f[1],
+    "xy": lambda f, c, s: -2 * c * s * f[1],
+    "yx": lambda f, c, s: -2 * c * s * f[1],
+    "zz": lambda f, c, s: f[2],
+    "xz": lambda f, c, s: -c * f[3],
+    "zx": lambda f, c, s: c * f[3],
+    "yz": lambda f, c, s: -s * f[3],
+    "zy": lambda f, c, s: s * f[3],
+}
+"""Components by the four functions, and cosine and sine of the direction from the load to the point."""
+
+_OF_LINES = {name: _OF_POINTS[name] for name in ("zz", "xz", "zx")} | {
+    "xx": lambda f, c, s: f[0],
+    "yy": lambda f, c, s: f[1],
+}
+_NEEDED = {"xx": (0, 1), "yy": (0, 1), "xy": (1,), "yx": (1,), "zz": (2,)}
+
+
+def _added_numbers(
+    pair: LayeredPair, grid: Grid, x: np.ndarray, y: np.ndarray, components: list[str]
+) -> dict[str, np.ndarray]:
+    """What layers add to influence numbers: the kernels' integrals over the element."""
+    x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    (dx, dy), line = grid.sides, grid.line
+    reach = max(np.abs(x).max() + dx, pair.depth) if line else np.hypot(np.abs(x).max() + dx, np.abs(y).max() + dy)
+    doublings = max(math.ceil(math.log2(reach / pair.thickness)), 0)
+    edges, coefficients = _kernels(replace(pair, depth=1.0), doublings, line)
+    of = {name: form for name, form in (_OF_LINES if line else _OF_POINTS).items() if name in components}
+    which = sorted({i for name in of for i in _NEEDED.get(name, (3,))})
+    along_x, along_y = _Rules.over(x.ravel(), dx, pair.thickness), _Rules.over(y.ravel(), dy, pair.thickness)
+    if line:
+        along_y = _Rules(np.zeros(1), np.ones(1), np.zeros(x.size, dtype=int), np.ones(x.size, dtype=int))
+    found = {name: np.empty(x.shape) for name in of}
+    for part, starts, from_x, from_y, weights in _products(along_x, along_y):
+        r = np.hypot(from_x, from_y)
+        away = np.maximum(r, np.finfo(float).tiny)
+        values = dict(zip(which, _kernel_values(edges, coefficients, r, which), strict=True))
+        for name, form in of.items():
+            integrand = form(values, from_x / away, from_y / away) * weights
+            found[name].reshape(-1)[part] = np.add.reduceat(integrand, starts)
+    if line:
+        at_depth, near = _kernel_values(edges, coefficients, np.array([pair.depth, pair.thickness]), [0, 1, 2]).T
+        counted = np.where(pair.at_rest, near - _displaced_on_base(pair), at_depth)
+        for name, own in zip(("xx", "yy", "zz"), counted, strict=True):
+            if name in found:
+                found[name] -= dx * own
+    return found
+
+
+def _displaced_on_base(pair: LayeredPair) -> np.ndarray:
+    """Displacements by unit line loads at a distance of the thickness, where bases that do not move are at rest.
+
+    The integrals of symbols times cos(k thickness)/(pi k), less what half-spaces have there.
+    """
+    h = pair.thickness
+    k, weights = _wave_numbers(h, 0.0, h)
+    beyond = np.log(h / pair.depth) - special.sici(CUT)[1]
+    return ((pair.symbols(k) @ (weights * np.cos(k * h) / k) + pair.surface * beyond) / np.pi)[[0, 3, 2]]
+
+
+@dataclass(frozen=True)
+class _Rules:
+    """Gauss's rules over the side of an element, for its distances from some points.
+
+    The nodes (distances) and weights of each point are `count` from `first` on.
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    first: np.ndarray
+    count: np.ndarray
+
+    @classmethod
+    def over(cls, distance: np.ndarray, side: float, thickness: float) -> _Rules:
+        """For distances (n,) from the middle: parts are no longer than 1.5 max(thickness, distance/2)."""
+        places, index = np.unique(distance, return_inverse=True)
+        low, high = places[:, None] - side / 2, places[:, None] + side / 2
+        breaks = [0.0]
+        while breaks[-1] < max(high[-1, 0], -low[0, 0]):
+            breaks.append(breaks[-1] + 1.5 * max(thickness, breaks[-1] / 2))
+        edges = np.clip([*(-each for each in breaks[:0:-1]), *breaks], low, high)
+        owner, part = np.nonzero(np.diff(edges, axis=1))
+        left, right = edges[owner, part], edges[owner, part + 1]
+        scale = np.maximum(thickness, np.minimum(np.abs(left), np.abs(right)) / 2)
+        order = np.ceil(15 / np.log(8 * scale / (right - left))).astype(int)  # singularities are 2 scale or more away
+        order = np.clip(order, _ORDERS.start, _ORDERS[-1])
+        of, own = np.repeat(np.arange(order.size), order), _ramps(order)
+        points, weights = _GAUSS[:, order[of], own]
+        half = (right - left)[of] / 2
+        count = np.bincount(owner[of])
+        return cls(left[of] + half * (1 + points), half * weights, (np.cumsum(count) - count)[index], count[index])
+
+
+def _ramps(counts: np.ndarray) -> np.ndarray:
+    """0 to count - 1 for each of some counts, one after the other."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def _products(along_x: _Rules, along_y: _Rules) -> Iterator[tuple[np.ndarray, ...]]:
+    """Products of the rules along x and y of some points at a time.
+
+    The points, where the nodes of each start, the nodes' distances along x and along y, and their weights.
+    """
+    sizes = along_x.count * along_y.count
+    chunks = np.cumsum(sizes) // _NODES_AT_ONCE
+    for part in np.split(np.arange(sizes.size), np.flatnonzero(np.diff(chunks)) + 1):
+        own, count = _ramps(sizes[part]), np.repeat(along_y.count[part], sizes[part])
+        i = np.repeat(along_x.first[part], sizes[part]) + own // count
+        j = np.repeat(along_y.first[part], sizes[part]) + own % count
+        starts = np.cumsum(sizes[part]) - sizes[part]
+        yield part, starts, along_x.nodes[i], along_y.nodes[j], along_x.weights[i] * along_y.weights[j]
