@@ -27,13 +27,14 @@ def report(sol: Solution) -> str:
 
 def _body(sol: Solution) -> str:
     """The report but for what is doubtful in the scene."""
-    lines = [f"  {name:<18}{text}".rstrip() for name, text in report_rows(sol)]
+    rows = report_rows(sol)[len(sol.scene.doubts) :]
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in rows]
     return "\n".join([headline(sol), "", *lines])
 
 
 def report_rows(sol: Solution) -> list[tuple[str, str]]:
-    """What a report says of the solution, by name; empty rows part it."""
-    warnings = [("WARNING", warning) for warning in sol.warnings]
+    """What a report says, by name, first of what is doubtful in the scene; empty rows part it."""
+    warnings = [("WARNING", words) for words in (*sol.scene.doubts, *sol.warnings)]
     judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
     return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *judged, ("", ""), *_methods(sol)]
 

@@ -297,8 +297,7 @@ class Solution:
     def _repr_html_(self) -> str:
         from varcontact.results.report import headline, report_rows
 
-        doubts = [("WARNING", doubt) for doubt in self.scene.doubts]
-        return html_table(headline(self), [*doubts, *report_rows(self)])
+        return html_table(headline(self), report_rows(self))
 
     def __repr__(self) -> str:
         Fx, Fy = self.force
@@ -416,18 +415,14 @@ class Solution:
     def section(
         self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
     ) -> Figure:
-        """Picture of a section along x: the traction and its size beside the traction bound.
-
-        Without a motion: the pressure.
+        """Picture of a section along x: the traction and its size within the bound; without a motion the pressure.
 
         Parameters
         ----------
         y : float, optional
             Where [length]: the row of elements next to it, with the largest pressure if not given.
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure if not given.
-        figsize : pair of float, optional
-            Of a new figure [inch].
+        ax, figsize
+            As for `plot`.
 
         Returns
         -------
@@ -447,10 +442,7 @@ class Solution:
         return plot_passes(self)
 
     def summary(self) -> dict[str, Any]:
-        """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
-
-        What is not known (an infinite bound), or no number, is None.
-        """
+        """What ``varcontact solve --json`` prints: forces, counts, certificate, methods; None for what is not known."""
         from varcontact.results.report import summary
 
         return summary(self)
