@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tracemalloc
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity
 from varcontact.study.methods import Method, attempted, figures
-from varcontact.study.parallel import alone, opened, results
+from varcontact.study.parallel import alone, opened, results, traced
 
 DEFAULT_METHOD = "tang-safeguarded"
 TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
@@ -145,8 +145,11 @@ def converge(
 
 def _row(scene: Scene, method: Method, tol: float, cells: int, offset: int) -> dict[str, Any]:
     """The row of a solve; the first of each grid is traced for its memory."""
-    solved = _traced if offset == 0 and alone() else _solved
-    row = solved(scene, method, tol)
+    if offset == 0 and alone():
+        row, memory = traced(partial(_solved, scene, method, tol))
+        row["memory"] = memory
+    else:
+        row = _solved(scene, method, tol)
     return row | {"method": method.name, "cells": cells, "offset": offset, **_staircase(scene)}
 
 
@@ -231,21 +234,6 @@ def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
         row["traction_norm"] = float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area))
         row |= {name: float(bound) for name, bound in zip(BOUNDS, sol.certificate.force_bound, strict=True)}
     return row
-
-
-def _traced(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """One solve, with the largest memory of its arrays; tracing takes time of its own."""
-    tracing = tracemalloc.is_tracing()
-    if not tracing:
-        tracemalloc.start()
-    try:
-        tracemalloc.reset_peak()
-        before = tracemalloc.get_traced_memory()[0]
-        row = _solved(scene, method, tol)
-        return row | {"memory": tracemalloc.get_traced_memory()[1] - before}
-    finally:
-        if not tracing:
-            tracemalloc.stop()
 
 
 def _staircase(scene: Scene) -> dict[str, float]:

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import threading
+import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
@@ -170,6 +171,21 @@ def _end_with(watched: Connection) -> None:
         watched.poll(None)
     finally:
         os._exit(1)
+
+
+def traced(work: Callable[[], Result]) -> tuple[Result, int]:
+    """The result of `work`, and the largest memory of its arrays [bytes]; tracing takes time of its own."""
+    tracing = tracemalloc.is_tracing()
+    if not tracing:
+        tracemalloc.start()
+    try:
+        tracemalloc.reset_peak()
+        before = tracemalloc.get_traced_memory()[0]
+        result = work()
+        return result, tracemalloc.get_traced_memory()[1] - before
+    finally:
+        if not tracing:
+            tracemalloc.stop()
 
 
 def alone() -> bool:

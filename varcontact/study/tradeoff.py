@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from varcontact.solving.selection import select
 from varcontact.solving.warm_start import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
-from varcontact.study.parallel import alone, opened, results
+from varcontact.study.parallel import alone, opened, results, traced
 from varcontact.study.references import Reference, references, signature
 from varcontact.theories.on_grid import THEORIES
 
@@ -198,14 +198,9 @@ def _costs(reference: Reference, way: Way, number: int) -> dict[str, Any]:
         found = answer(scene, way, steps=steps)
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
         repeat = _repeat_seconds(scene, way) if number <= REPEATED else np.nan
-        memory = np.nan
-        if number == 1 and alone() and not tracemalloc.is_tracing():
-            tracemalloc.start()
-            try:
-                answer(scene, way, steps=steps)
-                memory = float(tracemalloc.get_traced_memory()[1])
-            finally:
-                tracemalloc.stop()
+        memory: float = np.nan
+        if number == 1 and alone():
+            _, memory = traced(partial(answer, scene, way, steps=steps))
     except NotConverged as error:
         return {"outcome": "not converged", "reason": str(error)}
     except VarcontactError as error:
