@@ -23,6 +23,7 @@ _RENAMED = {
     "varcontact.results.quantities_of_interest": "varcontact.results.quantities_of_interest",
     "varcontact.solving.discretisation_variants": "varcontact.solving.discretisation_variants",
     "varcontact.data.make_table_book": "varcontact.data.make_table_book",
+    "varcontact.study.comparison": "varcontact.study.compare",
     "varcontact.wheel_rail.virtual_penetration": "varcontact.wheel_rail.virtual_penetration",
     "varcontact.wheel_rail.patches": "varcontact.wheel_rail.patches",
     "varcontact.wheel_rail.case_file": "varcontact.wheel_rail.case_file",
