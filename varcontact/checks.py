@@ -232,9 +232,9 @@ def file_name(field: str, value: Any) -> Path:
 
 
 def elastic(value: Any) -> None:
-    """Refuse what does not have the combined constants of two bodies."""
-    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")):
-        raise SceneError("bodies", value, "Bodies")
+    """Refuse what does not have the combined constants of two half-spaces."""
+    if not (hasattr(value, "combined_G") and hasattr(value, "combined_nu")) or hasattr(value, "surfaces"):
+        raise SceneError("bodies", value, "half-spaces, Bodies(G, nu)")
 
 
 def exactly_one(**arguments: Any) -> None:
@@ -282,6 +282,12 @@ def short_entries(value: Any) -> str:
     """A dataclass as text, its entries without the numbers of large arrays and long lists."""
     entries = (f"{field.name}={short(getattr(value, field.name))}" for field in dataclasses.fields(value))
     return f"{type(value).__name__}({', '.join(entries)})"
+
+
+def entries(owner: object, path: str, check: Callable[[str, Any], Any], *names: str) -> None:
+    """Put clean values in place of entries of a frozen dataclass, which errors name as ``path.name``."""
+    for name in names:
+        object.__setattr__(owner, name, check(f"{path}.{name}", getattr(owner, name)))
 
 
 T = TypeVar("T")

@@ -79,6 +79,22 @@ def check_load(scene: Scene) -> None:
         raise bodies_apart(scene.approach, least)
 
 
+def check_speed(scene: Scene) -> None:
+    """Viscoelastic bodies roll steadily at a speed; no other contact depends on one."""
+    speed = scene.motion.speed if isinstance(scene.motion, Steady) else None
+    if scene.bodies.relaxes and not isinstance(scene.motion, Steady):
+        message = "motion: viscoelastic bodies roll steadily; give Steady(speed=...), with friction = 0 if need be"
+        raise SceneError("motion", scene.motion, "Steady(speed=...)", message=message)
+    if scene.bodies.relaxes and speed is None:
+        message = "motion.speed is missing: viscoelastic bodies depend on the speed of rolling"
+        raise SceneError("motion.speed", None, "given", message=message)
+    if speed is not None and not scene.bodies.relaxes:
+        message = (
+            f"motion.speed = {speed:.6g}: nothing depends on the speed unless bodies are Viscoelastic; leave it out"
+        )
+        raise SceneError("motion.speed", speed, "left out", message=message)
+
+
 def bodies_apart(approach: float | None, least: float) -> NoContact:
     """The error for an approach that leaves the bodies apart."""
     message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"
@@ -351,8 +367,10 @@ def _size(scene: Scene) -> str:
 
 def _net_shear(scene: Scene) -> str:
     """Tangential forces on a strip that slides on its base."""
-    free = isinstance(scene.motion, Steady) and (scene.motion.Fx, scene.motion.Fy) == (0.0, 0.0)
-    if not (scene.line and scene.bodies.slides) or scene.frictionless or free:
+    motion = scene.motion
+    if not (scene.line and scene.bodies.slides and isinstance(motion, Steady | Shift)) or scene.frictionless:
+        return ""
+    if motion.Fx == 0 and not (motion.Fy or motion.rigid[1]):
         return ""
     return "a smooth base bears no shear: half of a tangential force is taken to be borne by either end of the strip"
 
@@ -411,13 +429,6 @@ def left_out(scene: Scene) -> float:
         return 0.0
     effect = max(coupling_effect(bodies, f) for f in scene.frictions if not (f is None or isinstance(f, Law)))
     return effect if effect <= NEGLIGIBLE else 0.0
-
-
-def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
-    """What a plan says where the coupling is left out: the kind of the bodies with its reason, and of the coupling."""
-    kind = "almost like", f"K = {K:.3g} is so small that pressure and tractions are taken to be independent"
-    reason = f"left out: it changes the tangential force at given creepages by less than {effect:.1e} of f Fz"
-    return kind, f'{reason}; coupling="panagiotopoulos" includes it'
 
 
 def _moves(scene: Scene) -> bool:
