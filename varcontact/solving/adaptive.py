@@ -26,8 +26,8 @@ from varcontact.scene.grid import Edge, Grid
 from varcontact.scene.motion import Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.interface import OutOfTime
-from varcontact.solving.history import bytes_of_steps
-from varcontact.solving.on_grid import Answer, solve_on_grid
+from varcontact.solving.history import bytes_of_steps, solve_transient
+from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import SolveOptions, Target
 from varcontact.solving.pipeline import peak
 from varcontact.system import memory
@@ -52,6 +52,7 @@ SHOWN = 25
 """Elements across a contact in closed form: an odd number has one at the largest pressure."""
 
 Progress = Callable[[str], None]
+Answer = Solution | History
 
 
 @dataclass(frozen=True)
@@ -200,16 +201,15 @@ def _level(
 
     Coarse grids have no certificate; a grid begins from the one before.
     """
-    begun, before = time.perf_counter(), levels[-1].answer if levels else None
+    begun, before, final = time.perf_counter(), levels[-1].answer if levels else None, len(levels) + 1 >= GRIDS
     if len(levels) < GRIDS and not isinstance(scene.motion, Transient):
         deadline = math.inf  # these are solved in any case
     near, others = before if isinstance(before, Solution) else None, 1
     while True:
         stages = None if progress is None else partial(_with_grid, progress, f"{n} elements across the contact")
+        on_grid = gridded(scene, options.plan, n)
         try:
-            answer = solve_on_grid(
-                gridded(scene, options.plan, n), options, stages, len(levels) + 1 >= GRIDS, near, deadline
-            )
+            answer = _solved(on_grid, options, stages, final, near, deadline)
             break
         except NotConverged:  # where one lattice does not, another usually does
             if others == 0:
@@ -220,6 +220,19 @@ def _level(
             if not _fits(scene, options, n):
                 raise
     return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(_largest_contact(answer)))
+
+
+def _solved(
+    scene: Scene,
+    options: SolveOptions,
+    progress: Progress | None,
+    final: bool = True,
+    near: Solution | None = None,
+    deadline: float = math.inf,
+) -> Answer:
+    if isinstance(scene.motion, Transient):
+        return solve_transient(scene, options, progress, final, deadline)
+    return solve_on_grid(scene, options, progress, final, near, deadline)
 
 
 def _with_grid(progress: Progress, grid: str, stage: str) -> None:
@@ -294,7 +307,7 @@ def _closed_form(scene: Scene, options: SolveOptions, progress: Progress | None)
     """Hertz's contact, which needs no grid."""
     begun = time.perf_counter()
     grid = Grid(nx=4 * SHOWN + 1) if scene.line else Grid(nx=SHOWN, ny=SHOWN)
-    answer = solve_on_grid(replace(scene, grid=grid), options, progress)
+    answer = _solved(replace(scene, grid=grid), options, progress)
     best = values(answer) | _peaks_by_hertz(answer)
     solves = (Solve(answer.grid.nx, answer.grid.rows, time.perf_counter() - begun),)
     how, target = "Hertz's pressure and approach are exact in the continuum", options.target

@@ -24,6 +24,7 @@ from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving import adaptive
 from varcontact.solving.friction_law import coefficient
+from varcontact.solving.history import solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import TOLERANCE, CouplingName, NormalName, Options, SolveOptions, TangentialName
 from varcontact.solving.selection import select
@@ -192,6 +193,8 @@ def solve(
     progress = checks.progress(progress)
     if options.target is not None:
         return adaptive.solve(scene, options, progress)
+    if isinstance(scene.motion, Transient):
+        return solve_transient(scene, options, progress)
     return solve_on_grid(scene, options, progress)
 
 

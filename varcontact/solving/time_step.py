@@ -25,8 +25,8 @@ from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.statistics import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
-from varcontact.solving.finish import finish
 from varcontact.solving.friction_law import remembered, stick_slip_warning, weakening
+from varcontact.solving.on_grid import finish
 
 
 def largest_contacts(scene: Scene) -> list[Scene]:
