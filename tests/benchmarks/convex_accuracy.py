@@ -18,8 +18,7 @@ import numpy as np
 import varcontact as vc
 from varcontact.data.benchmark_scenes import unlike_bank
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.mirror import mirror_of
-from varcontact.discrete.problems import RawSolution, TangentialProblem
+from varcontact.discrete.problems import RawSolution, TangentialProblem, mirror_of
 from varcontact.discrete.residuals import tangential_residual
 from varcontact.solvers.conic.programs import gap_program, shift_program
 from varcontact.solvers.splitting import ROUNDS, Splitting

@@ -11,7 +11,7 @@ import varcontact as vc
 from tests.benchmarks.refinement import VALUES, cases, loads, read_references, scene
 from tests.command import run
 from varcontact.discrete.discretisation import discretise
-from varcontact.discrete.subgrid import means
+from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import ellipsoidal_gradients, rooted_gradients, sloped_gradients
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.solving.defect_correction.driver import overlaps

@@ -7,7 +7,7 @@ import pytest
 
 import varcontact as vc
 from varcontact.discrete.contact_grid import interpolated
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving import on_grid
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.selection import select

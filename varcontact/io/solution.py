@@ -27,7 +27,7 @@ from varcontact.scene.friction import BRANCHES
 from varcontact.scene.grid import Grid
 from varcontact.scene.scene import Scene
 from varcontact.scene.units import Units
-from varcontact.solvers.statistics import Calls
+from varcontact.solvers.interface import Calls
 from varcontact.system.files import (
     check_one_of_endings,
     check_replaceable,
@@ -37,7 +37,7 @@ from varcontact.system.files import (
     regular,
     write_whole,
 )
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from varcontact.discrete.subgrid import means
+from varcontact.discrete.state import means
 from varcontact.results.refinement import Refinement
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid

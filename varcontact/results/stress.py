@@ -12,7 +12,7 @@ from varcontact import checks
 from varcontact.elasticity.subsurface import ElasticField, field_at, field_below
 from varcontact.errors import SceneError
 from varcontact.scene.bodies import Bodies
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 if TYPE_CHECKING:
     from varcontact.results.solution import Solution

@@ -30,8 +30,8 @@ from varcontact.solving.history import bytes_of_steps, solve_transient
 from varcontact.solving.on_grid import solve_on_grid
 from varcontact.solving.options import SolveOptions, Target
 from varcontact.solving.pipeline import peak
-from varcontact.system import memory
-from varcontact.system.threads import one_blas_thread
+from varcontact.system import process
+from varcontact.system.process import one_blas_thread
 
 FIRST, FIRST_IN_LINE = 6, 48
 """Elements across the contact on the coarsest grid."""
@@ -173,10 +173,10 @@ def _first(scene: Scene, options: SolveOptions, target: Target) -> int:
             return n
     what = f"time_budget = {target.time_budget}" if target.accuracy is None else f"accuracy = {target.accuracy:g}"
     most = last
-    while most > 1 and not memory.fits(2 * _bytes(scene, options, most)):
+    while most > 1 and not process.fits(2 * _bytes(scene, options, most)):
         most /= 1.1
     fits = f"accuracy = {FLOOR * most**-ORDER:.2g} fits"
-    raise TooLarge(what, _bytes(scene, options, last), memory.available() / 2, fits)
+    raise TooLarge(what, _bytes(scene, options, last), process.available() / 2, fits)
 
 
 def _next(scene: Scene, options: SolveOptions, last: GridLevel, few: bool) -> int:
@@ -266,7 +266,7 @@ def _fits(scene: Scene, options: SolveOptions, n: float) -> bool:
     assert options.target is not None
     if options.target.by_default and _elements(scene, options, n) > MOST_BY_DEFAULT:
         return False
-    return memory.fits(2 * _bytes(scene, options, n))
+    return process.fits(2 * _bytes(scene, options, n))
 
 
 def _elements(scene: Scene, options: SolveOptions, n: float) -> int:

@@ -17,14 +17,14 @@ from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Transient
 from varcontact.scene.scene import Scene
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver
 from varcontact.solving.on_grid import solve_contact
 from varcontact.solving.options import SolveOptions
 from varcontact.solving.selection import check_fits
 from varcontact.solving.time_step import largest_contacts, marching_on, transient
 from varcontact.solving.verify import with_verified_steps
-from varcontact.system.memory import need
+from varcontact.system.process import need
 
 STEP_FIELDS, STEP_REST = 65.0, 1e4
 """Bytes of a step in memory: by element, and for the rest."""

@@ -27,9 +27,8 @@ from varcontact.discrete.discretisation import Discretisation, discretise
 from varcontact.discrete.operators import Operators
 from varcontact.discrete.penetration import outside
 from varcontact.discrete.residuals import normal_residual
-from varcontact.discrete.state import ContactState, unloaded
+from varcontact.discrete.state import ContactState, means, unloaded
 from varcontact.discrete.stick_slip import unit_slip
-from varcontact.discrete.subgrid import means
 from varcontact.errors import NotConverged, SceneError
 from varcontact.results.physical import solution_of
 from varcontact.results.plan import Plan
@@ -43,7 +42,7 @@ from varcontact.scene.motion import TimeStep
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import Cylinders, SampledDistance
 from varcontact.solvers.conic.programs import Workspace
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction import driver as defect_correction
 from varcontact.solving.friction_law import coefficient

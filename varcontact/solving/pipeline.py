@@ -29,7 +29,7 @@ from varcontact.solvers.marching import march
 from varcontact.solvers.newton.driver import DENSE as MOST_OF_A_PROGRAM
 from varcontact.solvers.registry import MATRIX_FREE, normal_solver, states_programs, tangential_solver
 from varcontact.solvers.splitting import refine_both, refine_normal, refine_tangential
-from varcontact.system.memory import SMALLER, need
+from varcontact.system.process import SMALLER, need
 
 UNPOLISHED = 1e-2
 """Part of the tolerance that is asked of a solver whose answer no active set improves."""

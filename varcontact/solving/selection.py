@@ -10,7 +10,7 @@ import numpy as np
 
 from varcontact.checks import choice
 from varcontact.discrete.contact_grid import given_grid, wanted_grid
-from varcontact.discrete.subgrid import cells_of
+from varcontact.discrete.state import cells_of
 from varcontact.errors import SceneError
 from varcontact.results.plan import Plan
 from varcontact.scene.bodies import Bodies

@@ -17,12 +17,12 @@ from varcontact.results.solution import Solution
 from varcontact.scene.motion import Shift, Steady, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solvers.conic.programs import Workspace
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.on_grid import finish, solve_contact
 from varcontact.solving.options import check_saturation
 from varcontact.solving.selection import check_fits
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 
 KEPT = 32
 """Solved scenes whose tractions are kept, to begin from."""

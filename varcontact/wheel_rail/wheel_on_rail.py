@@ -17,7 +17,7 @@ from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
 from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
-from varcontact.system.threads import one_blas_thread
+from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
 from varcontact.wheel_rail.patches import Locus, Seams, contact_locus, joined, place, tangents_of
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind

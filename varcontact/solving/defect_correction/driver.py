@@ -27,7 +27,7 @@ from varcontact.scene.friction import Law
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Steady
 from varcontact.scene.scene import Scene
-from varcontact.solvers.statistics import SolveStats
+from varcontact.solvers.interface import SolveStats
 from varcontact.solving.contact_solver import ContactSolver, contact
 from varcontact.solving.defect_correction.fine_grid import (
     PARTS,
@@ -38,7 +38,7 @@ from varcontact.solving.defect_correction.fine_grid import (
     resultants,
 )
 from varcontact.solving.friction_law import coefficient
-from varcontact.system.memory import SMALLER, need
+from varcontact.system.process import SMALLER, need
 
 CONTINUUM = "continuum"
 """What can be asked for."""

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from varcontact.discrete.discretisation import Discretisation
-from varcontact.discrete.subgrid import means
+from varcontact.discrete.state import means
 from varcontact.elasticity.ellipsoidal import rooted_gradients
 from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.reference.hertz import HertzContact
