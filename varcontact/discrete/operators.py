@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
-from varcontact.elasticity.operators import GridOperator, influence_operator, table_bytes
+from varcontact.elasticity.operators import GridOperator, influence_operator
 from varcontact.scene.bodies import Bodies, BodyPair, Layered, surface_material
 from varcontact.scene.grid import Cells, Grid
 
 KEPT_DISTANCES = 4
 """Operators that are kept of each kind that has a distance: of steps in time, and of steps of steady rolling."""
-
-
-@dataclass(frozen=True, eq=False)
-class DryRun:
-    """What tables would be built: it stands in for `influence_operator`, and computes nothing."""
-
-    bytes: dict[str, int] = field(default_factory=dict)
-
-    def __call__(self, lattice: Grid, rows: str, columns: str, **constants: Any) -> GridOperator:
-        """Note the table, and give an empty one."""
-        name = table_name(rows, columns, constants.get("lag"), constants.get("offset", 0.0))
-        self.bytes[name] = table_bytes(*lattice.shape, len(rows) * len(columns))
-        return GridOperator(lattice.shape, np.empty((len(rows), len(columns), 0, 0)))
 
 
 def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
@@ -50,7 +34,6 @@ class Operators:
 
     lattice: Grid
     medium: Medium
-    make: Callable[..., GridOperator] | None = None
     _tables: dict[tuple[str, str, float | None, str, float], GridOperator] = field(default_factory=dict, repr=False)
     _divided: dict[Cells, Operators] = field(default_factory=dict, repr=False)
 
@@ -121,11 +104,10 @@ class Operators:
                 for oldest in alike[: max(len(alike) + 1 - KEPT_DISTANCES, 0)]:
                     del self._tables[oldest]
             step: dict[str, Any] = {"lag": lag, "difference": difference, "offset": offset}
-            if self.make is None and isinstance(self.medium, Conformal):
+            if isinstance(self.medium, Conformal):
                 self._tables[key] = self.medium.operator(self.lattice, rows, columns, **step)
             else:
-                make = influence_operator if self.make is None else self.make
-                self._tables[key] = make(self.lattice, rows, columns, medium=self.medium, **step)
+                self._tables[key] = influence_operator(self.lattice, rows, columns, medium=self.medium, **step)
         return self._tables[key]
 
 

@@ -60,7 +60,13 @@ def _beyond(disc: Discretisation, state: ContactState, closed_form: bool) -> Box
             assert disc.hertz is not None
             overlap = disc.hertz.on_elements(grid) > 0
         else:
-            overlap = _deformed_distance(disc, grid, state) < -1e-9 * abs(state.approach)
+            around = disc.operators.around
+            distance = (_distance_beyond(disc, grid) - disc.base) / disc.scales.displacement - state.approach
+            margin = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
+            distance = distance + around.normal.apply(np.pad(state.pressure[None], margin))[0]
+            if disc.K != 0 and np.any(state.traction):
+                distance = distance + around.traction_to_distance.apply(np.pad(state.traction, margin))[0]
+            overlap = distance < -1e-9 * abs(state.approach)
         overlap &= _rim(grid)
     return contact_box(grid, overlap) if overlap.any() else None
 
@@ -71,17 +77,6 @@ def _rim(grid: Grid) -> np.ndarray:
     rim[:, 1:-1] = not grid.line
     rim[1:-1, 1:-1] = False
     return rim
-
-
-def _deformed_distance(disc: Discretisation, grid: Grid, state: ContactState) -> np.ndarray:
-    """Deformed distance on a grid one element wider, (ny, nx), dimensionless."""
-    wider = replace(disc, grid=grid, distance=_distance_beyond(disc, grid), operators=disc.operators.around)
-    distance = (wider.distance - disc.base) / disc.scales.displacement - state.approach
-    around = ((0, 0), (0, 0) if grid.line else (1, 1), (1, 1))
-    distance = distance + wider.operators.normal.apply(np.pad(state.pressure[None], around))[0]
-    if disc.K != 0 and np.any(state.traction):
-        distance = distance + wider.operators.traction_to_distance.apply(np.pad(state.traction, around))[0]
-    return distance
 
 
 def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | None:

@@ -34,7 +34,15 @@ SEED = 0
 def positive_definite(operator: RestrictedOperator, dense_limit: int | None = None) -> PositiveDefinite | None:
     """The symmetric part ``S = (M + M')/2`` of an operator, or None where it is not found to be positive definite."""
     if operator.elements.size <= (DENSE_LIMIT if dense_limit is None else dense_limit):
-        return _factored(operator.matrix)
+        from scipy.linalg import LinAlgError, cholesky
+        from scipy.linalg.lapack import dtrtri
+
+        matrix = operator.matrix
+        try:
+            factor = cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            return None
+        return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
     return _iterated(replace(operator, grid_operator=operator.grid_operator.symmetric_part()))
 
 
@@ -65,17 +73,6 @@ class _Factored:
     def energies(self, right: np.ndarray) -> np.ndarray:
         """``b'S^-1 b`` of several b (k, c, n)."""
         return np.asarray(np.sum((self.inverse @ right.reshape(len(right), -1).T) ** 2, axis=0))
-
-
-def _factored(matrix: np.ndarray) -> _Factored | None:
-    from scipy.linalg import LinAlgError, cholesky
-    from scipy.linalg.lapack import dtrtri
-
-    try:
-        factor = cholesky((matrix + matrix.T) / 2, lower=True, overwrite_a=True, check_finite=False)
-    except LinAlgError:
-        return None
-    return _Factored(dtrtri(factor, lower=1, overwrite_c=1)[0])
 
 
 # ----------------------------------------------------------------------------- by conjugate gradients

@@ -110,17 +110,10 @@ def normal_residual(
 ) -> float:
     """Largest ``|p - max(p - e/rho, 0)|`` by the largest pressure; with the force, what it lacks.
 
-    A p is taken from `elastic` where that is known already.
-
     Parameters
     ----------
-    problem : NormalProblem
-    pressure : ndarray, shape (n,)
-        Dimensionless.
-    rigid : ndarray, shape (1,)
-        The approach, dimensionless.
-    elastic : ndarray, shape (n,), optional
-        A p, where it is known already.
+    problem, pressure, rigid, elastic
+        As of `normal_gap`.
 
     Returns
     -------
@@ -147,17 +140,10 @@ def tangential_residual(
 ) -> float:
     """Largest ``|p - Proj(p - E/rho)|`` by the largest traction; with forces prescribed, what they lack.
 
-    E is taken from `shift` where that is known already.
-
     Parameters
     ----------
-    problem : TangentialProblem
-    traction : ndarray, shape (c, n)
-        Dimensionless.
-    rigid : ndarray, shape (c,)
-        Unknown part of the rigid shift, dimensionless.
-    shift : ndarray, shape (c, n), optional
-        E, where it is known already.
+    problem, traction, rigid, shift
+        As of `gap`.
 
     Returns
     -------
@@ -185,8 +171,7 @@ def gap(
 
     Each element's share ``g |E| + p'E`` is positive on its own (Cauchy and Schwarz), so nothing cancels in the
     sum. For a shift it is the potential energy (214) plus the complementary energy (215) of the tractions. With
-    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more. E is taken from `shift`
-    where that is known already.
+    infinite friction the gap is ``E'S^-1 E``, the squared distance to the solution or more.
 
     Parameters
     ----------
@@ -237,8 +222,7 @@ def normal_gap(
 
     It bounds ``(p - p*)'A (p - p*)``. With the force prescribed it is ``sum(p) (d - min(h + A p))``, d the mean
     of ``h + A p`` weighted by p; with the approach prescribed ``p'e`` plus the deepest overlap times a bound on
-    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the least eigenvalue in place of 1/min A. A p
-    is taken from `elastic` where that is known already.
+    ``sum(p*)``, ``(d - min h) / min A``, or with numbers below zero n by the least eigenvalue in place of 1/min A.
 
     Parameters
     ----------

@@ -62,6 +62,8 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
     >>> print(f"{C[0, 0]:.4f} {C[1, 2]:.4f}")
     2.7667-2.1160j 0.8986-0.9205j
     """
+    from scipy.special import spherical_jn
+
     ratio, nu = check_ellipse(a_over_b, nu, LEAST_RATIO)
     allowed = f"in [0, {HIGHEST:g}]"
     frequency = checks.number("kappa_a", kappa_a, allowed)
@@ -69,7 +71,35 @@ def harmonic_coefficients(a_over_b: float, nu: float, kappa_a: float) -> np.ndar
         raise SceneError("kappa_a", frequency, allowed)
     if frequency == 0:
         return no_slip_ellipse(ratio, nu).astype(complex)
-    return _resultants(ratio, nu, frequency)
+    a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
+    kappa = frequency / a
+    edge = np.pi * np.arange(1, 2 * MODES + 24) / (2 * MODES + 24) - np.pi / 2
+    eta = np.pi * np.arange(-MODES, MODES + 1) / (PERIOD * b)
+    radius, angle = np.hypot(frequency, eta * b), np.arctan2(eta * b, frequency)
+    kernel = Kernel(a, b, nu, DEGREE, np.array([*edge, 0.0, np.pi / 2, *angle]))
+    points, n, weight = np.arange(edge.size), np.arange(DEGREE + 1), np.cos(edge)
+    ALONG, ACROSS, first = edge.size, edge.size + 1, edge.size + 2
+    # exp(i (kappa x + eta y)) = sum over n of (2n + 1) i^n j_n(radius) P_n(cos(t - angle))
+    waves = (2 * n + 1) * 1j**n * spherical_jn(n, radius[:, None])
+    along = (2 * n + 1) * 1j**n * spherical_jn(n, frequency)
+    singular = (kernel.of_all_degrees(points, first + m) for m in range(eta.size))
+    matrix = np.stack([np.einsum("tinj,n->tij", K, wave) for K, wave in zip(singular, waves, strict=True)], axis=2)
+    # u by vx is (i/kappa) (1 - exp(i kappa x)); by spin (-i y/kappa, i x/kappa + (1 - exp(i kappa x))/kappa^2)
+    lift = kernel(0, points, ALONG) - np.einsum("tinj,n->tij", kernel.of_all_degrees(points, ALONG), along)
+    turn = 1j / kappa * (a * kernel(1, points, ALONG)[:, :, 1] - b * kernel(1, points, ACROSS)[:, :, 0])
+    rigid = np.concatenate([1j / kappa * lift, (turn + lift[:, :, 1] / kappa**2)[..., None]], axis=-1)
+    equations = (matrix * weight[:, None, None, None]).reshape(2 * edge.size, -1)
+    k, *_ = np.linalg.lstsq(equations, -(rigid * weight[:, None, None]).reshape(2 * edge.size, 3), rcond=1e-13)
+    k = k.reshape(eta.size, 2, 3)
+    # force and moment are the parts of degree 0 and 1; columns of `constant` are vx, vy and spin
+    constant = np.array([[1j / kappa, 0, 0], [0, 1j / kappa, 1 / kappa**2]])
+    force = 4 * np.pi * kernel(0, points[:1], ALONG)[0] @ (np.tensordot(waves[:, 0], k, 1) + (1 - along[0]) * constant)
+    ends = np.array([ALONG, ACROSS])
+    by_edge = sum(wave * kernel(1, ends, first + m) @ k[m] for m, wave in enumerate(waves[:, 1]))
+    by_edge = by_edge - along[1] * kernel(1, ends, ALONG) @ constant
+    by_edge[:, :, 2] += 1j / kappa * (a * kernel(1, ends, ALONG)[:, :, 1] - b * kernel(1, ends, ACROSS)[:, :, 0])
+    moment = 4 * np.pi / 3 * (a * by_edge[0, 1] - b * by_edge[1, 0])
+    return -np.array([force[0], force[1], moment])
 
 
 def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
@@ -114,38 +144,3 @@ def harmonic_line(kappa_a: float, nu: float, depth_over_a: float) -> complex:
     depth = checks.positive("depth_over_a", depth_over_a)
     both = complex(j0(kappa), j1(kappa))
     return math.pi / (2 * (1 - nu)) * both / (j0(kappa) + 1j * kappa * math.log(2 * depth) * both)
-
-
-def _resultants(ratio: float, nu: float, frequency: float) -> np.ndarray:
-    """The matrix of `harmonic_coefficients`, of numbers that are as they should be."""
-    from scipy.special import spherical_jn
-
-    a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
-    kappa = frequency / a
-    edge = np.pi * np.arange(1, 2 * MODES + 24) / (2 * MODES + 24) - np.pi / 2
-    eta = np.pi * np.arange(-MODES, MODES + 1) / (PERIOD * b)
-    radius, angle = np.hypot(frequency, eta * b), np.arctan2(eta * b, frequency)
-    kernel = Kernel(a, b, nu, DEGREE, np.array([*edge, 0.0, np.pi / 2, *angle]))
-    points, n, weight = np.arange(edge.size), np.arange(DEGREE + 1), np.cos(edge)
-    ALONG, ACROSS, first = edge.size, edge.size + 1, edge.size + 2
-    # exp(i (kappa x + eta y)) = sum over n of (2n + 1) i^n j_n(radius) P_n(cos(t - angle))
-    waves = (2 * n + 1) * 1j**n * spherical_jn(n, radius[:, None])
-    along = (2 * n + 1) * 1j**n * spherical_jn(n, frequency)
-    singular = (kernel.of_all_degrees(points, first + m) for m in range(eta.size))
-    matrix = np.stack([np.einsum("tinj,n->tij", K, wave) for K, wave in zip(singular, waves, strict=True)], axis=2)
-    # u by vx is (i/kappa) (1 - exp(i kappa x)); by spin (-i y/kappa, i x/kappa + (1 - exp(i kappa x))/kappa^2)
-    lift = kernel(0, points, ALONG) - np.einsum("tinj,n->tij", kernel.of_all_degrees(points, ALONG), along)
-    turn = 1j / kappa * (a * kernel(1, points, ALONG)[:, :, 1] - b * kernel(1, points, ACROSS)[:, :, 0])
-    rigid = np.concatenate([1j / kappa * lift, (turn + lift[:, :, 1] / kappa**2)[..., None]], axis=-1)
-    equations = (matrix * weight[:, None, None, None]).reshape(2 * edge.size, -1)
-    k, *_ = np.linalg.lstsq(equations, -(rigid * weight[:, None, None]).reshape(2 * edge.size, 3), rcond=1e-13)
-    k = k.reshape(eta.size, 2, 3)
-    # force and moment are the parts of degree 0 and 1; columns of `constant` are vx, vy and spin
-    constant = np.array([[1j / kappa, 0, 0], [0, 1j / kappa, 1 / kappa**2]])
-    force = 4 * np.pi * kernel(0, points[:1], ALONG)[0] @ (np.tensordot(waves[:, 0], k, 1) + (1 - along[0]) * constant)
-    ends = np.array([ALONG, ACROSS])
-    by_edge = sum(wave * kernel(1, ends, first + m) @ k[m] for m, wave in enumerate(waves[:, 1]))
-    by_edge = by_edge - along[1] * kernel(1, ends, ALONG) @ constant
-    by_edge[:, :, 2] += 1j / kappa * (a * kernel(1, ends, ALONG)[:, :, 1] - b * kernel(1, ends, ACROSS)[:, :, 0])
-    moment = 4 * np.pi / 3 * (a * by_edge[0, 1] - b * by_edge[1, 0])
-    return -np.array([force[0], force[1], moment])

@@ -50,11 +50,6 @@ class EllipticIntegrals:
 def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     """Complete elliptic integrals B, C, D, E, K of the axial ratio, (95)-(99).
 
-    Raises
-    ------
-    SceneError
-        If it is not in that range.
-
     Parameters
     ----------
     axial_ratio : float
@@ -64,6 +59,11 @@ def elliptic_integrals(axial_ratio: float) -> EllipticIntegrals:
     -------
     EllipticIntegrals
         Each to rounding: Carlson's symmetric forms take m'^2 itself, so nothing cancels at m' -> 0.
+
+    Raises
+    ------
+    SceneError
+        If it is not in that range.
 
     Examples
     --------
@@ -156,7 +156,11 @@ class HertzContact:
             share = np.diff(X * np.sqrt(1 - X**2) + np.arcsin(X))[None, :] / math.pi
             total = self.force / np.diff(x)[None, :]
         else:
-            share = np.diff(np.diff(_volume(X[None, :], Y[:, None]), axis=0), axis=1)
+            X, Y = X[None, :], Y[:, None]
+            R = np.sqrt(np.maximum(1 - X**2 - Y**2, 0.0))
+            caps = X * (3 - X**2) * np.arctan2(Y, R) + Y * (3 - Y**2) * np.arctan2(X, R)
+            volume = np.asarray(2 * X * Y * R + caps - 2 * np.arctan2(X * Y, R)) / (4 * math.pi)
+            share = np.diff(np.diff(volume, axis=0), axis=1)
             total = self.force / (np.diff(x)[None, :] * np.diff(y)[:, None])
         return np.where(share > LEAST_SHARE, share * total, 0.0).astype(float)
 
@@ -165,8 +169,8 @@ class HertzContact:
 
         Parameters
         ----------
-        x, y : ndarray, shapes (nx + 1,) and (ny + 1,)
-            Lines, rising [length].
+        x, y
+            As of `mean_pressure`.
 
         Returns
         -------
@@ -191,7 +195,11 @@ class HertzContact:
         if math.isinf(self.b):
             part = np.diff(X)[None, :] * self.a / np.diff(x)[None, :]
             return np.where(part > 1 - WHOLE, 1.0, part)
-        area = np.diff(np.diff(_quarter(X[None, :], Y[:, None]), axis=0), axis=1) * self.a * self.b
+        X, Y = X[None, :], Y[:, None]
+        along, across = (np.arccos(np.abs(Z)) - np.abs(Z) * np.sqrt(1 - Z**2) for Z in (X, Y))
+        beyond = np.sign(X) * np.sign(Y) * (math.pi / 4 - along / 2 - across / 2)
+        corners = np.where(X**2 + Y**2 <= 1, X * Y, beyond)
+        area = np.diff(np.diff(corners, axis=0), axis=1) * self.a * self.b
         part = np.maximum(area / (np.diff(x)[None, :] * np.diff(y)[:, None]), 0.0)
         return np.where(part > 1 - WHOLE, 1.0, part)
 
@@ -200,20 +208,6 @@ class HertzContact:
         if grid.edge != "centres":
             return self.mean_pressure(*grid.lines)
         return self.pressure(grid.x[None, :], grid.y[:, None])
-
-
-def _quarter(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
-    """Area of the unit circle between the axes and corners (X, Y), see `covered`."""
-    along, across = (np.arccos(np.abs(Z)) - np.abs(Z) * np.sqrt(1 - Z**2) for Z in (X, Y))
-    beyond = np.sign(X) * np.sign(Y) * (math.pi / 4 - along / 2 - across / 2)
-    return np.where(X**2 + Y**2 <= 1, X * Y, beyond)
-
-
-def _volume(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
-    """Part of the volume under a semi-ellipsoid between the axes and corners (X, Y), see `mean_pressure`."""
-    R = np.sqrt(np.maximum(1 - X**2 - Y**2, 0.0))
-    caps = X * (3 - X**2) * np.arctan2(Y, R) + Y * (3 - Y**2) * np.arctan2(X, R)
-    return np.asarray(2 * X * Y * R + caps - 2 * np.arctan2(X * Y, R)) / (4 * math.pi)
 
 
 def hertz(
@@ -257,7 +251,13 @@ def hertz(
     Rx, Ry = positive("Rx", Rx), positive("Ry", Ry)
     _check_slender("Rx", Rx, "Ry", Ry, 1 / LEAST_RATIO**1.5)
     ratio = _axial_ratio(max(Rx, Ry) / min(Rx, Ry))
-    minor = _minor_semi_axis(ratio, 0.5 / Rx + 0.5 / Ry, bodies, force, approach)
+    integrals, curvature = elliptic_integrals(ratio), 0.5 / Rx + 0.5 / Ry
+    exactly_one(force=force, approach=approach)
+    if force is not None:  # (104), A + B = n N E m' / S^3
+        n = _normal_constant(bodies)
+        minor = (n * positive("force", force) * integrals.E * ratio / curvature) ** (1 / 3)
+    else:  # with (92), q = n N K m' / S
+        minor = math.sqrt(positive("approach", approach) * integrals.E / (integrals.K * curvature))
     a, b = (minor, minor / ratio) if Rx <= Ry else (minor / ratio, minor)
     return _contact(a, b, Rx, Ry, bodies, force, approach)
 
@@ -358,18 +358,6 @@ def _root_between(function: Callable[[float], float], low: float, high: float) -
             at_low /= 2
         high, at_high = root, there
     return root
-
-
-def _minor_semi_axis(
-    ratio: float, curvature: float, bodies: CombinedConstants, force: float | None, approach: float | None
-) -> float:
-    """S from (104), ``A + B = n N E m' / S^3``, or with the approach (92), ``q = n N K m' / S``."""
-    integrals = elliptic_integrals(ratio)
-    exactly_one(force=force, approach=approach)
-    if force is not None:
-        n = _normal_constant(bodies)
-        return (n * positive("force", force) * integrals.E * ratio / curvature) ** (1 / 3)
-    return math.sqrt(positive("approach", approach) * integrals.E / (integrals.K * curvature))
 
 
 def _contact(

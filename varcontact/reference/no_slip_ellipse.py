@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from varcontact.checks import number, positive, whole
+from varcontact.checks import number, poisson, positive, whole
 from varcontact.errors import SceneError
 from varcontact.system.process import one_blas_thread
 
@@ -79,10 +79,7 @@ def no_slip_ellipse(a_over_b: float, nu: float, degree: int = 64) -> np.ndarray:
 
 def check_ellipse(a_over_b: float, nu: float, least: float) -> tuple[float, float]:
     """The ratio of semi-axes, between its least and the inverse of that, and Poisson's ratio."""
-    ratio, allowed = positive("a_over_b", a_over_b), "a Poisson's ratio in (-1, 0.5]"
-    nu = number("nu", nu, allowed)
-    if not -1 < nu <= 0.5:
-        raise SceneError("nu", nu, allowed)
+    ratio, nu = positive("a_over_b", a_over_b), float(poisson(number("nu", nu, "a Poisson's ratio in (-1, 0.5]")))
     if not least * (1 - 1e-12) <= ratio <= (1 + 1e-12) / least:
         raise SceneError("a_over_b", ratio, f"in [{least:g}, {1 / least:g}]")
     return ratio, nu
@@ -120,7 +117,14 @@ class Kernel:
         from scipy.linalg import solve_triangular
 
         n, self.angles = degree + 1, angles
-        moments = _moments(a, b, nu, n)
+        # Fourier coefficients (2, 2, d), int S(s) exp(2 i d s) ds of the symbol S over the circle, d < 0 at the end, by
+        # the trapezoidal rule: exact to rounding, as the symbol is analytic as far as min(a, b)/max(a, b)
+        size = 2 ** math.ceil(math.log2(max(256, 4 * n, 40 * max(a / b, b / a))))
+        s = np.pi * np.arange(size) / size
+        h = 1 / np.hypot(np.cos(s) / a, np.sin(s) / b)
+        ex, ey = h * np.cos(s) / a, h * np.sin(s) / b
+        symbol = h * np.array([[1 - nu * ex * ex, -nu * ex * ey], [-nu * ex * ey, 1 - nu * ey * ey]])
+        moments = np.fft.ifft(symbol, axis=-1) * 2 * np.pi
         indices = np.arange(n)
         toeplitz = moments[:, :, indices[None, :] - indices[:, None]].transpose(2, 0, 3, 1).reshape(2 * n, 2 * n)
         waves = np.exp(-2j * np.outer(indices, angles))
@@ -139,16 +143,3 @@ class Kernel:
         apart = self.angles[points] - self.angles[direction]
         shifted = sums * np.exp(-1j * np.outer(np.arange(len(sums)), apart))[:, :, None, None]
         return shifted.real.transpose(1, 2, 0, 3)
-
-
-def _moments(a: float, b: float, nu: float, n: int) -> np.ndarray:
-    """Fourier coefficients ``int S(s) exp(2 i d s) ds`` over the circle of the symbol, (2, 2, d); d < 0 at the end.
-
-    By the trapezoidal rule, exact to rounding as the symbol is analytic as far as ``min(a, b)/max(a, b)``.
-    """
-    size = 2 ** math.ceil(math.log2(max(256, 4 * n, 40 * max(a / b, b / a))))
-    s = np.pi * np.arange(size) / size
-    h = 1 / np.hypot(np.cos(s) / a, np.sin(s) / b)
-    ex, ey = h * np.cos(s) / a, h * np.sin(s) / b
-    symbol = h * np.array([[1 - nu * ex * ex, -nu * ex * ey], [-nu * ex * ey, 1 - nu * ey * ey]])
-    return np.fft.ifft(symbol, axis=-1) * 2 * np.pi

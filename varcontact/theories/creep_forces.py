@@ -21,6 +21,9 @@ from varcontact.theories.strip_theory import Strips, calibrated, fastrip_forces,
 from varcontact.theories.table import book_of, check_nu, interpolated, ratio_in_book
 from varcontact.theories.table_book import TableBook
 
+Forces = tuple[Any, Any, Any]
+"""Fx, Fy and Mz."""
+
 
 @dataclass(frozen=True, eq=False)
 class CreepForces:
@@ -140,7 +143,15 @@ def creep_forces(
     shapes = {"a": a, "b": b, "G": G, "nu": nu, "f Fz": limit, "slope": slope, "vx": vx, "vy": vy, "spin": spin}
     checks.broadcasting(shapes)
     slope = _slope(theory, slope)
-    return formula(_Contact(a, b, G, nu, limit, vx, vy, spin, slope, _coefficients(a / b, nu, slope)), **options)
+    contact = _Contact(a, b, G, nu, limit, vx, vy, spin, slope, _coefficients(a / b, nu, slope))
+    Fx, Fy, Mz = formula(contact, **options)
+    # in the common shape of all arguments, single numbers as floats
+    parts = Fx, Fy, Mz, vx, vy, spin
+    shape = () if all(isinstance(part, float) for part in parts) else np.broadcast_shapes(*map(np.shape, parts))
+    if shape == ():
+        return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
+    found = (np.asarray(part) for part in (Fx, Fy, Mz))
+    return CreepForces(*(part if part.shape == shape else np.broadcast_to(part, shape).copy() for part in found))
 
 
 def _elastic(bodies: Any, G: Any, nu: Any) -> tuple[Any, Any]:
@@ -193,11 +204,11 @@ def _coefficients(ratio: Any, nu: Any, slope: Any) -> CreepageCoefficients:
     return CreepageCoefficients(slope * table.C11, slope * table.C22, slope * table.C23, slope * table.C33)
 
 
-def _linear(c: _Contact) -> CreepForces:
-    return _finished(c, *linear_resultants(c.a, c.b, c.G, c.vx, c.vy, c.spin, c.table))
+def _linear(c: _Contact) -> Forces:
+    return linear_resultants(c.a, c.b, c.G, c.vx, c.vy, c.spin, c.table)
 
 
-def _vermeulen_johnson(c: _Contact) -> CreepForces:
+def _vermeulen_johnson(c: _Contact) -> Forces:
     """(123)-(134); the moment is that of the tractions they assume."""
     if np.any(c.spin):
         first = float(np.ravel(c.spin)[np.flatnonzero(c.spin)[0]])
@@ -210,35 +221,32 @@ def _vermeulen_johnson(c: _Contact) -> CreepForces:
     factor = c.limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
     rest = 1 - inside
     moment = -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
-    return _finished(c, factor * x, factor * y, moment)
+    return factor * x, factor * y, moment
 
 
-def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> CreepForces:
-    Fx, Fy = polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S)
-    return _finished(c, Fx, Fy, np.nan)
+def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:
+    return *polach_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table, k_A, k_S), np.nan
 
 
-def _strip(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
+def _strip(c: _Contact, m: int = 10, n: int = 10) -> Forces:
     found = strip_forces(_division(m, n, "elliptic"), c.a, c.b, c.G, c.nu, c.limit, c.vx, c.vy, c.spin)
-    return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
+    return found.force[..., 0], found.force[..., 1], found.moment
 
 
-def _fastrip(c: _Contact, m: int = 10, n: int = 10) -> CreepForces:
+def _fastrip(c: _Contact, m: int = 10, n: int = 10) -> Forces:
     strips = _division(m, n, "elliptic"), _division(m, n, "parabolic")
     found = fastrip_forces(*strips, c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table)
-    return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
+    return found.force[..., 0], found.force[..., 1], found.moment
 
 
-def _fastsim(
-    c: _Contact, m: int = 10, n: int = 10, bound: str = "parabolic", flexibility: str = "separate"
-) -> CreepForces:
+def _fastsim(c: _Contact, m: int = 10, n: int = 10, bound: str = "parabolic", flexibility: str = "separate") -> Forces:
     creepages = np.stack(np.broadcast_arrays(c.vx, c.vy, c.spin), axis=-1)
     L = flexibilities_of(c.a, c.b, c.G, creepages, c.table, flexibility)
     found = fastsim_forces(_division(m, n, bound), c.a, c.b, c.limit, c.vx, c.vy, c.spin, L)
-    return _finished(c, found.force[..., 0], found.force[..., 1], found.moment)
+    return found.force[..., 0], found.force[..., 1], found.moment
 
 
-def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") -> CreepForces:
+def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") -> Forces:
     book = book_of(book)
     check_nu(book, c.nu)
     ratio, ab, coefficients = ratio_in_book(book, c.a / c.b, outside), c.a * c.b, c.table
@@ -246,23 +254,13 @@ def _table(c: _Contact, book: TableBook | None = None, outside: str = "refuse") 
         coefficients = _coefficients(ratio, c.nu, c.slope)
     size = ab**0.5
     Fx, Fy, Mz = interpolated(book, ratio, size, c.G * ab / c.limit, (c.vx, c.vy, c.spin), coefficients)
-    return _finished(c, c.limit * Fx, c.limit * Fy, c.limit * size * Mz)
+    return c.limit * Fx, c.limit * Fy, c.limit * size * Mz
 
 
 _division: Callable[[int, int, str], Strips] = lru_cache(maxsize=32)(calibrated)
 
 
-def _finished(c: _Contact, Fx: Any, Fy: Any, Mz: Any) -> CreepForces:
-    """In the common shape of all arguments; single numbers as floats."""
-    parts = Fx, Fy, Mz, c.vx, c.vy, c.spin
-    shape = () if all(isinstance(part, float) for part in parts) else np.broadcast_shapes(*map(np.shape, parts))
-    if shape == ():
-        return CreepForces(float(Fx) + 0.0, float(Fy) + 0.0, float(Mz) + 0.0)  # no negative zeros
-    found = (np.asarray(part) for part in (Fx, Fy, Mz))
-    return CreepForces(*(part if part.shape == shape else np.broadcast_to(part, shape).copy() for part in found))
-
-
-VECTORISED: dict[str, Callable[..., CreepForces]] = {
+VECTORISED: dict[str, Callable[..., Forces]] = {
     "linear": _linear,
     "vermeulen-johnson": _vermeulen_johnson,
     "polach": _polach,

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import array, broadcasting, choice, numbers, positive, positives, wrong_shape
+from varcontact.checks import array, choice, numbers, positive, positives, wrong_shape
 from varcontact.errors import SceneError
 from varcontact.scene.friction import Law
-from varcontact.theories.linear import Resultants, creepage_triple, creepage_triples
+from varcontact.theories.linear import Resultants, checked_contacts, creepage_triple, creepage_triples
 from varcontact.theories.simplified import PEAK, flexibilities_of, slip_flexibility
 from varcontact.theories.strip_theory import Strips, calibrated, march_sums, printed
 
@@ -106,10 +106,8 @@ def fastsim(
     """
     strips = DIVISIONS[choice("division", division, DIVISIONS)](m, n, bound)
     creepages = creepage_triples(creepages)
-    a, b = positives("a", a), positives("b", b)
-    limit = positives("friction_force", friction_force)
-    G, (vx, vy, spin) = positives("G", G), np.moveaxis(creepages, -1, 0)
-    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
+    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
+    a, b, G, limit, vx, vy, spin = contacts
     L = flexibilities_of(a, b, G, creepages, coefficients, flexibility)
     return fastsim_forces(strips, a, b, limit, vx, vy, spin, L)
 
@@ -211,14 +209,8 @@ def fastsim_field(
            [1, 1, 1, 1, 1],
            [2, 2, 1, 1, 1]])
     """
-    strips = printed(m, n, bound)
-    a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    creepage = creepage_triple(creepage)
-    L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
-    x, y, dx, bounds = _strip_points(strips, a, b, limit)
-    traction, free = _travel(x, y, np.broadcast_to(dx, x.shape), bounds, creepage / L)
-    slip = (traction - free) * (slip_flexibility(a, b, L, creepage) / dx)
-    return _field(x, y, dx, b * float(strips.width[0]), traction, slip)
+    contact = a, b, G, positive("friction_force", friction_force)
+    return _field(printed(m, n, bound), *contact, creepage, coefficients, flexibility)
 
 
 def fastsim_under_law(
@@ -279,33 +271,43 @@ def fastsim_under_law(
     -0.840
     -0.829
     """
-    strips = printed(m, n, bound)
-    a, b, Fz = positive("a", a), positive("b", b), positive("normal_force", normal_force)
     if not isinstance(friction, Law):
         raise SceneError("friction", friction, "a law of friction")
-    creepage = creepage_triple(creepage)
-    L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
-    x, y, dx, pressure = _strip_points(strips, a, b, Fz)
-    intervals, mean = np.broadcast_to(dx, x.shape), slip_flexibility(a, b, L, creepage)
-    traction, slip = _travel_under_law(x, y, intervals, pressure, creepage / L, mean, friction, start)
-    return _field(x, y, dx, b * float(strips.width[0]), traction, slip)
-
-
-def _strip_points(
-    strips: Strips, a: float, b: float, force: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Points (x, y, dx) in order of rising y and of travel along x, and there the bound of a total force."""
-    edges = a * strips.edge[::-1, None]
-    bounds = PEAK[strips.bound] * force / (a * b) * strips.peak[::-1, None] * strips.bounds
-    return edges * strips.along, b * strips.across[::-1], strips.step * edges, bounds
+    contact = a, b, G, positive("normal_force", normal_force)
+    return _field(printed(m, n, bound), *contact, creepage, coefficients, flexibility, friction, start)
 
 
 def _field(
-    x: np.ndarray, y: np.ndarray, dx: np.ndarray, dy: float, traction: np.ndarray, slip: np.ndarray
+    strips: Strips,
+    a: float,
+    b: float,
+    G: float,
+    force: float,
+    creepage: Any,
+    coefficients: CreepageCoefficients,
+    flexibility: str,
+    law: Law | None = None,
+    start: str = "stick",
 ) -> FastsimField:
-    """The field of points in order of travel."""
+    """The field under Coulomb's law, with `force` the total of the bound, or under another, with that of the pressure.
+
+    Points are computed in order of travel.
+    """
+    a, b, creepage = positive("a", a), positive("b", b), creepage_triple(creepage)
+    L = flexibilities_of(a, b, positive("G", G), creepage, coefficients, flexibility)
+    gradient, mean = creepage / L, slip_flexibility(a, b, L, creepage)
+    edges = a * strips.edge[::-1, None]
+    x, y, dx = edges * strips.along, b * strips.across[::-1], strips.step * edges
+    bounds = PEAK[strips.bound] * force / (a * b) * strips.peak[::-1, None] * strips.bounds
+    intervals = np.broadcast_to(dx, x.shape)
+    if law is None:
+        traction, free = _travel(x, y, intervals, bounds, gradient)
+        slip = (traction - free) * (mean / dx)
+    else:
+        traction, slip = _travel_under_law(x, y, intervals, bounds, gradient, mean, law, start)
     traction, slip = traction[:, :, ::-1], slip[:, :, ::-1]
-    return FastsimField(x[:, ::-1], y, dx[:, 0], dy, traction, slip, np.where(np.any(slip != 0, axis=0), 2, 1))
+    state = np.where(np.any(slip != 0, axis=0), 2, 1)
+    return FastsimField(x[:, ::-1], y, dx[:, 0], b * float(strips.width[0]), traction, slip, state)
 
 
 def fastsim_on_grid(grid: Grid, a: float, b: float, flexibility: Any, bound: Any, creepage: Any) -> np.ndarray:

@@ -50,6 +50,23 @@ def creepage_triple(value: Any) -> np.ndarray:
     return result
 
 
+Contacts = tuple[Any, Any, Any, Any, Any, Any, Any]
+"""a, b, G, f Fz, vx, vy and spin, floats or arrays."""
+
+
+def checked_contacts(a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, **others: Any) -> Contacts:
+    """Checked arguments of a theory, which broadcast, also with `others`."""
+    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
+    a, b, G, limit = (
+        positives("a", a),
+        positives("b", b),
+        positives("G", G),
+        positives("friction_force", friction_force),
+    )
+    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, **others})
+    return a, b, G, limit, vx, vy, spin
+
+
 def creepage_or_force(
     creepage: str, given: float | None, force: str, prescribed: float | None
 ) -> tuple[float, float | None]:
@@ -106,9 +123,7 @@ def linear_forces(a: Any, b: Any, G: Any, creepages: Any, coefficients: Creepage
     >>> print(f"{result.force[1]:.5f} {result.moment:.5f}")
     -0.00340 0.00133
     """
-    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
-    a, b, G = positives("a", a), positives("b", b), positives("G", G)
-    broadcasting({"a": a, "b": b, "G": G, "vx": vx, "coefficients": coefficients.C11})
+    a, b, G, _, vx, vy, spin = checked_contacts(a, b, G, 1.0, creepages, coefficients=coefficients.C11)
     Fx, Fy, Mz = linear_resultants(a, b, G, vx, vy, spin, coefficients)
     return Resultants(np.stack(np.broadcast_arrays(Fx, Fy), axis=-1), np.asarray(Mz))
 

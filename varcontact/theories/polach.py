@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import broadcasting, number, positives
+from varcontact.checks import number
 from varcontact.errors import SceneError
-from varcontact.theories.linear import creepage_triples
+from varcontact.theories.linear import checked_contacts
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -33,15 +33,8 @@ def polach(
 
     Parameters
     ----------
-    a, b, G : float or array_like
-        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
-    friction_force : float or array_like
-        ``f Fz``, the most that friction can carry [force]. For friction that falls with the slip velocity, take f at
-        the velocity of ``|(vx, vy)|``.
-    creepages : array_like, shape (..., 3)
-        vx, vy [-] and spin [1/length]; the other arguments broadcast with its leading shape.
-    coefficients : CreepageCoefficients
-        From `creepage_coefficients`.
+    a, b, G, friction_force, creepages, coefficients
+        As of `fastsim`. For friction that falls with the slip velocity, take f at the velocity of ``|(vx, vy)|``.
     k_A, k_S : float
         Factors on the gradient in the areas of adhesion and of slip, ``0 < k_S <= k_A <= 1``. Polach (2005) takes 1
         and 0.4 for a dry rail, 0.3 and 0.1 for a wet one. The slope at the origin is ``(k_A + k_S)/2`` of Kalker's.
@@ -80,10 +73,8 @@ def polach(
      [ 0.     -0.1448]
      [-1.      0.    ]]
     """
-    a, b, limit = positives("a", a), positives("b", b), positives("friction_force", friction_force)
-    G, (vx, vy, spin) = positives("G", G), np.moveaxis(creepage_triples(creepages), -1, 0)
-    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
-    Fx, Fy = polach_forces(a, b, G, limit, vx, vy, spin, coefficients, k_A, k_S)
+    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
+    Fx, Fy = polach_forces(*contacts, coefficients, k_A, k_S)
     return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1)
 
 

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import broadcasting, choice, poisson, positives, whole
-from varcontact.theories.linear import Resultants, creepage_triples
+from varcontact.checks import choice, poisson, whole
+from varcontact.theories.linear import Resultants, checked_contacts
 from varcontact.theories.simplified import PEAK, check_spin, flexibilities
 
 if TYPE_CHECKING:
@@ -40,14 +40,10 @@ def strip(
 
     Parameters
     ----------
-    a, b, G : float or array_like
-        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
+    a, b, G, friction_force, creepages
+        As of `fastsim`.
     nu : float or array_like
         Combined Poisson's ratio, in (-1, 0.5].
-    friction_force : float or array_like
-        ``f Fz``, the most that friction can carry [force].
-    creepages : array_like, shape (..., 3)
-        vx, vy [-] and spin [1/length]. The arguments before it broadcast with its leading shape.
     m, n : int
         Intervals along x in each strip, for the slip area with spin, and strips.
 
@@ -91,11 +87,8 @@ def strip(
     -1.0000
     """
     nu = poisson(nu)
-    creepages, ellipse = creepage_triples(creepages), (positives("a", a), positives("b", b))
-    G, limit = positives("G", G), positives("friction_force", friction_force)
-    vx, vy, spin = np.moveaxis(creepages, -1, 0)
-    broadcasting({"a": ellipse[0], "b": ellipse[1], "G": G, "nu": nu, "friction_force": limit, "vx": vx})
-    return strip_forces(calibrated(m, n, "elliptic"), *ellipse, G, nu, limit, vx, vy, spin)
+    a, b, G, limit, vx, vy, spin = checked_contacts(a, b, G, friction_force, creepages, nu=nu)
+    return strip_forces(calibrated(m, n, "elliptic"), a, b, G, nu, limit, vx, vy, spin)
 
 
 def fastrip(
@@ -144,13 +137,9 @@ def fastrip(
     >>> print((result.force[0] / 1e-6 / table.C11).round(5), result.force[1].round(3))
     [-1.  0.] [-0.483 -0.611]
     """
-    creepages, ellipse = creepage_triples(creepages), (positives("a", a), positives("b", b))
-    G, limit = positives("G", G), positives("friction_force", friction_force)
+    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
     strips = calibrated(m, n, "elliptic"), calibrated(m, n, "parabolic")
-    vx, vy, spin = np.moveaxis(creepages, -1, 0)
-    a, b = ellipse
-    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
-    return fastrip_forces(*strips, *ellipse, G, limit, vx, vy, spin, coefficients)
+    return fastrip_forces(*strips, *contacts, coefficients)
 
 
 def strip_forces(

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from varcontact.checks import broadcasting, number, numbers, poisson, positive, positives, wrong_shape
+from varcontact.checks import number, numbers, poisson, positive, wrong_shape
 from varcontact.errors import Saturated, SceneError
-from varcontact.theories.linear import creepage_or_force, creepage_triples
+from varcontact.theories.linear import checked_contacts, creepage_or_force
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -96,12 +96,8 @@ def vermeulen_johnson(
 
     Parameters
     ----------
-    a, b, G : float or array_like
-        Semi-axes along the rolling direction and across it [length], and combined modulus of rigidity [force/area].
-    friction_force : float or array_like
-        ``f Fz``, the most that friction can carry [force].
-    creepages : array_like, shape (..., 3)
-        vx, vy [-] and spin, which must be 0; the other arguments broadcast with its leading shape.
+    a, b, G, friction_force, creepages
+        As of `fastsim`; the spin must be 0.
     coefficients : CreepageCoefficients or VermeulenJohnsonCoefficients
         Kalker's line with `creepage_coefficients`, the original one with `vermeulen_johnson_coefficients`.
 
@@ -134,12 +130,10 @@ def _normalised(
     a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, coefficients: Any
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """xi', eta' of (123)-(124), and f Fz, broadcast."""
-    vx, vy, spin = np.moveaxis(creepage_triples(creepages), -1, 0)
+    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
+    a, b, G, limit, vx, vy, spin = contacts
     if np.any(spin != 0):
         raise SceneError("spin", float(spin[spin != 0][0]), "0 in the theory of Vermeulen and Johnson")
-    limit = positives("friction_force", friction_force)
-    a, b, G = positives("a", a), positives("b", b), positives("G", G)
-    broadcasting({"a": a, "b": b, "G": G, "friction_force": limit, "vx": vx, "coefficients": coefficients.C11})
     scale = -a * b * G / (3 * limit)
     xi, eta, limit = np.broadcast_arrays(scale * coefficients.C11 * vx, scale * coefficients.C22 * vy, limit)
     return xi, eta, limit

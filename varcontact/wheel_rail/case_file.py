@@ -220,8 +220,11 @@ def solve_cases(
                 except VarcontactError as error:
                     if total == 1:
                         raise
-                    found = [_unsolved_row(case, error)]
-                rows[k] = [{"position": file.numbers[k], **row, "identity": name} for row in found]
+                    outcome = "not converged" if isinstance(error, NotConverged) else "refused"
+                    blank = dict.fromkeys(COLUMNS[COLUMNS.index("z") : -1], float("nan"))
+                    found = [{"patch": 0, "outcome": outcome, "reason": str(error), "warnings": "", **blank}]
+                at = {"side": case.side, "y": case.position.y, "roll": case.position.roll, "yaw": case.position.yaw}
+                rows[k] = [{"position": file.numbers[k], **at, **row, "identity": name} for row in found]
                 table.write([row for each in rows for row in each])
         except KeyboardInterrupt:
             partial = pd.DataFrame([row for each in rows for row in each], columns=list(COLUMNS))
@@ -262,20 +265,8 @@ def _solved_rows(
     if solved is not None:
         solved(found)
     texts = [str(each.message) for each in caught] + [text for each in found.patches for text in each.solution.warnings]
-    row: dict[str, Any] = {"side": case.side, "outcome": "solved", "reason": "", **_place(case), "z": found.z}
-    row["warnings"] = "; ".join(dict.fromkeys(texts))
+    row = {"outcome": "solved", "reason": "", "warnings": "; ".join(dict.fromkeys(texts)), "z": found.z}
     return [{**row, "patch": k, **_figures(each)} for k, each in enumerate(wear(found, file.archard).patches, 1)]
-
-
-def _unsolved_row(case: WheelOnRail, error: VarcontactError) -> dict[str, Any]:
-    blank = dict.fromkeys(COLUMNS[6:-1], float("nan"))
-    outcome = "not converged" if isinstance(error, NotConverged) else "refused"
-    row: dict[str, Any] = {"side": case.side, "patch": 0, "outcome": outcome, "reason": str(error), "warnings": ""}
-    return row | blank | _place(case)
-
-
-def _place(case: WheelOnRail) -> dict[str, Any]:
-    return {"y": case.position.y, "roll": case.position.roll, "yaw": case.position.yaw}
 
 
 def _figures(worn: PatchWear) -> dict[str, float]:

@@ -206,7 +206,10 @@ def _apart(left: Overlap, right: Overlap) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """The plane of a contact patch: its frame, see `Place`, and its contact angle about x [rad]."""
+    """The plane of a contact patch: its contact angle about x [rad], and its frame.
+
+    The origin is on the rail's surface at the weighted centre of the overlap; axes are as of `ContactPatch`.
+    """
 
     frame: Frame
     angle: float
@@ -244,41 +247,20 @@ def tangents_of(groups: list[list[Overlap]], rail: Curve, separate: float, turn:
     ]
 
 
-@dataclass(frozen=True, eq=False)
-class Place:
-    """Where a contact patch is, and the shape of the bodies there."""
-
-    frame: Frame
-    """Origin on the rail's surface at the weighted centre of the overlap; x forward, y (also called s) along the rail's
-    surface to the right, z into the rail."""
-    angle: float
-    """Contact angle [rad]."""
-    grid: Grid
-    """Potential contact in the frame [mm]."""
-    distance: np.ndarray
-    """From the wheel to the rail along z, shape (ny, nx), undeformed and without the approach: 0 at its least [mm]."""
-    approach: float
-    """Depth of the wheel in the rail [mm]."""
-    seams: Seams
-
-
-def place(
+def undeformed_distance(
     overlaps: list[Overlap],
-    tangent: Tangent,
+    frame: Frame,
     wheel: Curve,
     rail: Curve,
     axle: np.ndarray,
     centre: np.ndarray,
     sides: tuple[float, float] | None = None,
-    distances: tuple[float, float] = (math.inf, math.inf),
-) -> Place:
-    """The patch of a group of overlaps.
+) -> tuple[Grid, np.ndarray, float]:
+    """Potential contact in the frame of a patch, the distance along its z from the wheel to the rail, and the approach.
 
     `axle` has the axes of the axle, shape (3, 3), and `centre` its middle in track coordinates; `sides` are those of an
-    element, fine enough to interpolate the distance on any grid if None; `distances` are those up to which overlaps are
-    one part, and from which they do not feel each other [mm].
+    element, fine enough to interpolate on any grid if None. The distance, shape (ny, nx), is 0 at its least [mm].
     """
-    frame = tangent.frame
     along, normal = frame.axes[1:, 1], frame.axes[1:, 2]
     grid = _grid(overlaps, frame, sides)
     part = rail.single_valued(float(rail.at(frame.origin[1:2])[0]), along)
@@ -296,15 +278,19 @@ def place(
         )
         raise SceneError("dx, dy", grid.sides, message=reason)
     gap = np.where(known, gap, gap[known].max() + abs(gap[known]).max())  # beside a profile's end nothing touches
+    return grid, gap - gap.min(), -float(gap.min())
+
+
+def seams_of(overlaps: list[Overlap], frame: Frame, join: float, separate: float) -> Seams:
+    """Seams between overlaps that are more than `join` apart; from `separate` on, parts do not feel each other."""
     seams = []
-    join, separate = distances
     for left, right in pairwise(overlaps):
         apart = _apart(left, right)
         if apart > join:
             middle = (left.surface[-1] + right.surface[0]) / 2
             weight = max(0.0, (separate - apart) / (separate - join)) ** FALL
-            seams.append((float((middle - frame.origin[1:]) @ along), weight))
-    return Place(frame, tangent.angle, grid, gap - gap.min(), -float(gap.min()), tuple(seams))
+            seams.append((float((middle - frame.origin[1:]) @ frame.axes[1:, 1]), weight))
+    return tuple(seams)
 
 
 def too_rough(y: float) -> SceneError:

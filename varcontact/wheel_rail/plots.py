@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from varcontact.wheel_rail.profile import Profile
-    from varcontact.wheel_rail.result import PatchWear, Wear, WheelRailSolution
+    from varcontact.wheel_rail.result import Wear, WheelRailSolution
 
 STEP = 0.05
 """Between points of a drawn curve [mm]."""
@@ -150,28 +149,23 @@ def plot_wear(worn: Wear) -> Figure:
     with styled():
         figure, axes = new_figure(len(worn.patches), columns, (PAGE * columns / 2, 2.8 * len(worn.patches)))
         for i, each in enumerate(worn.patches):
-            _draw_wear(axes[columns * i : columns * (i + 1)], each, f"Patch {i + 1}")
+            ax, grid, contact = axes[columns * i], each.solved.solution.grid, each.solved.solution.pressure > 0
+            shown = np.where(contact, each.power_by_area, np.nan)
+            image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal")
+            image.set_clim(vmin=min(0.0, float(np.nanmin(shown))))
+            colour_bar(ax, image, "W/mm²")
+            left, right, bottom, top = box_of(contact, grid)
+            ax.set(
+                xlim=(left, right),
+                ylim=(bottom, top),
+                xlabel="x, forward [mm]",
+                ylabel="s, to the right [mm]",
+                title=f"Patch {i + 1}: T-gamma {each.t_gamma:.4g} N, {each.power:.4g} W",
+            )
+            if each.archard is not None:
+                ax, law = axes[columns * i + 1], f"k = {each.archard.k:.3g}, H = {each.archard.hardness:.4g} N/mm²"
+                ax.plot(1e6 * each.depth, grid.y)
+                ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
+                ax.set(xlim=(min(0.0, 1e6 * float(each.depth.min())), None), ylim=(bottom, top))
         settle(figure)
     return figure
-
-
-def _draw_wear(axes: Sequence[Axes], worn: PatchWear, name: str) -> None:
-    """Friction power, and over the same lateral coordinate the depth of wear in nanometres where there is a law."""
-    ax, grid, contact = axes[0], worn.solved.solution.grid, worn.solved.solution.pressure > 0
-    shown = np.where(contact, worn.power_by_area, np.nan)
-    image = ax.imshow(shown, origin="lower", extent=grid.box, cmap="inferno_r", aspect="equal")
-    image.set_clim(vmin=min(0.0, float(np.nanmin(shown))))
-    colour_bar(ax, image, "W/mm²")
-    left, right, bottom, top = box_of(contact, grid)
-    ax.set(
-        xlim=(left, right),
-        ylim=(bottom, top),
-        xlabel="x, forward [mm]",
-        ylabel="s, to the right [mm]",
-        title=f"{name}: T-gamma {worn.t_gamma:.4g} N, {worn.power:.4g} W",
-    )
-    if worn.archard is not None:
-        ax, law = axes[1], f"k = {worn.archard.k:.3g}, H = {worn.archard.hardness:.4g} N/mm²"
-        ax.plot(1e6 * worn.depth, grid.y)
-        ax.set(xlabel="depth of wear by a passage [nm]", ylabel="s, to the right [mm]", title=f"Archard, {law}")
-        ax.set(xlim=(min(0.0, 1e6 * float(worn.depth.min())), None), ylim=(bottom, top))

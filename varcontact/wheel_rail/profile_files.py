@@ -92,21 +92,18 @@ def read_points(path: str | Path, kind: str | None) -> tuple[np.ndarray, Kind]:
     except OSError as error:
         reason = f"path {shortened(str(file), 200)} cannot be read ({error.strerror})"
         raise SceneError("path", str(file), message=reason) from None
+    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        text = content.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:  # a header in the letters of old Windows
+            text = content.decode("cp1252", errors="replace")
     reader = {".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof}.get(suffix, _columns)
-    points = reader(file.name, _text(content).splitlines())
+    points = reader(file.name, text.splitlines())
     if len(points) == 0:
         raise SceneError("path", str(path), message=f"{file.name} has no points; known formats are {FORMATS}")
     return np.array(points), kind
-
-
-def _text(content: bytes) -> str:
-    """The text of a file; its header may be in the letters of old Windows."""
-    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-        return content.decode("utf-16", errors="replace")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace")
 
 
 def _words(line: str) -> list[str]:
@@ -236,7 +233,7 @@ def rail_60e1(step: float) -> tuple[np.ndarray, np.ndarray]:
     Parameters
     ----------
     step : float
-        Distance of the points along the profile, nearly [mm].
+        As of `s1002`.
 
     Returns
     -------

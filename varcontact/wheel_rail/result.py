@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -100,7 +100,28 @@ class PatchSolution:
 
 
 @dataclass(frozen=True, eq=False)
-class WheelRailSolution:
+class WheelForces:
+    """What a solution and an estimate of a wheel on a rail have in common."""
+
+    case: WheelOnRail
+    z: float
+    patches: tuple[Any, ...]
+
+    def __repr__(self) -> str:
+        Fx, Fy, Fz = self.force
+        return (
+            f"{type(self).__name__}({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
+            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
+        )
+
+    @property
+    def force(self) -> np.ndarray:
+        """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
+        return np.sum([each.force_on_track for each in self.patches], axis=0)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WheelRailSolution(WheelForces):
     """All patches of a wheel on a rail, solved.
 
     Attributes
@@ -114,22 +135,8 @@ class WheelRailSolution:
         Heights that were tried; 0 where it was given.
     """
 
-    case: WheelOnRail
-    z: float
     patches: tuple[PatchSolution, ...]
     rounds: int
-
-    def __repr__(self) -> str:
-        Fx, Fy, Fz = self.force
-        return (
-            f"WheelRailSolution({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
-            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
-        )
-
-    @property
-    def force(self) -> np.ndarray:
-        """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
-        return np.sum([each.force_on_track for each in self.patches], axis=0)
 
     @property
     def error(self) -> np.ndarray:
@@ -350,24 +357,24 @@ def wear(found: WheelRailSolution, archard: Archard | None = None) -> Wear:
     check_kind("found", found, WheelRailSolution)
     if archard is not None:
         check_kind("archard", archard, Archard)
-    return Wear(tuple(_patch_wear(each, archard) for each in found.patches))
-
-
-def _patch_wear(solved: PatchSolution, archard: Archard | None) -> PatchWear:
-    solution, rolled = solved.solution, solved.patch.creepage
-    area = float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
-    t_gamma, density = solution.power, solution.power_density
-    f = np.asarray(solution.scene.friction if solution.friction is None else solution.friction, dtype=float)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sliding = np.where(f > 0, density / f, solution.pressure * np.hypot(*solution.slip))
-    return PatchWear(
-        solved=solved,
-        archard=archard,
-        t_gamma=t_gamma,
-        t_gamma_without_spin=float(0.0 - solution.force[0] * rolled.vx - solution.force[1] * rolled.vy),
-        area=area,
-        t_gamma_by_area=t_gamma / area,
-        power=t_gamma * rolled.speed / 1e3,
-        power_by_area=density * rolled.speed / 1e3,
-        sliding=sliding,
-    )
+    patches = []
+    for each in found.patches:
+        solution, rolled = each.solution, each.patch.creepage
+        area = float(np.count_nonzero(solution.pressure > 0) * solution.grid.area)
+        t_gamma, density = solution.power, solution.power_density
+        f = np.asarray(solution.scene.friction if solution.friction is None else solution.friction, dtype=float)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sliding = np.where(f > 0, density / f, solution.pressure * np.hypot(*solution.slip))
+        worn = PatchWear(
+            solved=each,
+            archard=archard,
+            t_gamma=t_gamma,
+            t_gamma_without_spin=float(0.0 - solution.force[0] * rolled.vx - solution.force[1] * rolled.vy),
+            area=area,
+            t_gamma_by_area=t_gamma / area,
+            power=t_gamma * rolled.speed / 1e3,
+            power_by_area=density * rolled.speed / 1e3,
+            sliding=sliding,
+        )
+        patches.append(worn)
+    return Wear(tuple(patches))

@@ -87,9 +87,14 @@ def solve_wheel_on_rail(
         raise SceneError("refine", methods["refine"], message=reason)
     target = _target(case, methods)
     methods = {name: value for name, value in methods.items() if name not in TARGETS}
+    # by default grids are chosen where no argument determines them, and the answer of a grid has an error
+    exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
+    has_friction = isinstance(case.friction, Law) or 0 < case.friction < np.inf
+    given = (case.dx, case.dy, methods.get("start"))
+    by_default = exact and has_friction and all(each is None for each in given)
     if target:
         found = _to_accuracy(case, tol, certify, methods, target)
-    elif _by_default(case, methods):
+    elif by_default:
         try:
             found = _to_accuracy(case, tol, certify, methods, {"accuracy": BY_DEFAULT})
         except NotConverged:  # with the usual elements there is an answer without an error bar
@@ -118,14 +123,6 @@ def _target(case: WheelOnRail, methods: dict[str, Any]) -> dict[str, Any]:
     return target
 
 
-def _by_default(case: WheelOnRail, methods: dict[str, Any]) -> bool:
-    """Whether no argument determines the grid, and the answer of a grid has an error."""
-    given = (case.dx, case.dy, methods.get("start"))
-    exact = methods.get("tangential") not in THEORIES and methods.get("formulation") != "marching"
-    has_friction = isinstance(case.friction, Law) or 0 < case.friction < np.inf
-    return exact and all(each is None for each in given) and has_friction
-
-
 def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
     """On elements of dx and dy."""
 
@@ -137,8 +134,8 @@ def _on_elements(case: WheelOnRail, tol: float, certify: CertifyName | None, met
     def vertical(z: float) -> float:
         if case.with_friction or case.bodies.K != 0:  # tractions bear a part, or change the pressure
             return _vertical(case, solved(z, None))
-        patches = [replace(patch, scene=_frictionless(patch.scene)) for patch in case.patches(z)]
-        return _vertical(case, tuple(PatchSolution(p, _solve_patch(p, None, _of_pressure(methods))) for p in patches))
+        patches = case.patches(z)
+        return _vertical(case, tuple(PatchSolution(each, _solve_pressure(_scene(each), methods)) for each in patches))
 
     z, rounds = (case.z, 0) if case.z is not None else bearing_height(case, tol, vertical)
     return z, rounds, solved(z, certify)
@@ -173,17 +170,25 @@ def _to_accuracy(
 def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | None, methods: dict[str, Any]) -> Solved:
     """To an accuracy, with the distances and frames of a height."""
     patches = [replace(patch, scene=scene) for patch, scene in _sampled_scenes(case, near)]
-    normals = [_normal_force(patch.scene, methods) for patch in patches]
+    forces, force_errors = [], []  # at the approach of each patch
+    for scene in (patch.scene for patch in patches):
+        if scene.coupled:  # tractions change the pressure
+            pressed = solve(scene, certify=None, **methods)
+            force_errors.append(_estimate(pressed).largest)
+        else:
+            pressed = _solve_pressure(scene, methods)
+            force_errors.append(_estimate(pressed).errors["normal_force"])
+        forces.append(pressed.normal_force)
 
     @lru_cache(maxsize=1)
     def solved(z: float, certify: CertifyName | None) -> tuple[PatchSolution, ...]:
         found = []
-        for patch, (force, _) in zip(patches, normals, strict=True):
+        for patch, force in zip(patches, forces, strict=True):
             deeper = max(1 + (z - near) * np.cos(patch.angle) / patch.approach, 0.0)
             scene = replace(patch.scene, approach=None, normal_force=force * deeper**1.5)
             found.append((patch, solve(scene, certify=certify, **methods)))
         known = _load_error(case, found)
-        errors = [error if known is None else known for _, error in normals]
+        errors = [error if known is None else known for error in force_errors]
         return tuple(PatchSolution(*each, error) for each, error in zip(found, errors, strict=True))
 
     if case.z is not None:
@@ -195,15 +200,6 @@ def _near(case: WheelOnRail, near: float, tol: float, certify: CertifyName | Non
 def _estimate(solution: Solution) -> ErrorEstimate:
     assert solution.error_estimate is not None
     return solution.error_estimate
-
-
-def _normal_force(scene: Scene, methods: dict[str, Any]) -> tuple[float, float]:
-    """That of a patch at its approach, and its relative error; of unlike bodies with tractions, which change it."""
-    if scene.coupled:
-        found = solve(scene, certify=None, **methods)
-        return found.normal_force, _estimate(found).largest
-    found = solve(_frictionless(scene), certify=None, **_of_pressure(methods))
-    return found.normal_force, _estimate(found).errors["normal_force"]
 
 
 def _load_error(case: WheelOnRail, found: list[tuple[ContactPatch, Solution]]) -> float | None:
@@ -288,17 +284,22 @@ def _frictionless(scene: Scene) -> Scene:
     return replace(scene, motion=None, friction=None)
 
 
-def _of_pressure(methods: dict[str, Any]) -> dict[str, Any]:
-    """The arguments that are for a normal problem, too."""
-    return {name: value for name, value in methods.items() if name in ("normal", "method", "accuracy")}
+def _solve_pressure(scene: Scene, methods: dict[str, Any]) -> Solution:
+    """The normal problem alone."""
+    for_pressure = {name: value for name, value in methods.items() if name in ("normal", "method", "accuracy")}
+    return solve(_frictionless(scene), certify=None, **for_pressure)
+
+
+def _scene(patch: ContactPatch) -> Scene:
+    return weakened(patch.scene, patch.seams) if patch.seams else patch.scene
 
 
 def _solve_patch(patch: ContactPatch, certify: CertifyName | None, methods: dict[str, Any]) -> Solution:
     """A patch on its grid; a theory is evaluated on an ellipse with its normal force."""
-    scene = weakened(patch.scene, patch.seams) if patch.seams else patch.scene
+    scene = _scene(patch)
     if methods.get("tangential") not in THEORIES:
         return solve(scene, certify=certify, **methods)
-    normal = solve(_frictionless(scene), certify=None, **_of_pressure(methods))
+    normal = _solve_pressure(scene, methods)
     # Hertz's contact with the same second moments, a^2/5 and b^2/5
     grid, weights = normal.grid, normal.pressure / normal.pressure.sum()
     a, b = (

@@ -25,6 +25,7 @@ from varcontact.errors import SceneError
 from varcontact.kinematics import Creepages, Frame
 from varcontact.theories.creep_forces import creep_forces
 from varcontact.wheel_rail.patches import Overlap, joined, overlap, tangent_of, too_rough
+from varcontact.wheel_rail.result import WheelForces
 from varcontact.wheel_rail.solve import bearing_height
 from varcontact.wheel_rail.track import check_sides
 from varcontact.wheel_rail.wheel_on_rail import WheelOnRail
@@ -91,8 +92,8 @@ class FastPatch:
         return np.asarray(self.frame.axes @ self.force)
 
 
-@dataclass(frozen=True, eq=False)
-class FastWheel:
+@dataclass(frozen=True, eq=False, repr=False)
+class FastWheel(WheelForces):
     """All patches of a wheel on a rail by the fast way.
 
     Attributes
@@ -104,21 +105,7 @@ class FastWheel:
         From left to right.
     """
 
-    case: WheelOnRail
-    z: float
     patches: tuple[FastPatch, ...]
-
-    def __repr__(self) -> str:
-        Fx, Fy, Fz = self.force
-        return (
-            f"FastWheel({self.case.side} wheel, {len(self.patches)} patch{'es' * (len(self.patches) > 1)}, "
-            f"force=({Fx:.6g}, {Fy:.6g}, {Fz:.6g}), z={self.z:.6g})"
-        )
-
-    @property
-    def force(self) -> np.ndarray:
-        """(Fx, Fy, Fz) on the rail in track coordinates, of all patches [N]."""
-        return np.sum([each.force_on_track for each in self.patches], axis=0)
 
 
 def estimate_wheel_on_rail(
@@ -127,12 +114,34 @@ def estimate_wheel_on_rail(
     """See `WheelOnRail.estimate`; `options` are those of the theory."""
     check_sides(case.track, stacklevel=4)
     normal, tol = checks.choice("normal", normal, NORMAL), checks.positive("tol", tol)
-    if not isinstance(case.friction, float):
+    friction = case.friction
+    if not isinstance(friction, float):
         raise SceneError("friction", case.friction, "a number: fast theories have one coefficient")
 
     def patches(z: float) -> tuple[FastPatch, ...]:
-        groups = joined(case.locus.overlaps(z), case.join)
-        return tuple(_patch(case, group, z, normal, tangential, options) for group in groups)
+        found = []
+        for group in joined(case.locus.overlaps(z), case.join):
+            tangent = tangent_of(group, case.rail)
+            approach = max(float(each.depth.max()) for each in group) * float(np.cos(tangent.angle))
+            rolled, ellipse = case.creepage(tangent.frame, approach, z), _ellipse(case, group, z, normal)
+            Fx = Fy = moment = 0.0
+            if friction != 0:
+                forces = creep_forces(
+                    tangential,
+                    a=ellipse.a,
+                    b=ellipse.b,
+                    normal_force=ellipse.normal_force,
+                    friction=friction,
+                    vx=rolled.vx,
+                    vy=rolled.vy,
+                    spin=rolled.spin,
+                    bodies=case.bodies,
+                    **options,
+                )
+                Fx, Fy, moment = forces.Fx, forces.Fy, forces.Mz
+            force = np.array([Fx, Fy, ellipse.normal_force])
+            found.append(FastPatch(tangent.frame, tangent.angle, rolled, approach, ellipse, force, moment))
+        return tuple(found)
 
     def vertical(z: float) -> float:
         if case.with_friction:
@@ -143,31 +152,6 @@ def estimate_wheel_on_rail(
 
     z = bearing_height(case, tol, vertical)[0] if case.z is None else case.z
     return FastWheel(case, z, patches(z))
-
-
-def _patch(
-    case: WheelOnRail, group: list[Overlap], z: float, normal: str, tangential: str, options: dict[str, Any]
-) -> FastPatch:
-    tangent = tangent_of(group, case.rail)
-    frame, angle = tangent.frame, tangent.angle
-    approach = max(float(each.depth.max()) for each in group) * float(np.cos(angle))
-    rolled, ellipse = case.creepage(frame, approach, z), _ellipse(case, group, z, normal)
-    Fx = Fy = moment = 0.0
-    if case.friction != 0:
-        found = creep_forces(
-            tangential,
-            a=ellipse.a,
-            b=ellipse.b,
-            normal_force=ellipse.normal_force,
-            friction=case.friction,
-            vx=rolled.vx,
-            vy=rolled.vy,
-            spin=rolled.spin,
-            bodies=case.bodies,
-            **options,
-        )
-        Fx, Fy, moment = found.Fx, found.Fy, found.Mz
-    return FastPatch(frame, angle, rolled, approach, ellipse, np.array([Fx, Fy, ellipse.normal_force]), moment)
 
 
 def _ellipse(case: WheelOnRail, group: list[Overlap], z: float, normal: str) -> Ellipse:

@@ -19,7 +19,15 @@ from varcontact.scene.surfaces import SampledDistance
 from varcontact.scene.units import MM_N
 from varcontact.system.process import one_blas_thread
 from varcontact.wheel_rail.curve import Curve
-from varcontact.wheel_rail.patches import Locus, Seams, contact_locus, joined, place, tangents_of
+from varcontact.wheel_rail.patches import (
+    Locus,
+    Seams,
+    contact_locus,
+    joined,
+    seams_of,
+    tangents_of,
+    undeformed_distance,
+)
 from varcontact.wheel_rail.track import SIGN, Position, Side, Track, Velocity, WheelSet, check_forward, check_kind
 
 if TYPE_CHECKING:
@@ -213,32 +221,32 @@ class WheelOnRail:
         turn = 2 * self.separate - self.join if self.turn is None else self.turn
         body = self.velocity.body(self.wheelset, self.position, z)
         sides = (self.dx or ELEMENT, self.dy or ELEMENT) if with_grid else None
-        known = self.wheel, self.rail, body.rotation, body.position, sides, (self.join, self.separate)
+        known = self.wheel, self.rail, body.rotation, body.position, sides
         patches = []
         for group, tangent in zip(groups, tangents_of(groups, self.rail, self.separate, turn), strict=True):
-            found = place(group, tangent, *known)
-            frame = found.frame
-            rolled, on_wheel = self.creepage(frame, found.approach, z), self.on_wheel(frame.origin, body)
+            frame = tangent.frame
+            grid, distance, approach = undeformed_distance(group, frame, *known)
+            rolled, on_wheel = self.creepage(frame, approach, z), self.on_wheel(frame.origin, body)
             scene = Scene(
                 bodies=self.bodies,
-                surface=SampledDistance(found.distance, *(() if with_grid else (found.grid.x, found.grid.y))),
-                approach=found.approach,
+                surface=SampledDistance(distance, *(() if with_grid else (grid.x, grid.y))),
+                approach=approach,
                 friction=self.friction,
                 motion=Steady(vx=rolled.vx, vy=rolled.vy, spin=rolled.spin),
-                grid=found.grid if with_grid else "auto",
+                grid=grid if with_grid else "auto",
                 units=MM_N,
             )
             patch = ContactPatch(
                 location=frame.origin,
-                angle=found.angle,
+                angle=tangent.angle,
                 frame=frame,
                 on_rail=self.track.on_rail(frame.origin[1:], self.side),
                 on_wheel=on_wheel,
                 rolling_radius=self.wheelset.radius + float(self.wheelset.wheel.z_at(float(on_wheel[0]))),
                 creepage=rolled,
-                approach=found.approach,
+                approach=approach,
                 scene=scene,
-                seams=found.seams,
+                seams=seams_of(group, frame, self.join, self.separate),
             )
             patches.append(patch)
         return tuple(patches)
