@@ -18,7 +18,7 @@ __version__ = "0.1.0"
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 _RENAMED = {
-    "varcontact.results.physical": "varcontact.results.physical",
+    "varcontact.results.normalised": "varcontact.results.physical",
     "varcontact.solvers.tally": "varcontact.solvers.interface",
     "varcontact.solvers.statistics": "varcontact.solvers.interface",
     "varcontact.solving.error_norm": "varcontact.results.quantities_of_interest",
