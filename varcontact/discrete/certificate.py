@@ -179,7 +179,7 @@ def certificate_of(
         normal_residual=normal_error,
         tangential_residual=residual,
         level=level,
-        bounds=partial(_force_bounds, disc, state, closed_form) if level == "full" else _no_bounds(),
+        bounds=partial(_force_bounds, disc, state, tangential, closed_form) if level == "full" else _no_bounds(),
     )
     return certificate if lazily else replace(certificate, bounds=certificate._known_bounds)
 
@@ -189,10 +189,11 @@ def _no_bounds() -> ForceBounds:
 
 
 @one_blas_thread()
-def _force_bounds(disc: Discretisation, state: ContactState, closed_form: bool) -> ForceBounds:
+def _force_bounds(
+    disc: Discretisation, state: ContactState, tangential: TangentialProblem | None, closed_form: bool
+) -> ForceBounds:
     """Bounds on the errors of Fx, Fy, Mz, in the scene's units."""
     scales = disc.scales.force * np.array([1.0, 1.0, disc.scales.length])
-    tangential = None if disc.loading.frictionless else disc.tangential_problem(state.pressure, acting=state.traction)
     bearing = np.zeros(0, dtype=int) if tangential is None else tangential.operator.elements
     stray_x, stray_y = np.delete(state.traction.reshape(2, -1), bearing, axis=1)  # all error
     x, y = np.delete(disc.points.reshape(2, -1), bearing, axis=1)

@@ -111,12 +111,7 @@ class SolveStats:
     def _add(self, solver: str, count: int = 0, iterations: int = 0, seconds: float = 0.0) -> None:
         solvers = self.calls.setdefault(self._problem, {})
         known = solvers.get(solver, Calls())
-        solvers[solver] = replace(
-            known,
-            count=known.count + count,
-            iterations=known.iterations + iterations,
-            seconds=known.seconds + seconds,
-        )
+        solvers[solver] = Calls(known.count + count, known.iterations + iterations, known.seconds + seconds)
 
 
 class OutOfTime(Exception):

@@ -102,7 +102,11 @@ def solve(scene: Scene, options: SolveOptions, progress: Progress | None = None)
                 return _not_reached(levels, target, f"the next grid, of {n} elements across, fails: {error}", error)
             if isinstance(error, NotConverged):
                 raise
-            raise _too_short(budget) from None
+            message = (
+                f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grids; "
+                "give more time, or an accuracy, which has no limit of time"
+            )
+            raise SceneError("time_budget", budget, "more seconds", message=message) from None
         last, estimate = levels[-1], estimated(levels, target) if len(levels) >= GRIDS else None
         if estimate is not None and target.accuracy is not None and estimate.largest <= target.accuracy:
             return with_values(last.answer, estimate)
@@ -219,7 +223,8 @@ def _level(
             n = math.ceil(RATIO * n)
             if not _fits(scene, options, n):
                 raise
-    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(_largest_contact(answer)))
+    largest = max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
+    return GridLevel(n, answer, values(answer), time.perf_counter() - begun, _patches(largest))
 
 
 def _solved(
@@ -237,11 +242,6 @@ def _solved(
 
 def _with_grid(progress: Progress, grid: str, stage: str) -> None:
     progress(f"{grid}: {stage}")
-
-
-def _largest_contact(answer: Answer) -> Solution:
-    """The solution, or that step of a history which has the largest contact."""
-    return max(answer, key=lambda sol: sol.areas["contact"]) if isinstance(answer, History) else answer
 
 
 def _patches(sol: Solution) -> tuple[Patch, ...]:
@@ -282,14 +282,6 @@ def _bytes(scene: Scene, options: SolveOptions, n: float) -> float:
     tractions = peak(plan.tangential, plan.formulation, 2 * elements) if plan.has_friction else 0.0
     kept = bytes_of_steps(scene.motion, elements) if isinstance(scene.motion, Transient) else 0.0
     return max(pressures, tractions) + 2 * kept
-
-
-def _too_short(budget: float) -> SceneError:
-    message = (
-        f"time_budget = {budget:g}: the steps of this history take longer even on the coarsest grids; "
-        "give more time, or an accuracy, which has no limit of time"
-    )
-    return SceneError("time_budget", budget, "more seconds", message=message)
 
 
 def _not_reached(levels: list[GridLevel], target: Target, why: str, cause: Exception | None = None) -> Answer:

@@ -223,8 +223,11 @@ def _target(
     refine: Any,
 ) -> Target | None:
     """The target of a solution; None where the scene or the method leaves no choice of a grid, and none was given."""
+    motion = scene.motion
     if accuracy is None and time_budget is None:
-        if isinstance(scene.grid, Grid) or refine is not None or _names_a_difference(scene.motion):
+        rolls = isinstance(motion, Steady)
+        names_difference = rolls and replace(motion, slip_difference="first-order", spin_offset=None) != motion
+        if isinstance(scene.grid, Grid) or refine is not None or names_difference:
             return None
         refusals = _refusals(scene, plan, "accuracy", start, store)
         return Target(BY_DEFAULT, by_default=True) if next(refusals, None) is None else None
@@ -241,11 +244,6 @@ def _target(
     for refusal in _refusals(scene, plan, field, start, store):
         raise refusal
     return Target(accuracy, time_budget)
-
-
-def _names_a_difference(motion: Any) -> bool:
-    """Whether the slip of steady rolling is discretised as the scene says."""
-    return isinstance(motion, Steady) and replace(motion, slip_difference="first-order", spin_offset=None) != motion
 
 
 def _refusals(scene: Scene, plan: Plan, field: str, start: Any, store: Any) -> Iterator[SceneError]:

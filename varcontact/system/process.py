@@ -175,7 +175,9 @@ def interruptible(work: Callable[[], Result], rows: int = MANY) -> Result:
     thread.start()
     pause = 1e-3
     while not call.done.wait(pause):
-        _take_sigint_back()
+        handler = signal.getsignal(signal.SIGINT)
+        if handler is not None:
+            signal.signal(signal.SIGINT, handler)  # Python's in place of that of a solver
         pause = min(2 * pause, LONGEST)
     return call.result()
 
@@ -205,10 +207,3 @@ class _Call(Generic[Result]):
         if self._error is not None:
             raise self._error
         return self._results[0]
-
-
-def _take_sigint_back() -> None:
-    """Python's handler of SIGINT in place of that of a solver."""
-    handler = signal.getsignal(signal.SIGINT)
-    if handler is not None:
-        signal.signal(signal.SIGINT, handler)
