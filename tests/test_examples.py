@@ -360,6 +360,15 @@ def test_spence_indentation(tmp_path, pictures):
     assert (tmp_path / "picture.png").stat().st_size > 10_000
 
 
+def test_viscoelastic_roller(tmp_path, pictures):
+    """Hunter's rolling resistance at all speeds, with a maximum between slow and fast."""
+    one, exact = script("viscoelastic_roller").main(str(tmp_path / "picture.png"), cells=60, speeds=7)
+    np.testing.assert_allclose(one, exact, atol=4e-3 * exact.max())
+    assert 0 < exact.argmax() < 6
+    assert exact[[0, -1]].max() < 0.1 * exact.max()
+    np.testing.assert_array_equal(pictures[0].axes[0].get_lines()[0].get_ydata(), one)
+
+
 def test_falling_friction(tmp_path, capsys, pictures):
     """Two solutions of one creepage, each certified; under a law that falls the creep force has a maximum."""
     creepages, curves, shown = script("falling_friction").main(str(tmp_path / "picture.png"), cells=40, points=5)

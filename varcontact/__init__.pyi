@@ -29,7 +29,7 @@ from .results.plan import Matrix, Plan, Sizes
 from .results.refinement import Refinement
 from .results.solution import Solution
 from .results.stress import SubsurfaceStress, stress, stress_below
-from .scene.bodies import Bodies, BodyPair, Layer, Layered
+from .scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from .scene.friction import ExponentialFalling, LinearFalling, RationalFalling, StaticKinetic
 from .scene.grid import Grid
 from .scene.motion import Shift, Steady, TimeStep, Transient
@@ -98,6 +98,7 @@ __all__ = [
     "Transient",
     "Units",
     "VarcontactError",
+    "Viscoelastic",
     "WorkersLost",
     "certify",
     "compare",

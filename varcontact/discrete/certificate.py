@@ -334,12 +334,12 @@ class PressureError:
 
 
 def pressure_error(problem: NormalProblem, pressure: np.ndarray, approach: float) -> PressureError | None:
-    """A bound on the error of a pressure (n,); None where rounding hides that A is positive definite.
+    """A bound on the error of a pressure (n,); None where A is not symmetric, or rounding hides that it is definite.
 
     Where the pressure is small beside the distance, ``p e`` is that element's share of the gap; elsewhere the distance
     is taken for a change of the undeformed one, of which the pressure then is the solution.
     """
-    definite = positive_definite(problem.operator, dense_limit=0)
+    definite = positive_definite(problem.operator, dense_limit=0) if problem.symmetric else None
     if definite is None:
         return None
     apply = problem.operator.apply

@@ -33,12 +33,6 @@ LEAST_STEP = 1e-6
 LARGEST_STEP = 1e9
 """Greatest step in elements: by then particles have long left the influence of the contact."""
 
-FREE_DEPTH = 4.0
-"""Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
-
-From one length on all influence numbers are positive, and A_zz is positive definite.
-"""
-
 RANGE = 280
 """Powers of ten that forces and their work may have: floating point ends at 308."""
 
@@ -291,6 +285,7 @@ class Discretisation:
             area=self.lattice.area,
             force=None if force is None else force / self.scales.force,
             approach=None if approach is None else (approach - self.base) / displacement,
+            symmetric=self.operators.medium.even,
         )
 
     def tangential_problem(
@@ -370,6 +365,11 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         raise SceneError(
             "surface.reference_depth", depth, f"at least the length of the potential contact, {along_x:.6g}"
         )
+    if depth is not None and scene.bodies.relaxes:
+        longest = (scene.speed or 0.0) * scene.bodies.longest_relaxation
+        if depth < longest:
+            allowed = f"at least the longest relaxation length, motion.speed times tau, {longest:.6g}"
+            raise SceneError("surface.reference_depth", depth, allowed)
     if hertz is not None and (dx > 2.000001 * hertz.a or dy > 2.000001 * hertz.b):
         size, element = f"{2 * hertz.a:.6g}", f"{dx:.6g}"
         if not scene.line:
@@ -394,7 +394,8 @@ def discretise(scene: Scene, grid: Grid, known: Operators | None = None, coupled
         pressure = scene.bodies.combined_G * overlap / length
     scales = Scales(length, pressure, scene.bodies.combined_G, scene.line)
     _check_range(scales)
-    medium = medium_of(scene.bodies, length, FREE_DEPTH if depth is None else depth / length, coupled)
+    free = None if depth is None else depth / length
+    medium = medium_of(scene.bodies, length, free, coupled, scene.speed)
     if isinstance(scene.surface, SampledDistance) and scene.surface.inclination is not None:
         medium = Conformal(medium, *scene.surface.inclination_by(grid, length))
     operators = Operators(grid.scaled(length), medium)

@@ -6,11 +6,20 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from varcontact.elasticity.conformal import Conformal
 from varcontact.elasticity.halfspace import HalfSpaces, Medium
 from varcontact.elasticity.operators import GridOperator, influence_operator
-from varcontact.scene.bodies import Bodies, BodyPair, Layered, surface_material
+from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticHalfSpaces
+from varcontact.scene.bodies import Bodies, Body, BodyPair, Layered, Viscoelastic, surface_material
 from varcontact.scene.grid import Cells, Grid
+
+FREE_DEPTH = 4.0
+"""Depth of line contact in lengths of the potential contact where the scene gives none: then no answer shows it.
+
+From one length on all influence numbers are positive, and A_zz is positive definite.
+"""
 
 KEPT_DISTANCES = 4
 """Operators that are kept of each kind that has a distance: of steps in time, and of steps of steady rolling."""
@@ -111,16 +120,22 @@ class Operators:
         return self._tables[key]
 
 
-def medium_of(bodies: Bodies | BodyPair, length: float, depth: float, coupled: bool = True) -> Medium:
-    """The medium of a scene's bodies in units of a length; without their coupling unless `coupled`.
+def medium_of(
+    bodies: Bodies | BodyPair, length: float, depth: float | None, coupled: bool = True, speed: float | None = None
+) -> Medium:
+    """The medium of a scene's bodies, at a speed, in units of a length; without their coupling unless `coupled`.
 
-    `depth` is in units of that length already.
+    `depth` is in units of that length already; without it, it is as deep as makes all influence numbers positive.
     """
     if isinstance(bodies, Bodies):
-        return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, depth)
+        return HalfSpaces(bodies.combined_nu, bodies.K if coupled else 0.0, FREE_DEPTH if depth is None else depth)
+    if bodies.relaxes:
+        assert speed is not None
+        longest = speed * bodies.longest_relaxation / length
+        return _viscoelastic(bodies, length, FREE_DEPTH * max(1.0, longest) if depth is None else depth, speed)
     from varcontact.elasticity.layered import LayeredPair, Stack
 
-    def stack(body: Layered | Bodies | str) -> Stack:
+    def stack(body: Body | str) -> Stack:
         if not isinstance(body, Layered):
             modulus, nu = surface_material(body)
             return Stack((), (modulus / G, nu))
@@ -128,4 +143,22 @@ def medium_of(bodies: Bodies | BodyPair, length: float, depth: float, coupled: b
         return Stack(layers, body.base if isinstance(body.base, str) else (body.base[0] / G, body.base[1]))
 
     G = bodies.combined_G
-    return LayeredPair(stack(bodies.upper), stack(bodies.lower), depth, coupled)
+    return LayeredPair(stack(bodies.upper), stack(bodies.lower), FREE_DEPTH if depth is None else depth, coupled)
+
+
+def _viscoelastic(bodies: BodyPair, length: float, depth: float, speed: float) -> ViscoelasticHalfSpaces:
+    """A body alone is one on a rigid one: 1/G is half its own, and K is half of 1 - 2 nu, with the sign of its side."""
+    surfaces, parts = bodies.surfaces, dict[float, list[tuple[float, float, float]]]()
+    for body, side in ((bodies.upper, 1.0), (bodies.lower, -1.0)):
+        if isinstance(body, Viscoelastic):
+            weight = surfaces.combined_G / (2 * body.G)
+            for part, time in body.relaxations:
+                share = weight * part, body.nu, side * (1 - 2 * body.nu) / 2
+                parts.setdefault(speed * time / length, []).append(share)
+    lagging = []
+    for distance, shares in parts.items():
+        weights, ratios, differences = np.array(shares).T
+        factor = float(weights.sum())
+        K = float(weights @ differences) / factor if bodies.coupled else 0.0
+        lagging.append(Lagging(distance, factor, HalfSpaces(float(weights @ ratios) / factor, K, depth)))
+    return ViscoelasticHalfSpaces(HalfSpaces(surfaces.combined_nu, surfaces.K, depth), tuple(lagging))

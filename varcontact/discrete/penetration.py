@@ -10,7 +10,9 @@ import numpy as np
 from varcontact.discrete.contact_grid import Box, contact_box
 from varcontact.discrete.discretisation import Discretisation, undeformed_distance
 from varcontact.discrete.state import ContactState, as_solved, unloaded
-from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.halfspace import HalfSpaces, Medium
+from varcontact.elasticity.operators import influence_operator
+from varcontact.elasticity.viscoelastic import ViscoelasticHalfSpaces
 from varcontact.scene.grid import Grid
 from varcontact.scene.surfaces import SampledDistance
 
@@ -98,7 +100,7 @@ def _overlapping_samples(disc: Discretisation, state: ContactState) -> Box | Non
         x, y, below, raised = x[doubtful], y[doubtful], below[doubtful], raised[doubtful]
     lowest = np.argsort(raised)[:MOST_SAMPLES]
     x, y, below = x[lowest], y[lowest], below[lowest]
-    over = below + _raised(disc, state, x, y) < -1e-9 * abs(state.approach)
+    over = below + _raised(disc, state, x, y) + _lagging(disc, state, x, y) < -1e-9 * abs(state.approach)
     if not over.any():
         return None
     x, y = x[over] * disc.scales.length, y[over] * disc.scales.length
@@ -135,12 +137,42 @@ def _loaded(disc: Discretisation, state: ContactState) -> tuple[np.ndarray, np.n
 
 
 def _raised(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Normal displacement difference at points."""
+    """Normal displacement difference at points; of viscoelastic bodies what comes at once."""
     (centre_x, centre_y), tractions = _loaded(disc, state)
     loads = {"zz": tractions[2]} if disc.K == 0 else {"zx": tractions[0], "zy": tractions[1], "zz": tractions[2]}
     from_x, from_y = x - centre_x[:, None], y - centre_y[:, None]
-    numbers = disc.operators.medium.influence(disc.lattice, from_x, from_y, loads)
+    numbers = _at_once(disc).influence(disc.lattice, from_x, from_y, loads)
     return np.sum([load @ numbers[name] for name, load in loads.items()], axis=0)
+
+
+def _at_once(disc: Discretisation) -> Medium:
+    """The bodies without what lags behind, which pressures raise no less."""
+    medium = disc.operators.medium
+    return medium.glassy if isinstance(medium, ViscoelasticHalfSpaces) else medium
+
+
+def _lagging(disc: Discretisation, state: ContactState, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """What viscoelastic bodies add to the normal displacement at points: smooth, and so linear between the centres."""
+    medium, lattice = disc.operators.medium, disc.lattice
+    if medium.even:
+        return np.zeros(x.shape)
+    from scipy.ndimage import map_coordinates
+
+    (dx, dy), left, bottom = lattice.sides, lattice.x[0], lattice.y[0]
+    column, row = (x - left) / dx, np.zeros(x.shape) if disc.line else (y - bottom) / dy
+    before = [max(0, math.ceil(-at.min())) for at in (row, column)]
+    behind = [max(0, math.ceil(at.max()) - n + 1) for at, n in zip((row, column), lattice.shape, strict=True)]
+    ny, nx = (n + sum(more) for n, *more in zip(lattice.shape, before, behind, strict=True))
+    wider = replace(lattice, nx=nx, ny=None if disc.line else ny)
+    fields = np.pad(
+        state.pressure[None] if disc.K == 0 else np.concatenate([state.traction, state.pressure[None]]),
+        ((0, 0), *zip(before, behind, strict=True)),
+    )
+    loads = "z" if disc.K == 0 else "xyz"
+    whole, at_once = (
+        influence_operator(wider, "z", loads, medium=each).apply(fields) for each in (medium, _at_once(disc))
+    )
+    return np.asarray(map_coordinates((whole - at_once)[0], [row + before[0], column + before[1]], order=1))
 
 
 def _near_contact(disc: Discretisation, state: ContactState, surface: SampledDistance) -> np.ndarray:
@@ -159,7 +191,8 @@ def _raised_about(
     disc: Discretisation, centres: np.ndarray, loads: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
     """Normal displacement difference at points away from the contact, by point or line forces at some centres."""
-    (load_x, load_y, load_z), medium, K = loads, disc.operators.medium, disc.K
+    (load_x, load_y, load_z), medium = loads, _at_once(disc)
+    K = medium.K
     raised = np.empty(x.size)
     for part in np.array_split(np.arange(x.size), 1 + x.size * load_z.size // 200_000):
         from_x, from_y = x[part] - centres[0][:, None], y[part] - centres[1][:, None]

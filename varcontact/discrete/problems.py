@@ -22,8 +22,8 @@ class NormalProblem:
     distance: np.ndarray
     area: float  # of an element
     force: float | None  # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
-    # exactly one: prescribed ``area * sum(p)``, the approach d is then unknown; or prescribed d
     approach: float | None
+    symmetric: bool = True  # whether A is: not of viscoelastic bodies
 
     def reachable(self) -> NormalProblem:
         """The problem on the elements that can come into contact at all.
@@ -37,7 +37,8 @@ class NormalProblem:
         highest = self.approach
         if highest is None:
             assert self.force is not None
-            highest = self.distance.min() + self.operator.diagonal * self.force / self.area
+            most = self.operator.diagonal if self.symmetric else self.operator.grid_operator.table.max()
+            highest = self.distance.min() + most * self.force / self.area
         inside = self.distance < highest
         operator = self.operator.grid_operator.on(self.operator.elements[inside])
         return replace(self, operator=operator, distance=self.distance[inside])

@@ -54,7 +54,12 @@ def friction_work(disc: Discretisation, state: ContactState, shift: np.ndarray) 
     rolled, (x, y), scales = motion.rolls * disc.step, disc.points, disc.scales
     fields = traction if disc.K == 0 else np.concatenate([traction, state.pressure[None]])
     elastic_now = _elastic_shift(disc, fields)
-    if disc.loading.steady:
+    if not disc.operators.medium.even:
+        traction_then, operators, difference = traction, disc.operators, disc.loading.slip_difference
+        elastic_then = -operators.tangential(-rolled, difference).apply(traction)
+        if disc.K != 0:
+            elastic_then = elastic_then - operators.pressure_to_shift(-rolled, difference).apply(fields[2:])
+    elif disc.loading.steady:
         traction_then = traction
         turned = _mirrored if disc.conformal else _turned
         elastic_then = -turned(_elastic_shift(disc, turned(fields)))

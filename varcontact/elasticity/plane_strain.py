@@ -55,10 +55,21 @@ def strip_influence_numbers(
     [ 1.693147 -1.093944]
     """
     x = np.asarray(x, dtype=float)
+    return combined(*strip_integrals(x, dx, depth), nu, K, G, components)
+
+
+def strip_integrals(x: np.ndarray, dx: float, depth: float) -> tuple[np.ndarray, np.ndarray]:
+    """L and J."""
+    return _logarithm(x, dx, depth), _sign(x, dx)
+
+
+def combined(
+    logarithm: np.ndarray, sign: np.ndarray, nu: float, K: float, G: float, components: Iterable[str]
+) -> dict[str, np.ndarray]:
+    """Influence numbers from the integrals L and J, or from their means over the past."""
     plane, antiplane = 2 * (1 - nu), 2.0
     of_logarithm = {"xx": plane, "yy": antiplane, "zz": plane}
     of_sign = {"xz": -np.pi * K, "zx": np.pi * K}
-    logarithm, sign = _logarithm(x, dx, depth), _sign(x, dx)
     return {
         name: (of_logarithm.get(name, 0.0) * logarithm + of_sign.get(name, 0.0) * sign) / (np.pi * G)
         for name in components

@@ -15,7 +15,7 @@ from varcontact import checks
 from varcontact.errors import SceneError
 from varcontact.io.toml_tables import check_keys, file_named, make, needed, number_range, read_toml, table_of
 from varcontact.results.solution import Solution
-from varcontact.scene.bodies import Bodies
+from varcontact.scene.bodies import Bodies, BodyPair, Layer, Layered, Viscoelastic
 from varcontact.scene.friction import LAWS
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady, TimeStep, Transient
@@ -38,6 +38,7 @@ SURFACES = {
     "cylinders": Cylinders,
     "sampled-distance": SampledDistance,
 }
+BODIES = {"layered": Layered, "viscoelastic": Viscoelastic}
 MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step": TimeStep}
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
@@ -138,7 +139,7 @@ def scene_from(table: Mapping[str, Any], folder: Path | None = None) -> Scene:
     for name in ("bodies", "surface"):
         if name not in entries:
             raise SceneError(name, None, f"given: add a table [{name}]")
-    entries["bodies"] = bodies_from(table_of("bodies", entries["bodies"]))
+    entries["bodies"] = _any_bodies(table_of("bodies", entries["bodies"]))
     rows = isinstance(entries.get("grid"), Mapping) and "ny" in entries["grid"]
     entries["surface"] = _kind("surface", entries["surface"], SURFACES, folder, rows)
     if "motion" in entries:
@@ -177,18 +178,47 @@ def _plain(value: Any) -> Any:
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
     entries = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.name != "start"}
-    kinds = [{"kind": kind} for kind, cls in {**SURFACES, **MOTIONS, **LAWS}.items() if isinstance(value, cls)]
+    if isinstance(value, BodyPair) and not value.coupled:
+        return _plain(value.upper)
+    named = {**SURFACES, **MOTIONS, **LAWS, **BODIES}
+    kinds = [{"kind": kind} for kind, cls in named.items() if isinstance(value, cls)]
     table = kinds[0] if kinds else {}
     return table | {name: _plain(entry) for name, entry in entries.items() if entry is not None}
 
 
 def bodies_from(table: Mapping[str, Any]) -> Bodies:
-    """Bodies from a table of G and nu, or of E and nu."""
+    """Half-spaces from a table of G and nu, or of E and nu."""
+    made = _body("bodies", table)
+    if not isinstance(made, Bodies):
+        raise SceneError("bodies", table, "half-spaces, by G or E and nu")
+    return made
+
+
+def _any_bodies(table: Mapping[str, Any]) -> Any:
+    """Bodies, or a pair of them from the tables ``[bodies.upper]`` and ``[bodies.lower]``."""
+    if "upper" not in table and "lower" not in table:
+        return _body("bodies", table)
+    check_keys("bodies", table, ("upper", "lower"))
+    sides = {f"bodies.{side}": needed("bodies", table, side) for side in ("upper", "lower")}
+    return tuple(side if isinstance(side, str) else _body(name, table_of(name, side)) for name, side in sides.items())
+
+
+def _body(name: str, table: Mapping[str, Any]) -> Any:
+    """Bodies, or one body, by its kind; without one half-spaces."""
+    if "kind" in table:
+        entries = dict(table)
+        kind = BODIES[checks.choice(f"{name}.kind", entries.pop("kind"), BODIES)]
+        if kind is Layered and isinstance(entries.get("layers"), list):
+            entries["layers"] = [
+                make(f"{name}.layers[{k}]", Layer, table_of(f"{name}.layers[{k}]", each))
+                for k, each in enumerate(entries["layers"])
+            ]
+        return make(name, kind, entries)
     if "E" in table:
-        check_keys("bodies", table, ("E", "nu"))
-        return Bodies.from_young(*(needed("bodies", table, name) for name in ("E", "nu")))
-    check_keys("bodies", table, ("G", "nu", "E"))
-    return Bodies(*(needed("bodies", table, name) for name in ("G", "nu")))
+        check_keys(name, table, ("E", "nu"))
+        return Bodies.from_young(*(needed(name, table, key) for key in ("E", "nu")))
+    check_keys(name, table, ("G", "nu", "E"))
+    return Bodies(*(needed(name, table, key) for key in ("G", "nu")))
 
 
 def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:

@@ -10,6 +10,7 @@ from varcontact.reference.creepage_coefficients import (
 )
 from varcontact.reference.harmonic import harmonic_coefficients, harmonic_line
 from varcontact.reference.hertz import HertzContact, elliptic_integrals, hertz, hertz_ellipse
+from varcontact.reference.hunter import Hunter, hunter
 from varcontact.reference.line_contact import LineContact, line_contact
 from varcontact.reference.no_slip_ellipse import no_slip_ellipse
 from varcontact.reference.spence import spence_ratio
@@ -21,6 +22,7 @@ __all__ = [
     "CattaneoMindlin",
     "CreepageCoefficients",
     "HertzContact",
+    "Hunter",
     "LineContact",
     "bufler",
     "carter",
@@ -32,6 +34,7 @@ __all__ = [
     "harmonic_line",
     "hertz",
     "hertz_ellipse",
+    "hunter",
     "line_contact",
     "no_slip_coefficients",
     "no_slip_ellipse",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from varcontact.discrete.certificate import Certificate
-from varcontact.discrete.discretisation import Discretisation, discretise
+from varcontact.discrete.discretisation import Discretisation, discretise, undeformed_distance
 from varcontact.discrete.state import ContactState
 from varcontact.discrete.stick_slip import friction_work, shift_and_areas, unit_slip
 from varcontact.results.plan import Plan
@@ -86,8 +86,15 @@ def _creepage(scene: Scene, disc: Discretisation, state: ContactState, rolled: f
 
 
 def rolling_resistance(sol: Solution) -> float:
-    """Work of the pressure on what tractions do to the distance [force]: by Betti that of tractions on its slip."""
+    """Work of the pressure by distance rolled [force].
+
+    Of elastic bodies on what tractions do to the distance: by Betti that of tractions on its slip. Viscoelastic ones
+    push forward more than they push back: it is that on the slope of the undeformed distance.
+    """
     rolls = 0 if sol.motion is None else sol.motion.rolls
+    if sol.scene.bodies.relaxes:
+        distance = undeformed_distance(sol.scene.surface, None, sol.grid)
+        return float(np.sum(sol.pressure * np.gradient(distance, sol.grid.sides[0], axis=1)) * sol.grid.area)
     if rolls == 0 or not sol.scene.coupled or sol.plan.left_out or not sol.traction.any():
         return 0.0
     disc = discretise(sol.scene, sol.grid)

@@ -253,11 +253,12 @@ class Solution:
     def friction_work(self) -> float:
         """Work lost by friction, integral of `power_density`: by distance rolled [force], in a shift [force length].
 
-        In steady rolling that is `power`, to rounding; by `error_estimate`, where there is one; of a `refinement` that
-        of its field. In a step of rolling it is the work put in less the change of the elastic energy. In place it is
-        exact as long as all that slips goes on in its direction.
+        In steady rolling of elastic bodies that is `power`, to rounding; by `error_estimate`, where there is one; of a
+        `refinement` that of its field. In a step of rolling it is the work put in less the change of the elastic
+        energy. In place it is exact as long as all that slips goes on in its direction.
         """
-        if self.error_estimate is not None and self.refinement is None and isinstance(self.motion, Steady):
+        rolls = isinstance(self.motion, Steady) and not self.scene.bodies.relaxes
+        if self.error_estimate is not None and self.refinement is None and rolls:
             return self.power
         return float(self.power_density.sum() * self.grid.area)
 
@@ -274,16 +275,27 @@ class Solution:
         """Work that the rolling motion puts into the contact, by distance rolled [force]; in a shift [force length].
 
         ``-(Fx vx + Fy vy + Mz spin)``, and for unlike bodies the work of their pressure in addition: tractions move it
-        forward, and it resists rolling. In steady rolling friction loses all of it. A shift, and a step of a history,
-        also change the elastic energy.
+        forward, and it resists rolling. In steady rolling of elastic bodies friction loses all of it; viscoelastic ones
+        lose the rest. A shift, and a step of a history, also change the elastic energy.
         """
-        from varcontact.results.physical import power_of_elements, rolling_resistance
+        from varcontact.results.physical import power_of_elements
 
         if self.scene.conformal or getattr(self.motion, "rigid_slip", None) is not None:
-            return rolling_resistance(self) + power_of_elements(self)
+            return self.rolling_resistance + power_of_elements(self)
         loads, motion = np.array([*self.force, self.moment]), np.array(self.creepage)
         moved = (loads != 0) & (motion != 0)  # NaN of one has no power where the other is zero
-        return rolling_resistance(self) - float(loads[moved] @ motion[moved])
+        return self.rolling_resistance - float(loads[moved] @ motion[moved])
+
+    @property
+    def rolling_resistance(self) -> float:
+        """Work of the pressure by distance rolled [force]: a force against rolling, of unlike or viscoelastic bodies.
+
+        Of viscoelastic bodies it is the integral of the pressure times the slope of the undeformed distance along x:
+        of a roller of radius R the moment of the pressure by R.
+        """
+        from varcontact.results.physical import rolling_resistance
+
+        return rolling_resistance(self)
 
     def report(self) -> str:
         """The solution in words, for people."""

@@ -117,6 +117,16 @@ class Bodies:
         return self.K != 0
 
     @property
+    def longest_relaxation(self) -> float:
+        """Longest relaxation time [time]: none."""
+        return 0.0
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether one of the bodies is viscoelastic: no."""
+        return False
+
+    @property
     def difference(self) -> str:
         """How the bodies differ, in words."""
         return f"K = {self.K:.3g}"
@@ -225,12 +235,62 @@ class Layered:
 
 
 @dataclass(frozen=True)
+class Viscoelastic:
+    """A homogeneous half-space of a standard linear solid, which rolls steadily: ``Steady(speed=...)``.
+
+    Parameters
+    ----------
+    G : float
+        Modulus of rigidity at once (glassy) [force/area].
+    nu : float
+        Poisson's ratio in (-1, 0.5], the same at all times.
+    relaxations : sequence of (f, tau)
+        The compliance at a time t is ``(1 + sum f (1 - exp(-t/tau)))/G``: parts f that come with relaxation times tau
+        [time]. In CONTACT's terms ``FG = f`` and ``TC = tau``.
+
+    Raises
+    ------
+    SceneError
+        For a modulus, parts or times that are not positive and finite, no relaxation, or a ratio out of range.
+
+    Examples
+    --------
+    >>> Viscoelastic(G=1143.0, nu=0.4, relaxations=[(1.0, 0.009)]).relaxed_G
+    571.5
+    """
+
+    G: float
+    nu: float
+    relaxations: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "G", checks.positive("bodies.G", self.G))
+        object.__setattr__(self, "nu", _poisson("bodies.nu", self.nu))
+        given, made = self.relaxations, []
+        pairs = checks.is_array(given) and len(given) > 0
+        if not pairs or not all(checks.is_array(each) and len(each) == 2 for each in given):
+            raise SceneError("bodies.relaxations", given, "a list of pairs (f, tau), one at least")
+        for k, (part, time) in enumerate(given):
+            names = f"bodies.relaxations[{k}][0]", f"bodies.relaxations[{k}][1]"
+            made.append((checks.positive(names[0], part), checks.positive(names[1], time)))
+        object.__setattr__(self, "relaxations", tuple(made))
+
+    @property
+    def relaxed_G(self) -> float:
+        """Modulus of rigidity after a long time."""
+        return self.G / (1 + sum(part for part, _ in self.relaxations))
+
+
+Body = Bodies | Layered | Viscoelastic
+
+
+@dataclass(frozen=True)
 class BodyPair:
     """Two bodies of which one at least is no homogeneous half-space, as ``Scene(bodies=(upper, lower))`` has them.
 
     Parameters
     ----------
-    upper, lower : Layered, Bodies or "rigid"
+    upper, lower : Layered, Viscoelastic, Bodies or "rigid"
         A half-space is ``Bodies(G, nu)`` with one modulus and one ratio.
 
     Raises
@@ -239,17 +299,21 @@ class BodyPair:
         If one of them is no body, or both are rigid.
     """
 
-    upper: Layered | Bodies | str
-    lower: Layered | Bodies | str
+    upper: Body | str
+    lower: Body | str
 
     def __post_init__(self) -> None:
         for name in ("upper", "lower"):
             body = getattr(self, name)
             pair = isinstance(body, Bodies) and (isinstance(body.G, tuple) or isinstance(body.nu, tuple))
-            if not (isinstance(body, Layered | Bodies) or body == RIGID) or pair:
-                raise SceneError(f"bodies.{name}", body, 'Layered, Bodies with one G and one nu, or "rigid"')
+            if not (isinstance(body, Body) or body == RIGID) or pair:
+                allowed = 'Layered, Viscoelastic, Bodies with one G and one nu, or "rigid"'
+                raise SceneError(f"bodies.{name}", body, allowed)
         if self.upper == self.lower == RIGID:
             raise SceneError("bodies", (RIGID, RIGID), "one body at least that is elastic")
+        if self.relaxes and any(isinstance(body, Layered) for body in (self.upper, self.lower)):
+            message = "bodies: a viscoelastic body with a layered one is not available; give half-spaces"
+            raise SceneError("bodies", self, message=message)
 
     @property
     def surfaces(self) -> Bodies:
@@ -260,11 +324,19 @@ class BodyPair:
     @property
     def softest(self) -> Bodies:
         """Half-spaces that give way at least as much as these bodies."""
-        moduli = [
-            body.softest if isinstance(body, Layered) else surface_material(body)[0]
-            for body in (self.upper, self.lower)
-        ]
-        return Bodies(G=(moduli[0], moduli[1]), nu=0.0)
+        upper, lower = _softest(self.upper), _softest(self.lower)
+        return Bodies(G=(upper, lower), nu=0.0)
+
+    @property
+    def longest_relaxation(self) -> float:
+        """Longest relaxation time [time]; 0: both bodies are elastic."""
+        solids = [body for body in (self.upper, self.lower) if isinstance(body, Viscoelastic)]
+        return max((time for solid in solids for _, time in solid.relaxations), default=0.0)
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether one of the bodies is viscoelastic."""
+        return self.longest_relaxation > 0
 
     @property
     def combined_G(self) -> float:
@@ -284,7 +356,7 @@ class BodyPair:
     @property
     def difference(self) -> str:
         """How the bodies differ, in words."""
-        return "their layers differ" if self.coupled else "alike"
+        return "of different materials" if self.coupled else "alike"
 
     @property
     def grounded(self) -> bool:
@@ -300,23 +372,27 @@ class BodyPair:
 
 def as_bodies(value: Any) -> Any:
     """Bodies of a scene, as given: one body stands for two of its kind, and a pair of half-spaces is `Bodies`."""
-    if isinstance(value, Layered):
+    if isinstance(value, Layered | Viscoelastic):
         return BodyPair(value, value)
-    if (
-        not isinstance(value, tuple | list)
-        or len(value) != 2
-        or not any(isinstance(b, Layered | Bodies) for b in value)
-    ):
+    if not isinstance(value, tuple | list) or len(value) != 2 or not any(isinstance(b, Body) for b in value):
         return value
     pair = BodyPair(*value)
-    return pair if any(isinstance(body, Layered) for body in value) else pair.surfaces
+    return pair if any(isinstance(body, Layered | Viscoelastic) for body in value) else pair.surfaces
 
 
-def surface_material(body: Layered | Bodies | str) -> tuple[float, float]:
+def surface_material(body: Body | str) -> tuple[float, float]:
     """G and nu of the material at the surface of a body of a pair."""
     if isinstance(body, str):
         return math.inf, 0.0
-    return body.surface if isinstance(body, Layered) else (body.combined_G, body.combined_nu)
+    if isinstance(body, Layered):
+        return body.surface
+    return (body.G, body.nu) if isinstance(body, Viscoelastic) else (body.combined_G, body.combined_nu)
+
+
+def _softest(body: Body | str) -> float:
+    if isinstance(body, Layered):
+        return body.softest
+    return body.relaxed_G if isinstance(body, Viscoelastic) else surface_material(body)[0]
 
 
 def _modulus(field: str, value: Any) -> float:

@@ -79,6 +79,22 @@ def check_load(scene: Scene) -> None:
         raise bodies_apart(scene.approach, least)
 
 
+def check_speed(scene: Scene) -> None:
+    """Viscoelastic bodies roll steadily at a speed; no other contact depends on one."""
+    speed = scene.motion.speed if isinstance(scene.motion, Steady) else None
+    if scene.bodies.relaxes and not isinstance(scene.motion, Steady):
+        message = "motion: viscoelastic bodies roll steadily; give Steady(speed=...), with friction = 0 if need be"
+        raise SceneError("motion", scene.motion, "Steady(speed=...)", message=message)
+    if scene.bodies.relaxes and speed is None:
+        message = "motion.speed is missing: viscoelastic bodies depend on the speed of rolling"
+        raise SceneError("motion.speed", None, "given", message=message)
+    if speed is not None and not scene.bodies.relaxes:
+        message = (
+            f"motion.speed = {speed:.6g}: nothing depends on the speed unless bodies are Viscoelastic; leave it out"
+        )
+        raise SceneError("motion.speed", speed, "left out", message=message)
+
+
 def bodies_apart(approach: float | None, least: float) -> NoContact:
     """The error for an approach that leaves the bodies apart."""
     message = f"approach = {approach:.6g} gives no contact: it must exceed the least undeformed distance, {least:.6g}"

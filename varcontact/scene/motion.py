@@ -55,6 +55,8 @@ class Steady:
         exact for displacements that are quadratic along x. The second: see `Scene.second_order`.
     rigid_slip : array_like, shape (2, ny, nx), optional
         Rigid slip at the samples of a `SampledDistance` [-], added to that of the creepages.
+    speed : float, optional
+        Rolling velocity [length/time], with viscoelastic bodies, and with these only: nothing else depends on time.
     """
 
     vx: float = 0.0
@@ -66,6 +68,7 @@ class Steady:
     spin_offset: float | None = None
     slip_difference: Literal["first-order", "second-order"] = "first-order"
     rigid_slip: np.ndarray | None = field(default=None, compare=False, repr=False)
+    speed: float | None = None
 
     def __post_init__(self) -> None:
         _check_rigid(self, "vx", "vy", "spin")
@@ -77,6 +80,8 @@ class Steady:
             object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[difference])
         if self.dq is not None:
             object.__setattr__(self, "dq", checks.positive("motion.dq", self.dq))
+        if self.speed is not None:
+            object.__setattr__(self, "speed", checks.positive("motion.speed", self.speed))
         check_offset(self.spin_offset)
 
     @property

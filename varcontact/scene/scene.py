@@ -16,7 +16,7 @@ from varcontact.html import html_table
 from varcontact.reference.hertz import HertzContact, hertz, hertz_ellipse
 from varcontact.reference.line_contact import line_contact
 from varcontact.scene import consistency
-from varcontact.scene.bodies import Bodies, BodyPair, Layered, as_bodies
+from varcontact.scene.bodies import Bodies, Body, BodyPair, as_bodies
 from varcontact.scene.consistency import doubts
 from varcontact.scene.friction import Law, coefficient
 from varcontact.scene.grid import Grid, usual_grid
@@ -58,7 +58,7 @@ class Scene(Generic[MotionT_co]):
 
     Parameters
     ----------
-    bodies : Bodies, Layered or a pair (upper, lower)
+    bodies : Bodies, Layered, Viscoelastic or a pair (upper, lower)
         Half-spaces by their elastic constants, or bodies of other kinds: one that both are of, or a pair, in which a
         half-space is ``Bodies(G, nu)`` and a rigid body "rigid".
     surface : Paraboloids, Ellipse, Cylinders or SampledDistance
@@ -110,7 +110,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(
             self: Scene[None],
             *,
-            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered | str, Bodies | Layered | str],
+            bodies: BodyPair | Body | tuple[Body | str, Body | str],
             surface: Surface,
             normal_force: float | None = None,
             approach: float | None = None,
@@ -124,7 +124,7 @@ class Scene(Generic[MotionT_co]):
         def __init__(
             self,
             *,
-            bodies: Bodies | BodyPair | Layered | tuple[Bodies | Layered | str, Bodies | Layered | str],
+            bodies: BodyPair | Body | tuple[Body | str, Body | str],
             surface: Surface,
             normal_force: float | None = None,
             approach: float | None = None,
@@ -141,6 +141,7 @@ class Scene(Generic[MotionT_co]):
         consistency.check_parts(self)
         self._clean()
         consistency.check_load(self)
+        consistency.check_speed(self)
         consistency.check_line(self)
         consistency.check_edge(self)
         consistency.check_friction(self)
@@ -188,6 +189,11 @@ class Scene(Generic[MotionT_co]):
     def reference_depth(self) -> float | None:
         """The depth from which displacements count in line contact, where it is given."""
         return self.surface.reference_depth if isinstance(self.surface, (Cylinders, SampledDistance)) else None
+
+    @property
+    def speed(self) -> float | None:
+        """Rolling velocity, where something depends on it."""
+        return self.motion.speed if isinstance(self.motion, Steady) else None
 
     @property
     def approach_undetermined(self) -> bool:

@@ -6,6 +6,7 @@ Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwe
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -106,18 +107,22 @@ def _first_contact(problem: NormalProblem, start: RawSolution | None) -> np.ndar
 
 def _pressure_on(problem: NormalProblem, contact: np.ndarray) -> tuple[np.ndarray, float]:
     """Pressures that close the gap on the contact area, zero elsewhere, and the approach: point 4."""
-    from scipy.linalg import cho_solve
+    from scipy.linalg import cho_solve, lu_factor, lu_solve
 
     pressure = np.zeros(contact.size)
     if not contact.any():
         return pressure, problem.approach or 0.0
     inside = np.flatnonzero(contact)
-    factor = problem.operator.grid_operator.on(problem.operator.elements[inside]).cholesky
+    operator = problem.operator.grid_operator.on(problem.operator.elements[inside])
+    if problem.symmetric:
+        solved = partial(cho_solve, operator.cholesky)
+    else:
+        solved = partial(lu_solve, lu_factor(operator.matrix, check_finite=False))
     if problem.approach is not None:
-        pressure[inside] = cho_solve(factor, problem.approach - problem.distance[inside])
+        pressure[inside] = solved(problem.approach - problem.distance[inside])
         return pressure, problem.approach
     assert problem.force is not None
-    unit, given = cho_solve(factor, np.stack([np.ones(inside.size), problem.distance[inside]], axis=1)).T
+    unit, given = solved(np.stack([np.ones(inside.size), problem.distance[inside]], axis=1)).T
     approach = (problem.force / problem.area + given.sum()) / unit.sum()
     pressure[inside] = approach * unit - given
     return pressure, float(approach)

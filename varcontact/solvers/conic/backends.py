@@ -17,6 +17,7 @@ from varcontact.solvers.conic.programs import (
     ConicProgram,
     gap_program,
     joint_program,
+    monotone_program,
     normal_potential,
     normal_program,
     shift_potential,
@@ -131,7 +132,8 @@ TANGENTIAL_PROGRAMS: dict[str, Callable[[TangentialProblem], ConicProgram]] = {
 def solve_normal(name: str, problem: NormalProblem, settings: Settings) -> RawSolution:
     """The normal problem through its QP by "clarabel", "osqp", "scs", or behind an interface as "cvxpy:SCS"."""
     formulation = "potential" if settings.formulation == "potential" else "complementary"
-    return solve_program(name, NORMAL_PROGRAMS[formulation](problem), settings)
+    program = NORMAL_PROGRAMS[formulation] if problem.symmetric else monotone_program
+    return solve_program(name, program(problem), settings)
 
 
 def solve_tangential(name: str, problem: TangentialProblem, settings: Settings) -> RawSolution:

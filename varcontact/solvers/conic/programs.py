@@ -121,6 +121,38 @@ def normal_program(problem: NormalProblem) -> ConicProgram:
     return ConicProgram(P, distance / displacement, A, b, cones, recover)
 
 
+def monotone_program(problem: NormalProblem) -> ConicProgram:
+    """The normal problem where A is not symmetric: ``min p'(h + A p - d), p >= 0, h + A p - d >= 0``, 0 at its end.
+
+    With the force prescribed d is a variable, and ``sum(p)`` an equality.
+    """
+    from scipy.sparse import csc_matrix, vstack
+
+    n, force = problem.distance.size, problem.force
+    level, displacement = normal_scales(problem)
+    distance, pressure = (problem.distance - level) / displacement, displacement / problem.operator.diagonal
+    matrix = problem.operator.matrix * (pressure / displacement)
+    free = 0 if force is None else 1
+    P = _upper(matrix + matrix.T, empty=free)
+    load = np.zeros(0) if force is None else np.array([force / (problem.area * pressure)])
+    apart = csc_matrix(np.concatenate([-matrix, np.ones((n, free))], axis=1))
+    pushes = csc_matrix((-np.ones(n), (np.arange(n), np.arange(n))), shape=(n, n + free))
+    whole = csc_matrix(np.concatenate([np.full((free, n), 1 / n), np.zeros((free, free))], axis=1))
+
+    def recover(x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        approach = level if force is None else level + x[n] * displacement
+        return np.maximum(x[:n], 0.0) * pressure, np.array([approach], dtype=float)
+
+    return ConicProgram(
+        P=P,
+        q=np.concatenate([distance, -load]),
+        A=vstack([whole, apart, pushes], format="csc"),
+        b=np.concatenate([load / n, distance, np.zeros(n)]),
+        cones=[("zero", free)] * free + [("nonnegative", 2 * n)],
+        recover=recover,
+    )
+
+
 def normal_potential(problem: NormalProblem) -> ConicProgram:
     """The normal problem by its potential energy (214): ``min 1/2 w'A^-1 w, h - d + w >= 0`` over displacements w.
 

@@ -1,0 +1,68 @@
+"""Influence numbers that lag behind: quadrature, limits of the relaxation length, printed numbers."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.viscoelastic import Lagging, ViscoelasticHalfSpaces
+from varcontact.scene.grid import Grid
+
+ELASTIC = HalfSpaces(nu=0.3, K=0.1, depth=5.0)
+STRIPS, RECTANGLES = Grid(nx=7, dx=0.2, x0=0.0), Grid(nx=7, ny=3, dx=0.2, dy=0.3, x0=0.0, y0=0.0)
+
+
+def by_quadrature(grid, x, y, name, length):
+    """The mean of elastic numbers over what lies ahead of a point, cut at the element's edges."""
+
+    def integrand(s):
+        return float(ELASTIC.influence(grid, np.array(x + s), np.array(y), [name])[name]) * np.exp(-s / length) / length
+
+    edges = [edge - x for edge in (-0.1, 0.1) if 0 < edge - x < 40 * length]
+    cuts = sorted(
+        {
+            0.0,
+            40 * length,
+            *edges,
+            *(length * c for c in (1, 3, 10, 20)),
+            *(0.2 * c for c in (1, 5, 20) if 0.2 * c < 40 * length),
+        }
+    )
+    return sum(quad(integrand, *pair, epsabs=1e-14, epsrel=1e-12, limit=200)[0] for pair in pairwise(cuts))
+
+
+@pytest.mark.parametrize("length", [0.05, 0.3, 4.0])
+@pytest.mark.parametrize("grid", [STRIPS, RECTANGLES], ids=["strips", "rectangles"])
+@pytest.mark.parametrize("offset", [0.0, 0.07])
+def test_means_over_what_lies_ahead(grid, length, offset):
+    medium = ViscoelasticHalfSpaces(ELASTIC, (Lagging(length, 0.5, ELASTIC),))
+    x, y, names = (np.arange(13) - 6) * 0.2 + offset, np.arange(grid.rows)[:, None] * 0.3, ["xx", "yy", "zz", "xz"]
+    found, elastic = (each.influence(grid, x, y, names) for each in (medium, ELASTIC))
+    for name in names:
+        lagging = np.broadcast_to((found[name] - elastic[name]) / 0.5, (grid.rows, 13))
+        for i, j in ((0, 1), (0, 6), (-1, 5), (-1, 12)):
+            assert lagging[i, j] == pytest.approx(by_quadrature(grid, x[j], y[i, 0], name, length), abs=3e-9)
+
+
+@pytest.mark.parametrize("grid", [STRIPS, RECTANGLES], ids=["strips", "rectangles"])
+def test_short_and_long_relaxation_lengths(grid):
+    """All of it follows at once, or nothing does; but for constants in line contact."""
+    x, y = (np.arange(13) - 6) * 0.2, np.arange(grid.rows)[:, None] * 0.3
+    elastic = ELASTIC.influence(grid, x, y, ["zz", "xz"])
+    for length, part, off in ((1e-5, 2.0, 1e-3), (1e6, 1.0, 1e-4)):
+        found = ViscoelasticHalfSpaces(ELASTIC, (Lagging(length, 1.0, ELASTIC),)).influence(grid, x, y, ["zz", "xz"])
+        for name in found:
+            size, free = np.abs(elastic[name]).max(), length > 1 and grid.line
+            constant = np.mean(found[name] - elastic[name]) if free else 0.0
+            np.testing.assert_allclose(found[name] - constant, part * elastic[name], atol=off * size)
+
+
+def test_points_anywhere_are_those_of_a_lattice():
+    medium = ViscoelasticHalfSpaces(ELASTIC, (Lagging(0.3, 1.0, ELASTIC),))
+    x, y = np.meshgrid((np.arange(9) - 4) * 0.2, np.arange(3) * 0.3)
+    lattice = medium.influence(RECTANGLES, x[0], y[:, :1], ["xx", "zz"])
+    anywhere = medium.influence(RECTANGLES, x.ravel(), y.ravel(), ["xx", "zz"])
+    for name in lattice:
+        np.testing.assert_allclose(anywhere[name].reshape(3, 9), lattice[name], atol=1e-7)

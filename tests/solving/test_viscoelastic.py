@@ -1,0 +1,208 @@
+"""Viscoelastic bodies that roll steadily: Hunter's closed form, CONTACT, limits of the speed, two solvers."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import varcontact as vc
+from varcontact.reference import hunter
+
+CASES = {
+    case["tag"]: case
+    for case in json.loads((Path(__file__).parents[1] / "data/contact_viscoelastic.json").read_text())["cases"]
+}
+SOLID = vc.Viscoelastic(1.0, 0.3, [(1.0, 0.1), (0.5, 1.0)])
+
+
+def roller(bodies=SOLID, speed=1.0, cells=30, line=True, friction=0.3, **motion):
+    return vc.Scene(
+        bodies=bodies,
+        surface=vc.Cylinders(R=1.0) if line else vc.Paraboloids(1.0, 1.0),
+        normal_force=0.1,
+        friction=friction,
+        motion=vc.Steady(speed=speed, **motion),
+        grid=vc.Grid(nx=cells) if line else vc.Grid(nx=cells, ny=cells),
+    )
+
+
+@pytest.mark.parametrize(
+    ("length", "force", "moment"),
+    [(0.1, 0.8250766609, 0.0463491206), (1.0, 1.1536781873, 0.2331290558), (30.0, 1.5672984851, 0.0626657685)],
+)
+def test_hunter(length, force, moment):
+    """Load and moment against integrated pressures of an independent computation; resistance on two grids."""
+    exact = hunter(a=1.0, R=1.0, G=2.0, nu=0.0, part=1.0, relaxation_length=length)
+    assert exact.force == pytest.approx(force, rel=1e-9)
+    assert exact.moment / exact.force == pytest.approx(moment, rel=1e-8)
+    body = vc.Viscoelastic(2.0, 0.0, [(1.0, length)])
+    for cells, off in ((60, 2e-3), (240, 2e-4)):
+        scene = replace(roller(body, cells=cells, friction=0.0), normal_force=exact.force)
+        sol = vc.solve(scene)
+        assert sol.rolling_resistance == pytest.approx(exact.moment, rel=off)
+        assert sol.certificate.normal_relative_gap < 1e-12
+    x, spread = sol.grid.x[sol.pressure[0] > 0], sol.grid.sides[0]
+    assert x.min() == pytest.approx(exact.centre - 1, abs=spread)
+    assert x.max() == pytest.approx(exact.centre + 1, abs=spread)
+
+
+@pytest.mark.parametrize("tag", ["own_1", "own_3", "example_case_3"])
+def test_contact_of_cylinders(tag):
+    """One row of long rectangles, ends free; by forces in CONTACT's example, by creepages in the others."""
+    case = CASES[tag]
+    tau = 0.045 if tag == "example_case_3" else case["inputs"]["tc1"]
+    x = -7.92 + 0.16 * np.arange(99)
+    apart = np.full(99, 1e4)
+    motion = (
+        vc.Steady(Fx=-0.18 * case["Fn"], speed=1000.0)
+        if tau == 0.045
+        else vc.Steady(vx=case["vx"], speed=case["veloc"])
+    )
+    sol = vc.solve(
+        vc.Scene(
+            bodies=vc.Viscoelastic(1143.0, 0.4, [(1.0, tau)]),
+            surface=vc.SampledDistance(np.array([apart, 0.01 * x**2, apart])),
+            normal_force=case["Fn"],
+            friction=0.3,
+            motion=motion,
+            grid=vc.Grid(nx=99, ny=3, dx=0.16, dy=1000.0, x0=-8.0, y0=-1500.0),
+        )
+    )
+    np.testing.assert_allclose(sol.pressure[1], case["pressure"], atol=1e-6 * case["pmax"])
+    np.testing.assert_allclose(sol.traction[0, 1], case["traction"], atol=1e-6 * 0.3 * case["pmax"])
+    assert (sol.elements["stick"], sol.elements["slip"]) == (case["nadh"], case["nslip"])
+    assert sol.approach == pytest.approx(case["pen"], rel=1e-9)
+    assert sol.vx == pytest.approx(case["vx"], rel=1e-8)
+    assert sol.Fx == pytest.approx(case["Fx"], abs=1e-7 * 0.3 * case["Fn"])
+    assert sol.rolling_resistance == pytest.approx(-0.02 * case["My"], rel=1e-8)
+
+
+@pytest.mark.parametrize("options", [{}, {"coupling": "panagiotopoulos", "method": "active-set"}])
+def test_contact_of_a_sphere_on_another_material(options):
+    case = CASES["own_7"]
+    given = case["inputs"]
+    sol = vc.solve(
+        vc.Scene(
+            bodies=(
+                vc.Bodies(given["G1"], given["nu1"]),
+                vc.Viscoelastic(given["G2"], given["nu2"], [(given["fg2"], given["tc2"])]),
+            ),
+            surface=vc.Paraboloids(50.0, 50.0),
+            normal_force=case["Fn"],
+            friction=given["mu"],
+            motion=vc.Steady(vx=case["vx"], vy=case["vy"], speed=case["veloc"]),
+            grid=vc.Grid(nx=36, ny=36, dx=0.5, dy=0.5, x0=-9.0, y0=-9.0),
+        ),
+        **options,
+    )
+    limit = given["mu"] * case["Fn"]
+    np.testing.assert_allclose(sol.force, [case["Fx"], case["Fy"]], atol=1e-8 * limit)
+    assert sol.moment == pytest.approx(case["Mz"], abs=1e-7 * limit)
+    assert sol.approach == pytest.approx(case["pen"], rel=1e-9)
+    assert (sol.elements["stick"], sol.elements["slip"]) == (case["nadh"], case["nslip"])
+    assert sol.certificate.residual < 1e-8
+
+
+@pytest.mark.parametrize("line", [True, False])
+def test_slow_and_fast_rolling_are_elastic(line):
+    """Relaxed bodies, and glassy ones."""
+    for speed, G in ((1e-7, 0.4), (1e7, 1.0)):
+        sol = vc.solve(roller(speed=speed, cells=16, line=line, vx=0.01))
+        scene = replace(sol.scene, bodies=vc.Bodies(G, 0.3), motion=vc.Steady(vx=0.01), grid=sol.grid)
+        elastic = vc.solve(scene, normal="norm")
+        np.testing.assert_allclose(sol.pressure, elastic.pressure, atol=1e-4 * elastic.max_pressure)
+        assert sol.Fx == pytest.approx(elastic.Fx, rel=1e-4)
+        assert abs(sol.rolling_resistance) < 1e-4 * sol.normal_force
+
+
+@pytest.mark.parametrize("line", [True, False])
+@pytest.mark.parametrize("load", ["force", "approach"])
+def test_solvers_agree(line, load):
+    """NORM by LU, Newton's method without a matrix, and the one convex program, whose optimal value is zero."""
+    scene = roller(cells=14, line=line, friction=0.0)
+    first = vc.solve(scene)
+    if load == "approach":
+        surface = vc.Cylinders(R=1.0, reference_depth=3.0) if line else scene.surface
+        scene = replace(scene, surface=surface, normal_force=None, approach=0.06)
+        first = vc.solve(scene)
+    scene = replace(scene, grid=first.grid)
+    assert first.certificate.normal_relative_gap < 1e-12
+    for options in ({"normal": "newton"}, {"normal": "clarabel", "polish": False}):
+        other = vc.solve(scene, tol=1e-9, **options)
+        np.testing.assert_allclose(other.pressure, first.pressure, atol=1e-6 * first.max_pressure)
+        assert abs(other.certificate.normal_relative_gap) < 1e-6
+
+
+def test_what_is_put_in_is_lost():
+    """By friction and inside the bodies; the hysteresis computed from displacements, first order in the step."""
+    off = []
+    for cells in (40, 80):
+        sol = vc.solve(roller(cells=cells, vx=0.02))
+        inside = sol.power - sol.friction_work
+        x = sol.grid.x
+        tangential = -sol.traction[0, 0] * (sol.slip[0, 0] - sol.vx)
+        normal = sol.pressure[0] * x
+        off.append(abs((np.sum(tangential * -1 + normal) * sol.grid.sides[0]) / inside - 1))
+        assert sol.friction_work > 0
+        assert inside > 0
+    assert off[1] < 0.6 * off[0]
+    assert off[1] < 0.01
+
+
+def test_units_do_not_matter():
+    scene = roller(cells=12, line=False, vx=0.01, spin=0.02)
+    length, force, time = 1e3, 1e-2, 60.0
+    other = replace(
+        scene,
+        bodies=vc.Viscoelastic(force / length**2, 0.3, [(1.0, 0.1 * time), (0.5, time)]),
+        surface=vc.Paraboloids(length, length),
+        normal_force=0.1 * force,
+        motion=vc.Steady(vx=0.01, spin=0.02 / length, speed=length / time),
+    )
+    one, two = vc.solve(scene), vc.solve(other)
+    np.testing.assert_allclose(two.force, one.force * force, rtol=1e-9, atol=1e-12 * force)
+    assert two.moment == pytest.approx(one.moment * force * length, rel=1e-8)
+
+
+def test_default_has_error_bars():
+    sol = vc.solve(replace(roller(vx=0.02), grid="auto"))
+    fine = vc.solve(replace(sol.scene, grid=vc.Grid(nx=600)))
+    assert abs(sol.Fx - fine.Fx) < sol.error_estimate.bars["Fx"] * 1.05
+    assert sol.error_estimate.largest < 0.01
+
+
+def test_files(tmp_path):
+    scene = roller(bodies=(SOLID, vc.Bodies(2.0, 0.25)), cells=10, vx=0.01)
+    scene.save(tmp_path / "scene.toml")
+    again, _ = vc.read_scene(tmp_path / "scene.toml")
+    assert again.bodies == scene.bodies
+    assert again.motion == scene.motion
+    sol = vc.solve(scene)
+    sol.save(tmp_path / "solution.nc")
+    loaded = vc.load(tmp_path / "solution.nc")
+    np.testing.assert_array_equal(loaded.traction, sol.traction)
+    assert loaded.rolling_resistance == sol.rolling_resistance
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: vc.Viscoelastic(1.0, 0.3, []), "bodies.relaxations"),
+        (lambda: vc.Viscoelastic(1.0, 0.3, [(1.0, 0.0)]), "bodies.relaxations[0][1]"),
+        (lambda: vc.Viscoelastic(1.0, 0.3, [(-1.0, 1.0)]), "bodies.relaxations[0][0]"),
+        (lambda: vc.Viscoelastic(float("inf"), 0.3, [(1.0, 1.0)]), "bodies.G"),
+        (lambda: roller(speed=None), "motion.speed"),
+        (lambda: roller(speed=0.0), "motion.speed"),
+        (lambda: roller(bodies=vc.Bodies(1.0, 0.3)), "motion.speed"),
+        (lambda: replace(roller(), motion=None), "motion"),
+        (lambda: replace(roller(), motion=vc.Shift(ux=0.1)), "motion"),
+        (lambda: vc.solve(roller(), tangential="fastsim"), "tangential"),
+        (lambda: vc.solve(roller(), normal="hertz"), "normal"),
+    ],
+)
+def test_bad_input(make, field):
+    with pytest.raises(vc.SceneError) as refused:
+        make()
+    assert refused.value.field == field

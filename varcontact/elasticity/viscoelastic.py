@@ -1,0 +1,209 @@
+"""Influence numbers of viscoelastic half-spaces that roll steadily: standard linear solids with several relaxations.
+
+The creep compliance is ``J(t) = J0 (1 + sum f (1 - exp(-t/tau)))`` with constant Poisson's ratio. A particle now at x
+was at x + s when the bodies had rolled a distance s less, so that with ``l = V tau`` displacements are elastic ones and
+means of these over what lies ahead: ``u(x) = u_e(x) + sum f integral_0^inf u_e(x + s) exp(-s/l) ds/l``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from varcontact.elasticity.halfspace import HalfSpaces
+from varcontact.elasticity.plane_strain import combined, strip_integrals
+from varcontact.scene.grid import Grid
+
+FAR = 40.0
+"""Relaxation lengths after which the past counts no longer, and from which the asymptotic series is exact."""
+NEAR = 5.0
+"""Sides of an element up to which points of a Gauss's rule are dense about its edges."""
+BATCH = 100_000
+"""Points at which influence numbers are evaluated in one go."""
+
+Numbers = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Influence numbers (components, ...) at x and y, which broadcast together."""
+
+
+@dataclass(frozen=True)
+class Lagging:
+    """What of the displacements follows with one relaxation length, by the elastic ones: of half-spaces, a factor."""
+
+    length: float
+    factor: float
+    half_spaces: HalfSpaces
+
+
+@dataclass(frozen=True)
+class ViscoelasticHalfSpaces:
+    """Two half-spaces that roll steadily, with their elastic (glassy) constants and what lags behind.
+
+    Attributes
+    ----------
+    glassy : HalfSpaces
+    lagging : tuple of Lagging
+        One for each relaxation length.
+    """
+
+    glassy: HalfSpaces
+    lagging: tuple[Lagging, ...]
+
+    @property
+    def nu(self) -> float:
+        """Combined Poisson's ratio (59) of the glassy bodies."""
+        return self.glassy.nu
+
+    @property
+    def K(self) -> float:
+        """Size of the coupling, no less than it has at any frequency."""
+        return abs(self.glassy.K) + sum(each.factor * abs(each.half_spaces.K) for each in self.lagging)
+
+    @property
+    def depth(self) -> float:
+        """In line contact: the depth from which displacements count."""
+        return self.glassy.depth
+
+    @property
+    def even(self) -> bool:
+        """Not: the past lies ahead."""
+        return False
+
+    def influence(self, grid: Grid, x: np.ndarray, y: np.ndarray, components: Iterable[str]) -> dict[str, np.ndarray]:
+        """Influence numbers: elastic ones, and the means of them over what lies ahead."""
+        names = list(components)
+        found = self.glassy.influence(grid, x, y, names)
+        for each in self.lagging:
+            if grid.line:
+                later = _lagged_strip(each, np.asarray(x, dtype=float), grid.sides[0], names)
+            else:
+                later = _lagged_rectangle(each, grid, np.asarray(x, dtype=float), np.asarray(y, dtype=float), names)
+            found = {name: found[name] + each.factor * later[name] for name in names}
+        return found
+
+
+# ----------------------------------------------------------------------------- strips
+
+
+def _lagged_strip(each: Lagging, x: np.ndarray, dx: float, names: list[str]) -> dict[str, np.ndarray]:
+    """In closed form: with L and J of the strip, ``L - l [[Lambda]]`` and ``J + l [[m]]`` at its two edges.
+
+    Lambda is the mean of ``ln|x + s|``, m that of ``sgn(x + s)``: 1 where x > 0, ``2 exp(x/l) - 1`` elsewhere.
+    """
+    half, bodies = each.length, each.half_spaces
+    logarithm, sign = strip_integrals(x, dx, bodies.depth)
+    right, left = x + dx / 2, x - dx / 2
+    logarithm = logarithm - half * (_mean_logarithm(right, half) - _mean_logarithm(left, half))
+    sign = sign + 2 * half * (np.exp(np.minimum(right, 0) / half) - np.exp(np.minimum(left, 0) / half))
+    return combined(logarithm, sign, bodies.nu, bodies.K, 1.0, names)
+
+
+def _mean_logarithm(x: np.ndarray, length: float) -> np.ndarray:
+    """``ln|x| + exp(x/l) E1(x/l)`` for x > 0, ``ln|x| - exp(x/l) Ei(-x/l)`` for x < 0; ``ln l - gamma`` at 0."""
+    from scipy.special import exp1, expi, factorial
+
+    t = np.abs(x) / length
+    near, order = np.clip(t, 1e-300, FAR), np.arange(17)[:, None]
+    series = [
+        np.sum(sign * (sign / np.maximum(t, FAR).ravel()) ** (order + 1) * factorial(order), axis=0) for sign in (-1, 1)
+    ]
+    ahead = np.where(t < FAR, np.exp(near) * exp1(near), series[0].reshape(t.shape))
+    behind = np.where(t < FAR, -np.exp(-near) * expi(near), -series[1].reshape(t.shape))
+    tiny = t < 1e-14
+    found = np.log(np.where(tiny, length, np.abs(x))) + np.where(x > 0, ahead, behind)
+    return np.where(tiny, math.log(length) - np.euler_gamma, found)
+
+
+# ----------------------------------------------------------------------------- rectangles
+
+
+def _lagged_rectangle(
+    each: Lagging, grid: Grid, x: np.ndarray, y: np.ndarray, names: list[str]
+) -> dict[str, np.ndarray]:
+    """On a lattice of points along x by recursion from the front backwards, elsewhere point by point."""
+
+    def numbers(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        found = each.half_spaces.influence(grid, x, y, names)
+        return np.stack([found[name] for name in names])
+
+    dx, dy = grid.sides
+    shape = np.broadcast_shapes(x.shape, y.shape)
+    if x.ndim == 1 and y.shape == (y.size, 1):
+        found = np.empty((len(names), *shape))
+        places = np.round((x / dx) % 1.0, 9) % 1.0
+        for place in np.unique(places):
+            chosen = np.flatnonzero(places == place)
+            steps = np.round(x[chosen] / dx - place).astype(int)
+            last = max(int(steps.max()), 0 if place + 0.5 >= 1 else 1)  # beyond the element
+            rows = _lagged_rows(numbers, (np.arange(steps.min(), last + 1) + place) * dx, y, dx, dy, each.length)
+            found[:, :, chosen] = rows[:, :, steps - steps.min()]
+    else:
+        points = np.broadcast_to(x, shape).ravel(), np.broadcast_to(y, shape).ravel()
+        found = _pointwise(numbers, *points, dx, each.length).reshape(-1, *shape)
+    return dict(zip(names, found, strict=True))
+
+
+def _lagged_rows(numbers: Numbers, x: np.ndarray, y: np.ndarray, dx: float, dy: float, length: float) -> np.ndarray:
+    """Means (components, ny, nx) over what lies ahead, at x that rise by dx and rows y (ny, 1).
+
+    ``C(x) = integral_0^dx B(x + s) exp(-s/l) ds/l + exp(-dx/l) C(x + dx)``. B has logarithms at the element's edges,
+    one of which lies in each step near it: there Gauss's rule is dense.
+    """
+    found = np.empty((*numbers(x[:1], y[:1]).shape[:1], y.size, x.size))
+    near_x, near_y = np.abs(x + dx / 2) < NEAR * dx, np.abs(y.ravel()) < NEAR * dy
+    edge = (dx / 2 - x[0]) % dx
+    dense = _rule([0.0, edge, dx] if 0 < edge < dx else [0.0, dx], length, 16, True)
+    plain = _rule([0.0, dx], length, 6, False)
+    for rows, columns, (s, weights) in (
+        (near_y, near_x, dense),
+        (near_y, ~near_x, plain),
+        (~near_y, np.ones(x.size, dtype=bool), plain),
+    ):
+        places = (x[columns, None] + s).ravel()
+        each = max(1, BATCH // max(places.size, 1))
+        for some in (
+            np.array_split(np.flatnonzero(rows), math.ceil(rows.sum() / each)) if places.size and rows.any() else ()
+        ):
+            values = numbers(places, y[some]).reshape(len(found), some.size, -1, s.size)
+            found[np.ix_(np.arange(len(found)), some, np.flatnonzero(columns))] = values @ weights
+    later = _pointwise(numbers, np.full(y.size, x[-1] + dx), y.ravel(), dx, length)
+    decay = math.exp(-dx / length)
+    for i in range(x.size - 1, -1, -1):
+        later = found[..., i] = found[..., i] + decay * later
+    return found
+
+
+def _rule(ends: list[float], length: float, points: int, dense: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Points and weights of integrals with ``exp(-s/l)/l``, on panels that resolve it; dense: about their ends."""
+    first, last = ends[0], ends[-1]
+    cuts = first + length * 2.0 ** np.arange(6)
+    edges = np.unique([*ends, *cuts[cuts < last]])
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    if dense:
+        nodes, weights = -np.cos(np.pi * (1 + nodes) / 2), weights * np.pi / 2 * np.sin(np.pi * (1 + nodes) / 2)
+    half = np.diff(edges)[:, None] / 2
+    s = (edges[:-1, None] + half * (1 + nodes)).ravel()
+    return s, (half * weights).ravel() * np.exp(-s / length) / length
+
+
+def _pointwise(numbers: Numbers, x: np.ndarray, y: np.ndarray, dx: float, length: float) -> np.ndarray:
+    """Means (components, n) over what lies ahead of any points: before the element, over it, and behind it."""
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    fractions = 0.5 ** np.arange(14, 0, -1)
+    graded = np.concatenate([[0.0], fractions, 1 - fractions[-2::-1], [1.0]])
+    start, end = np.maximum(-dx / 2 - x, 0.0), np.maximum(dx / 2 - x, 0.0)
+    least, most = min(dx, length) / 4, FAR * length + dx
+    doubling = least * 2.0 ** np.arange(math.ceil(math.log2(most / least)) + 1)
+    before = start[:, None] * graded
+    over = start[:, None] + (end - start)[:, None] * graded[1:]
+    edges = np.concatenate([before, over, end[:, None] + doubling], axis=1)
+    half = np.diff(edges, axis=1)[..., None] / 2
+    total: list[np.ndarray] = []
+    for some in np.array_split(np.arange(x.size), 1 + x.size * half[0].size * nodes.size // BATCH):
+        s = edges[some, :-1, None] + half[some] * (1 + nodes)
+        part = half[some] * weights * np.exp(-s / length) / length
+        values = numbers(x[some, None, None] + s, y[some, None, None])
+        total.append(np.sum(values * part, axis=(-2, -1)))
+    return np.concatenate(total, axis=-1)
