@@ -12,7 +12,7 @@ import sys
 import pandas as pd
 
 import varcontact as vc
-from varcontact.study.comparison import summary
+from varcontact.study.compare import summary
 from varcontact.study.methods import DEFAULT_METHODS
 
 

@@ -84,6 +84,15 @@ def paper_table():
     return read
 
 
+def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
+    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
+    row = "z" if rows == "z" else "t"
+    blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
+    if offset:
+        return " and ".join(f"C_{block}" for block in blocks)
+    return f"A_{blocks[0]}" + (f" - C_{blocks[0]}" if lag is not None else "")
+
+
 @pytest.fixture
 def built(monkeypatch):
     """The tables of influence numbers that are built from now on: (name, operator), named as in a plan."""
@@ -91,7 +100,7 @@ def built(monkeypatch):
 
     def counted(grid, rows, columns, **constants):
         operator = make(grid, rows, columns, **constants)
-        name = operators.table_name(rows, columns, constants.get("lag"), constants.get("offset", 0.0))
+        name = table_name(rows, columns, constants.get("lag"), constants.get("offset", 0.0))
         tables.append((name, operator))
         return operator
 

@@ -24,6 +24,7 @@ _RENAMED = {
     "varcontact.solving.error_norm": "varcontact.results.quantities_of_interest",
     "varcontact.solving.ways": "varcontact.solving.discretisation_variants",
     "varcontact.study.table_make": "varcontact.data.make_table_book",
+    "varcontact.study.comparison": "varcontact.study.compare",
     "varcontact.wheel_rail.fast": "varcontact.wheel_rail.virtual_penetration",
     "varcontact.wheel_rail.search": "varcontact.wheel_rail.patches",
     "varcontact.wheel_rail.series": "varcontact.wheel_rail.case_file",

@@ -284,6 +284,12 @@ def short_entries(value: Any) -> str:
     return f"{type(value).__name__}({', '.join(entries)})"
 
 
+def entries(owner: object, path: str, check: Callable[[str, Any], Any], *names: str) -> None:
+    """Put clean values in place of entries of a frozen dataclass, which errors name as ``path.name``."""
+    for name in names:
+        object.__setattr__(owner, name, check(f"{path}.{name}", getattr(owner, name)))
+
+
 T = TypeVar("T")
 
 

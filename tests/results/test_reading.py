@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import varcontact as vc
-from varcontact.study.comparison import SHOWN
+from varcontact.study.compare import SHOWN
 
 RAIL = vc.Scene(
     bodies=vc.Bodies(G=82e9, nu=0.28),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from varcontact.study.compare import _forget_answers
+from varcontact.study.compare import forget_answers
 
 ROOT = Path(__file__).parents[2]
 CODE = """
@@ -32,5 +32,5 @@ def test_what_a_killed_writer_left_of_answers_is_cleared(tmp_path):
     store = tmp_path / "run.csv"
     left = tmp_path / "..run.csv.answers.0123456789ab.part"
     left.write_bytes(b"half")
-    _forget_answers(store)
+    forget_answers(store)
     assert list(tmp_path.iterdir()) == []

@@ -144,12 +144,13 @@ class Beginning(ThreadPoolExecutor):
 def test_while_processes_begin_tasks_are_done_here():
     here = threading.get_ident()
     with Beginning() as pool:
-        found = dict(results(lambda task: (task, threading.get_ident() == here), range(10), pool, meanwhile=True))
+        found = dict(results(lambda task: (task, threading.get_ident() == here), zip(range(10)), pool, meanwhile=True))
     assert [found[k][0] for k in range(10)] == list(range(10))
     assert [found[k][1] for k in range(10)] == 4 * [True] + 6 * [False]
     with Beginning() as pool:
         assert not any(
-            done_here for _, (_, done_here) in results(lambda k: (k, threading.get_ident() == here), range(3), pool)
+            done_here
+            for _, (_, done_here) in results(lambda k: (k, threading.get_ident() == here), zip(range(3)), pool)
         )
 
 

@@ -8,26 +8,30 @@ import typer
 from typer.core import TyperGroup
 
 from varcontact import __version__
-from varcontact.cli import compare, converge, curve, plan, scan, solve, sweep, table, tradeoff, wheelrail
+from varcontact.cli.compare import compare, converge, tradeoff
 from varcontact.cli.options import METHODS
+from varcontact.cli.scan import curve, scan
+from varcontact.cli.solve import plan, solve
+from varcontact.cli.sweep import make_table, sweep
 from varcontact.cli.terminal import BAD_INPUT, INTERRUPTED, NOT_SOLVED, fail, show
+from varcontact.cli.wheelrail import wheelrail
 from varcontact.errors import NotConverged, VarcontactError
 
 __all__ = ["INTERRUPTED", "app", "main"]
 
 COMMANDS: dict[Any, tuple[str, str]] = {
-    solve.solve: ("Solve one scene.", "solve scene.toml --plot picture.png --json"),
-    plan.plan: ("Show what a scene requires, without solving it.", "plan scene.toml --normal clarabel"),
-    compare.compare: ("Compare methods on the same scenes.", "compare scene.toml --methods convex,kalker,fastsim"),
-    converge.converge: ("Study convergence under grid refinement.", "converge scene.toml --cells 8,12,16,24,32"),
-    tradeoff.tradeoff: (
+    solve: ("Solve one scene.", "solve scene.toml --plot picture.png --json"),
+    plan: ("Show what a scene requires, without solving it.", "plan scene.toml --normal clarabel"),
+    compare: ("Compare methods on the same scenes.", "compare scene.toml --methods convex,kalker,fastsim"),
+    converge: ("Study convergence under grid refinement.", "converge scene.toml --cells 8,12,16,24,32"),
+    tradeoff: (
         "Measure error against the continuum, and cost.",
         'tradeoff --class "line contact" --methods auto,fastsim --cells 8,16',
     ),
-    sweep.sweep: ("Solve a scene for many values of its entries.", "sweep sweep.toml --workers 2 --out sweep.nc"),
-    scan.scan: ("Solve a scene for many creepages.", "scan scene.toml --vx 0:5e-3:11 --plot curve.png"),
-    curve.curve: ("Creep-force curves by several methods.", "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim"),
-    wheelrail.wheelrail: (
+    sweep: ("Solve a scene for many values of its entries.", "sweep sweep.toml --workers 2 --out sweep.nc"),
+    scan: ("Solve a scene for many creepages.", "scan scene.toml --vx 0:5e-3:11 --plot curve.png"),
+    curve: ("Creep-force curves by several methods.", "curve scene.toml --vx 0:0.01:21 --methods auto,fastsim"),
+    wheelrail: (
         "Solve a wheel on a rail, from profiles, position and load.",
         "wheelrail case.toml --out table.csv --plot wheel.png",
     ),
@@ -65,7 +69,7 @@ app = typer.Typer(
     "is reported), 130 interrupted (standard error says what is kept).",
 )
 for command, (summary, example) in COMMANDS.items():
-    methods = "" if command in (tradeoff.tradeoff, wheelrail.wheelrail) else f"{METHODS}\n\n"
+    methods = "" if command in (tradeoff, wheelrail) else f"{METHODS}\n\n"
     app.command(short_help=summary, epilog=f"{methods}Example: varcontact {example}")(command)
 tables = typer.Typer(
     no_args_is_help=True,
@@ -74,7 +78,7 @@ tables = typer.Typer(
     epilog=MAKE_TABLE,
 )
 tables.callback()(lambda: None)  # a group, of one command
-tables.command(epilog=MAKE_TABLE)(table.make)
+tables.command("make", epilog=MAKE_TABLE)(make_table)
 app.add_typer(tables, name="table")
 
 

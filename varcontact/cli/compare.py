@@ -1,4 +1,4 @@
-"""``varcontact compare SCENE.toml ...``."""
+"""``varcontact compare SCENE.toml ...``, ``converge SCENE.toml --cells 8,12,16`` and ``tradeoff``."""
 
 from __future__ import annotations
 
@@ -35,9 +35,8 @@ def compare(
     from varcontact.data.benchmark_scenes import standard_bank
     from varcontact.io.scene_toml import read_scene
     from varcontact.plotting.studies import plot_comparison
-    from varcontact.plotting.style import write_picture
     from varcontact.study.compare import compare as compare_methods
-    from varcontact.study.comparison import summary
+    from varcontact.study.compare import summary
     from varcontact.study.csv_table import as_json as table_as_json
     from varcontact.study.methods import DEFAULT_METHODS
 
@@ -54,15 +53,15 @@ def compare(
     if accuracy is None and time_budget is None:
         options = _accuracy_of_files([settings for _, settings in read.values()])
     options |= {"tol": tol, "store": out, "workers": workers}
-    table = study(
+    study(
         lambda progress: compare_methods(described, chosen, progress=progress, **options),
         table_as_json if as_json else summary,
         out,
         "--out FILE.csv",
         "methods",
+        plot_comparison,
+        plot,
     )
-    if plot is not None:
-        write_picture(plot_comparison(table), plot)
 
 
 def _accuracy_of_files(settings: list[dict[str, Any]]) -> dict[str, Any]:
@@ -88,3 +87,81 @@ def by_name(files: list[Path], taken: set[str]) -> dict[str, Path]:
     if len({*names, *taken}) < len(names) + len(taken):
         names = [str(path.resolve()) for path in files]
     return dict(zip(names, files, strict=True))
+
+
+def converge(
+    scene: opt.SceneFile,
+    cells: Annotated[str, typer.Option(help="Elements across the contact for each grid, separated by commas.")],
+    method: Annotated[str, typer.Option(help="Methods, separated by commas, as for compare.")] = "tang-safeguarded",
+    offsets: Annotated[int, typer.Option(help="Solves of each grid, at different offsets of the lattice.")] = 4,
+    tol: opt.Solved = 1e-6,
+    store: opt.Table = None,
+    plot: opt.Picture = None,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Solve a scene on successively finer grids: order of convergence, and extrapolated values with their errors."""
+    from varcontact.io.scene_toml import read_scene
+    from varcontact.study.converge import converge as converge_on
+    from varcontact.study.convergence import Convergence
+
+    check_outputs(store, plot, [scene], force, name_of_out="--store")
+    described, _ = read_scene(scene)
+    grids: list[Any] = [int(n) if n.strip().isdecimal() and len(n) < 20 else n for n in cells.split(",")]
+    options: dict[str, Any] = {"offsets": offsets, "tol": tol, "store": store}
+    study(
+        lambda progress: converge_on(described, grids, names_of(method), progress=progress, **options),
+        Convergence.to_json if as_json else Convergence.report,
+        store,
+        "--store FILE.csv",
+        "solves",
+        Convergence.plot,
+        plot,
+    )
+
+
+def tradeoff(
+    kind: Annotated[
+        str | None, typer.Option("--class", help="Class of scenes.  [default: all]", show_default=False)
+    ] = None,
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            help="Tangential methods and theories, separated by commas; auto and accuracy are possible.  [default: "
+            "several kinds of grids, extrapolation, defect correction, all theories, accuracies of 10 to 0.1 %]",
+            show_default=False,
+        ),
+    ] = None,
+    cells: Annotated[
+        str, typer.Option(help="Elements across the contact for --methods, separated by commas.")
+    ] = "8,12,16,24,32,48",
+    out: opt.Table = None,
+    plot: opt.Picture = None,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Measure ways to answer the reference scenes: error against the continuum, seconds, memory."""
+    from varcontact import checks
+    from varcontact.data.benchmark_scenes import CLASSES
+    from varcontact.study.references import references
+    from varcontact.study.tradeoff import Tradeoff
+    from varcontact.study.tradeoff import tradeoff as measure
+
+    check_outputs(out, plot, [], force)
+    if kind is not None:
+        checks.choice("class", kind, CLASSES)
+    bank = {name: each for name, each in references().items() if kind in (None, each.kind)}
+    chosen = None if methods is None else names_of(methods)
+    try:
+        numbers = [int(n) for n in cells.split(",")]
+    except ValueError:
+        raise SceneError("cells", cells, "whole numbers separated by commas") from None
+    study(
+        lambda progress: measure(bank, chosen, cells=numbers, store=out, progress=progress),
+        Tradeoff.to_json if as_json else Tradeoff.report,
+        out,
+        "--out FILE.csv",
+        "scenes",
+        Tradeoff.plot,
+        plot,
+    )

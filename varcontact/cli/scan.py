@@ -1,4 +1,4 @@
-"""``varcontact scan SCENE.toml ...``."""
+"""``varcontact scan SCENE.toml ...``, and ``varcontact curve SCENE.toml ...`` by several methods."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import numpy as np
 import typer
 
 from varcontact.cli import options as opt
-from varcontact.cli.options import given, values_of
-from varcontact.cli.terminal import check_outputs, progress_bar, show
+from varcontact.cli.options import given, names_of, values_of
+from varcontact.cli.terminal import check_outputs, progress_bar, show, with_progress
 from varcontact.errors import SceneError, VarcontactError
 from varcontact.scene.motion import Shift, Steady
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from varcontact.results.solution import Solution
     from varcontact.scene.scene import Scene
 
-ROLLING, SHIFTING = ("vx", "vy", "spin"), ("ux", "uy", "rotation")
+CREEPAGES = ("vx", "vy", "spin")
 PRINTED = ("Fx", "Fy", "Mz", "stick", "slip", "residual")
 ROUNDING = 1e-13
 """Relative size of the rounding error of sums of tractions that cancel."""
@@ -95,7 +95,7 @@ def _triples(scene: Scene, ranges: dict[str, str], table: Path | None) -> np.nda
             raise SceneError("--creepages", table, "left out where --vx, --vy or --spin are given")
         return _table_of_triples(table)
     own = scene.motion.rigid if isinstance(scene.motion, Steady | Shift) else (0.0, 0.0, 0.0)
-    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(ROLLING, own, strict=True)]
+    columns = [np.atleast_1d(values.get(name, number)) for name, number in zip(CREEPAGES, own, strict=True)]
     lengths = {len(column) for column in columns if len(column) > 1}
     if not values or len(lengths) > 1:
         shapes = ", ".join(f"--{name} {np.size(each)}" for name, each in values.items())
@@ -150,12 +150,11 @@ def _deliver(found: list[Solution], out: Path | None, plot: Path | None, as_json
 
 def _row(solution: Solution) -> dict[str, Any]:
     """The figures of a solution, under the names of its motion; None where nothing is known."""
+    from varcontact.results.quantities_of_interest import creepage_names
     from varcontact.results.report import known
 
-    assert solution.motion is not None
-    names = ROLLING if solution.motion.rolls else SHIFTING
     figures = {
-        **dict(zip(names, solution.creepage, strict=True)),
+        **dict(zip(creepage_names(solution), solution.creepage, strict=True)),
         "Fx": solution.force[0],
         "Fy": solution.force[1],
         "Mz": solution.moment,
@@ -200,4 +199,46 @@ def _cell(name: str, value: float | None, bar: float | None, solution: Solution)
 def _is_ours(path: Path) -> bool:
     """Whether a file begins with the heading of a scan."""
     with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline().startswith(tuple(",".join([*names, "Fx", "Fy", "Mz,"]) for names in (ROLLING, SHIFTING)))
+        return file.readline().startswith(("vx,vy,spin,Fx,Fy,Mz,", "ux,uy,rotation,Fx,Fy,Mz,"))
+
+
+def curve(
+    scene: opt.SceneFile,
+    vx: opt.Vx = None,
+    vy: opt.Vy = None,
+    spin: opt.Spin = None,
+    methods: Annotated[
+        str, typer.Option(help="Theories, and methods as for compare, separated by commas.")
+    ] = "auto,fastsim,fastrip",
+    out: Annotated[Path | None, typer.Option(help="Dataset (.nc).")] = None,
+    plot: opt.Picture = None,
+    force: opt.Force = False,
+    as_json: opt.AsJson = False,
+) -> None:
+    """Forces and moment against creepages, by fast theories and exact methods side by side.
+
+    Creepages that are not given are taken from the scene.
+    """
+    from varcontact.io.scene_toml import read_scene
+    from varcontact.plotting.studies import plot_curve
+    from varcontact.plotting.style import write_picture
+    from varcontact.study.csv_table import columns_of_text
+    from varcontact.study.scan import creep_curve
+    from varcontact.system.files import write_whole
+
+    check_outputs(out, plot, [scene], force, ".nc")
+    described, _ = read_scene(scene)
+    ranges = {name: values_of(f"--{name}", text) for name, text in given(vx=vx, vy=vy, spin=spin).items()}
+    found = with_progress(lambda progress: creep_curve(described, names_of(methods), progress=progress, **ranges))
+    if out is not None:
+        write_whole("--out", out, bytes(found.to_netcdf(engine="scipy")))
+    if plot is not None:
+        write_picture(plot_curve(found, normalised=bool(found.limit > 0)), plot)
+    columns = ["theory", "vx", "vy", "spin", "Fx", "Fy", "Mz"]
+    rows: list[dict[str, Any]] = found.to_dataframe().reset_index()[columns].to_dict("records")
+    if as_json:
+        plain = [{key: None if each != each else each for key, each in row.items()} for row in rows]
+        show(json.dumps(plain, indent=2, allow_nan=False))
+    else:
+        cells = [[str(each) if isinstance(each, str) else f"{each:.5g}" for each in row.values()] for row in rows]
+        show("\n".join(columns_of_text([columns, *cells], 1)))

@@ -1,10 +1,10 @@
-"""``varcontact sweep SWEEP.toml``."""
+"""``varcontact sweep SWEEP.toml``, and ``varcontact table make``, a sweep of a book's entries."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -95,3 +95,30 @@ def _cell(value: object, bar: float | None) -> str:
     if isinstance(value, float):
         return "" if value != value else with_bar(value, bar or 0.0)
     return str(value)
+
+
+def make_table(
+    nu: Annotated[float, typer.Option(help="Combined Poisson's ratio of the bodies.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="The book, a netCDF file (.nc).", show_default=False)],
+    least: Annotated[float, typer.Option(help="Least a/b.")] = 0.2,
+    greatest: Annotated[float, typer.Option(help="Greatest a/b.")] = 5.0,
+    ratios: Annotated[int, typer.Option(help="Number of ellipses.")] = 9,
+    steps: Annotated[int, typer.Option(help="Magnitudes of creepage in each direction.")] = 21,
+    degree: Annotated[int, typer.Option(help="Odd degree of polynomials that the directions determine.")] = 17,
+    workers: opt.Workers = 1,
+    dask: opt.Dask = None,
+    force: opt.Force = False,
+) -> None:
+    """Compute a table book. What is finished is kept beside it, and the same command resumes from there."""
+    from varcontact.data.make_table_book import check_out, make_table_book, stores
+
+    check_out("--out", out, force)
+    where: dict[str, Any] = {"workers": workers, "out": out, "overwrite": force}
+    size: dict[str, Any] = {"least": least, "greatest": greatest, "ratios": ratios, "steps": steps, "degree": degree}
+    try:
+        with cluster(dask, workers) as executor, progress_bar() as progress:
+            book = make_table_book(nu, **size, **where, executor=executor, progress=progress)
+    except Interrupted as stopped:
+        stop(stopped, stores(out)[0], "--out FILE.nc", "entries")
+    worst = float(book.accuracy.max())
+    show(f"{book.entries} {book.provenance}; estimated error at most {100 * worst:.1f} % of f Fz; in {out}")

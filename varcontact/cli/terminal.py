@@ -61,8 +61,18 @@ def progress_bar() -> Iterator[Any]:
             )
 
 
-def study(work: Callable[[Any], Any], written: Callable[[Any], str], store: Path | None, option: str, what: str) -> Any:
-    """Run a study with its progress, and print its result; after Ctrl-C what is finished, and how to resume."""
+def study(
+    work: Callable[[Any], Any],
+    written: Callable[[Any], str],
+    store: Path | None,
+    option: str,
+    what: str,
+    draw: Callable[[Any], Any] | None = None,
+    plot: Path | None = None,
+) -> Any:
+    """Run a study with its progress, print its result and draw it; after Ctrl-C what is finished, and how to resume."""
+    from varcontact.plotting.style import write_picture
+
     try:
         result = with_progress(work)
     except Interrupted as stopped:
@@ -70,6 +80,8 @@ def study(work: Callable[[Any], Any], written: Callable[[Any], str], store: Path
             show(written(stopped.partial))
         stop(stopped, store, option, what)
     show(written(result))
+    if draw is not None and plot is not None:
+        write_picture(draw(result), plot)
     return result
 
 

@@ -20,20 +20,8 @@ if TYPE_CHECKING:
     from varcontact.wheel_rail.result import WheelRailSolution
 
 PRINTED = (
-    "position",
-    "side",
-    "y",
-    "on_rail",
-    "on_wheel",
-    "angle",
-    "vx",
-    "vy",
-    "spin",
-    "FN",
-    "Fx",
-    "Fs",
-    "peak_pressure",
-)
+    "position", "side", "y", "on_rail", "on_wheel", "angle", "vx", "vy", "spin", "FN", "Fx", "Fs", "peak_pressure"
+)  # fmt: skip
 
 
 def wheelrail(

@@ -47,6 +47,8 @@ CLASSES = (
     "line contact", "transient"
 )  # fmt: skip
 """The classes of scenes, in each of which ways are compared."""
+STEPS = (0, 5, 11)
+"""The steps of histories whose forces are kept."""
 
 
 def standard_bank(cells: int = 12) -> dict[str, Scene]:
@@ -93,7 +95,10 @@ def standard_bank(cells: int = 12) -> dict[str, Scene]:
     }
     bank = {name: replace(base, surface=surface, motion=motion) for name, (surface, motion) in steady.items()}
     bank["shift with rotation"] = replace(base, motion=Shift(ux=0.05, uy=0.02, rotation=0.08))
-    bank["two arcs"] = replace(base, surface=_two_arcs_sampled(), motion=Steady(vx=0.06, vy=0.02, spin=0.1))
+    x = y = np.linspace(-2.5, 2.5, 101)
+    profile = np.where(y < 0, y**2 / 2.4, y**2 / 0.8)  # with a common tangent
+    two_arcs = SampledDistance(x[None, :] ** 2 / 1.2 + profile[:, None], x=x, y=y)
+    bank["two arcs"] = replace(base, surface=two_arcs, motion=Steady(vx=0.06, vy=0.02, spin=0.1))
     bank["unlike bodies"] = replace(
         base, bodies=Bodies(G=(2.0, 0.7), nu=(0.25, 0.4)), motion=Steady(vx=0.05, vy=0.02, spin=0.1)
     )
@@ -153,13 +158,6 @@ def unlike_bank(cells: int = 12) -> dict[str, Scene]:
     return bank
 
 
-def _two_arcs_sampled() -> SampledDistance:
-    """A profile across the rolling direction of two arcs with a common tangent, round along it."""
-    x, y = np.linspace(-2.5, 2.5, 101), np.linspace(-2.5, 2.5, 101)
-    profile = np.where(y < 0, y**2 / 2.4, y**2 / 0.8)
-    return SampledDistance(x[None, :] ** 2 / 1.2 + profile[:, None], x=x, y=y)
-
-
 @dataclass(frozen=True, eq=False)
 class Posed:
     """A scene without a grid, with its class, and of a history the steps whose forces are kept."""
@@ -171,27 +169,18 @@ class Posed:
 
 def reference_scenes() -> dict[str, Posed]:
     """The scenes of the references by name."""
+    makers = (_normal, _shifts, _circular, _slender, _forces, _non_hertzian, _unlike, _line, _transient)
     return {
-        **_normal(),
-        **_shifts(),
-        **_circular(),
-        **_slender(),
-        **_forces(),
-        **_non_hertzian(),
-        **_unlike(),
-        **_line(),
-        **_transient(),
+        name: Posed(kind, scene, STEPS if kind == "transient" else ())
+        for kind, make in zip(CLASSES, makers, strict=True)
+        for name, scene in make().items()
     }
 
 
-def _ellipse(ratio: float) -> Ellipse:
-    """Of area pi, with semi-axes in a ratio."""
-    return Ellipse(a=math.sqrt(ratio), b=1 / math.sqrt(ratio))
-
-
-def _base(ratio: float = 1.0, nu: float = NU, motion: Motion | Transient | None = None, **more: Any) -> Scene:
-    known = {"bodies": Bodies(G=1.0, nu=nu), "surface": _ellipse(ratio), "normal_force": 1.0, "friction": FRICTION}
-    return Scene(**{**known, "motion": motion, **more})
+def _base(ratio: float = 1.0, nu: float = NU, motion: Motion | Transient | None = None) -> Scene:
+    """On an ellipse of area pi, with semi-axes in a ratio."""
+    surface = Ellipse(a=math.sqrt(ratio), b=1 / math.sqrt(ratio))
+    return Scene(bodies=Bodies(G=1.0, nu=nu), surface=surface, normal_force=1.0, friction=FRICTION, motion=motion)
 
 
 def _unit(ratio: float = 1.0, nu: float = NU) -> float:
@@ -204,7 +193,7 @@ def _rolling(x: float, y: float, turn: float, ratio: float = 1.0, nu: float = NU
     return _base(ratio, nu, Steady(vx=x * unit, vy=y * unit, spin=turn * unit))
 
 
-def _circular() -> dict[str, Posed]:
+def _circular() -> dict[str, Scene]:
     creepages = {
         "linear": (0.02, 0.01, 0.02),
         "half, along": (0.5, 0.0, 0.0),
@@ -225,10 +214,10 @@ def _circular() -> dict[str, Posed]:
     for nu in (0.0, 0.5):
         scenes[f"circle, nu = {nu:g}, along and spin"] = _rolling(0.4, 0.0, 0.4, nu=nu)
         scenes[f"circle, nu = {nu:g}, across against spin"] = _rolling(0.1, -0.4, 0.7, nu=nu)
-    return {name: Posed("steady, circular", scene) for name, scene in scenes.items()}
+    return scenes
 
 
-def _slender() -> dict[str, Posed]:
+def _slender() -> dict[str, Scene]:
     scenes = {}
     for ratio in (0.1, 0.2, 0.5, 2.0, 5.0, 10.0):
         scenes[f"a/b = {ratio:g}, creepage"] = _rolling(0.4, 0.2, 0.1, ratio)
@@ -239,12 +228,12 @@ def _slender() -> dict[str, Posed]:
     surface = Paraboloids(Rx=0.6, Ry=1.2)
     scenes["paraboloids, creepage"] = replace(_rolling(0.3, -0.2, 0.5), surface=surface)
     scenes["a/b = 5, linear"] = _rolling(0.01, 0.02, 0.02, 5.0)
-    return {name: Posed("steady, slender", scene) for name, scene in scenes.items()}
+    return scenes
 
 
-def _forces() -> dict[str, Posed]:
+def _forces() -> dict[str, Scene]:
     unit = _unit()
-    scenes = {
+    return {
         "Fx = 0.3": _base(motion=Steady(Fx=-0.3 * LIMIT)),
         "Fx = 0.6 with spin": _base(motion=Steady(Fx=-0.6 * LIMIT, spin=0.4 * unit)),
         "Fy = 0.5 with spin": _base(motion=Steady(Fy=0.5 * LIMIT, spin=0.5 * unit)),
@@ -254,12 +243,11 @@ def _forces() -> dict[str, Posed]:
         "a/b = 5, Fx and Fy": _base(5.0, motion=Steady(Fx=0.5 * LIMIT, Fy=-0.3 * LIMIT, spin=0.1 * _unit(5.0))),
         "nu = 0, Fx = 0.8": _base(nu=0.0, motion=Steady(Fx=-0.8 * LIMIT)),
     }
-    return {name: Posed("forces given", scene) for name, scene in scenes.items()}
 
 
-def _shifts() -> dict[str, Posed]:
+def _shifts() -> dict[str, Scene]:
     full = 3 * (2 - NU) * LIMIT / 8  # Cattaneo's
-    scenes = {
+    return {
         "shift, nu = 0, Fx = 0.5": _base(nu=0.0, motion=Shift(Fx=-0.5 * LIMIT)),
         "shift, nu = 0, a/b = 0.3, Fx = 0.7": _base(0.3, 0.0, Shift(Fx=-0.7 * LIMIT)),
         "shift, nu = 0, a/b = 4, Fy = 0.4": _base(4.0, 0.0, Shift(Fy=0.4 * LIMIT)),
@@ -270,10 +258,9 @@ def _shifts() -> dict[str, Posed]:
         "shift, a/b = 3": _base(3.0, motion=Shift(ux=0.4 * full, uy=-0.3 * full, rotation=0.2 * full)),
         "shift, nu = 0.5, forces": _base(nu=0.5, motion=Shift(Fx=-0.5 * LIMIT, Fy=0.6 * LIMIT, rotation=0.2 * full)),
     }
-    return {name: Posed("shift", scene) for name, scene in scenes.items()}
 
 
-def _normal() -> dict[str, Posed]:
+def _normal() -> dict[str, Scene]:
     bodies = Bodies(G=1.0, nu=NU)
     scenes = {
         f"normal, Rx/Ry = {ratio:g}": Scene(
@@ -284,7 +271,7 @@ def _normal() -> dict[str, Posed]:
     scenes["normal, approach given"] = Scene(bodies=bodies, surface=Paraboloids(Rx=2.0, Ry=1.0), approach=0.5)
     for name, surface in _surfaces().items():
         scenes[f"normal, {name}"] = Scene(bodies=bodies, surface=surface, normal_force=1.0)
-    return {name: Posed("normal", scene) for name, scene in scenes.items()}
+    return scenes
 
 
 def _surfaces() -> dict[str, SampledDistance]:
@@ -302,7 +289,7 @@ def _surfaces() -> dict[str, SampledDistance]:
     }
 
 
-def _non_hertzian() -> dict[str, Posed]:
+def _non_hertzian() -> dict[str, Scene]:
     unit, surfaces = _unit(), _surfaces()
     motions: dict[str, Motion] = {
         "two arcs, creepage": Steady(vx=0.4 * unit, vy=0.1 * unit, spin=0.3 * unit),
@@ -315,13 +302,12 @@ def _non_hertzian() -> dict[str, Posed]:
         "two patches, shift": Shift(ux=0.15, uy=0.05, rotation=0.05),
         "sampled paraboloid, creepage": Steady(vx=0.3 * unit, vy=-0.2 * unit, spin=0.5 * unit),
     }
-    scenes = {
+    return {
         name: replace(_base(motion=motion), surface=surfaces[name.split(",")[0]]) for name, motion in motions.items()
     }
-    return {name: Posed("non-Hertzian", scene) for name, scene in scenes.items()}
 
 
-def _unlike() -> dict[str, Posed]:
+def _unlike() -> dict[str, Scene]:
     aluminium, rubber = Bodies(G=(1.0, 3.1), nu=(0.33, 0.28)), Bodies(G=(1.0, 20.0), nu=(0.1, 0.3))
     scenes: dict[str, tuple[Bodies, float, Motion]] = {
         "aluminium on steel, creepage and spin": (aluminium, 1.0, Steady(vx=0.1, vy=-0.03, spin=0.1)),
@@ -332,12 +318,11 @@ def _unlike() -> dict[str, Posed]:
         "soft on hard, free rolling": (rubber, 1.0, Steady(Fx=0.0)),
     }
     return {
-        name: Posed("unlike bodies", replace(_base(ratio, motion=motion), bodies=bodies))
-        for name, (bodies, ratio, motion) in scenes.items()
+        name: replace(_base(ratio, motion=motion), bodies=bodies) for name, (bodies, ratio, motion) in scenes.items()
     }
 
 
-def _line() -> dict[str, Posed]:
+def _line() -> dict[str, Scene]:
     """Cylinders with a contact two wide; Carter's creepage of full sliding is f a/R."""
     bodies, unlike = Bodies(G=1.0, nu=NU), Bodies(G=(1.0, 20.0), nu=(0.1, 0.3))
     R = math.pi / (4 * (1 - NU))
@@ -345,7 +330,7 @@ def _line() -> dict[str, Posed]:
     x = np.linspace(-3.0, 3.0, 481)
     bumps = SampledDistance(np.minimum((x - 0.8) ** 2 / 1.2, (x + 0.9) ** 2 / 1.0 + 0.05), x)
     known: dict[str, Any] = {"normal_force": 1.0, "friction": FRICTION}
-    scenes = {
+    return {
         "line, normal": Scene(bodies=bodies, surface=Cylinders(R, reference_depth=50.0), normal_force=1.0),
         "line, two bumps": Scene(bodies=bodies, surface=bumps, normal_force=1.0),
         "line, creepage 0.3": Scene(bodies=bodies, surface=Cylinders(R), motion=Steady(vx=0.3 * full), **known),
@@ -357,15 +342,14 @@ def _line() -> dict[str, Posed]:
         "line, two bumps, creepage": Scene(bodies=bodies, surface=bumps, motion=Steady(vx=0.3 * full), **known),
         "line, soft on hard": Scene(bodies=unlike, surface=Cylinders(R), motion=Steady(vx=-0.3 * full), **known),
     }
-    return {name: Posed("line contact", scene) for name, scene in scenes.items()}
 
 
-def _transient() -> dict[str, Posed]:
+def _transient() -> dict[str, Scene]:
     """Steps of a given length, so that there is a continuum in space; from bodies without tractions."""
     unit, step = _unit(), 0.25
     load = [1.0 + 0.3 * math.sin(k * math.pi / 6) for k in range(12)]
     first = [0.0] + [step] * 11
-    scenes = {
+    return {
         "from rest by creepage": _base(motion=Transient(steps=12, dq=step, vx=0.5 * unit)),
         "from rest by spin": _base(motion=Transient(steps=12, dq=step, vy=0.1 * unit, spin=0.6 * unit)),
         "from Cattaneo to Carter": _base(motion=Transient(steps=12, dq=first, Fx=-0.6 * LIMIT)),
@@ -377,4 +361,3 @@ def _transient() -> dict[str, Posed]:
             3.0, motion=Transient(steps=12, dq=step * math.sqrt(3), vx=0.3 * _unit(3.0), spin=0.2 * _unit(3.0))
         ),
     }
-    return {name: Posed("transient", scene, (0, 5, 11)) for name, scene in scenes.items()}

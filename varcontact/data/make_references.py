@@ -85,6 +85,7 @@ ROUNDED = 1e-12
 SOLVED = 100 * TOLERANCE
 """Least error bar of what solves have found, in units of the value: what they may miss by their tolerance."""
 USUAL_CELLS = 48
+"""Elements across a contact that is not Hertzian, whose area the units are of."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -116,11 +117,8 @@ def make(runs: Path | None = None, scenes: Mapping[str, Posed] | None = None) ->
                     table.add(*fresh)
                 known += fresh
             found[name] = {"scene": key, **(_hertz(posed) if _closed(posed) else _extrapolated(posed, known))}
-    return {
-        "version": VERSION,
-        "made": f"{COMMAND}, varcontact {varcontact.__version__}",
-        "references": found,
-    }
+    made = f"{COMMAND}, varcontact {varcontact.__version__}"
+    return {"version": VERSION, "made": made, "references": found}
 
 
 def _solved(name: str, posed: Posed, known: set[tuple[int, int]]) -> list[dict[str, Any]]:
@@ -130,16 +128,9 @@ def _solved(name: str, posed: Posed, known: set[tuple[int, int]]) -> list[dict[s
     for cells, position, found in solves(posed, known):
         if not rows:
             print(name, flush=True)
-        rows.append(
-            {
-                "scene": name,
-                "cells": cells,
-                "position": position,
-                "values": json.dumps(found),
-                "seconds": round(time.perf_counter() - started, 3),
-                "identity": signature(posed),
-            }
-        )
+        row = {"scene": name, "cells": cells, "position": position, "values": json.dumps(found)}
+        row |= {"seconds": round(time.perf_counter() - started, 3), "identity": signature(posed)}
+        rows.append(row)
         started = time.perf_counter()
     return rows
 
@@ -165,7 +156,9 @@ def _extrapolated(posed: Posed, rows: list[dict[str, Any]]) -> dict[str, Any]:
     cells = np.array([float(row["cells"]) for row in rows])
     found = [json.loads(row["values"]) for row in rows]
     limits = {name: extrapolate_series(1 / cells, np.array([each[name] for each in found])) for name in found[0]}
-    sizes = _units(posed, {name: value for name, (value, _) in limits.items()})
+    grid = Grid(nx=USUAL_CELLS, ny=None if posed.scene.line else USUAL_CELLS)
+    usual = units(solve(replace(posed.scene, grid=grid), certify=None), posed.steps or None)
+    sizes = {name: abs(limits[name][0]) if name in NORMAL else size for name, size in usual.items()}
     bars = {name: max(bar, SOLVED * sizes.get(name, abs(value))) for name, (value, bar) in limits.items()}
     how = f"extrapolated from {len(rows)} solves with {cells.min():.0f} to {cells.max():.0f} elements across; "
     return {
@@ -174,14 +167,6 @@ def _extrapolated(posed: Posed, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "units": {name: float(f"{size:.9g}") for name, size in sizes.items()},
         "how": how + series_of(posed.scene).why,
     }
-
-
-def _units(posed: Posed, values: dict[str, float]) -> dict[str, float]:
-    """What an error of one is; of non-Hertzian contacts by the area on a usual grid, normal contact by itself."""
-    scene = posed.scene
-    grid = Grid(nx=USUAL_CELLS, ny=None if scene.line else USUAL_CELLS)
-    sizes = units(solve(replace(scene, grid=grid), certify=None), posed.steps or None)
-    return {name: abs(values[name]) if name in NORMAL else size for name, size in sizes.items()}
 
 
 def _figures(value: float, bar: float) -> float:

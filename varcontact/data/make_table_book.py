@@ -201,8 +201,17 @@ class _Rays:
 
     def law(self, grid: Grid | None) -> np.ndarray:
         """The local law (r, d, m, 3), on the elements of a grid, or of the continuum."""
-        pairs = zip(self.ratios, self.coefficients, strict=True)
-        return np.array([_local_law(self.bodies, float(ratio), C, self.creepages, grid) for ratio, C in pairs])
+        found = []
+        for ratio, coefficients in zip(self.ratios.tolist(), self.coefficients, strict=True):
+            if grid is None:
+                points, load = quadrature(ratio, 64)
+            else:
+                scene = replace(_scene(self.bodies, ratio, np.zeros(3)), grid=grid).second_order()
+                sol = solve(scene, certify=None)
+                points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)
+                load = sol.traction_bound.ravel() * (sol.grid.area / PRESSURE)
+            found.append(local_law(self.creepages.reshape(-1, 3), ratio, coefficients, points, load))
+        return np.array(found).reshape(-1, *self.creepages.shape)
 
 
 def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
@@ -212,20 +221,6 @@ def _scene(bodies: Bodies, ratio: float, creepage: np.ndarray) -> Scene:
     return Scene(
         bodies=bodies, surface=ellipse, normal_force=PRESSURE, friction=1.0, motion=Steady(vx=vx, vy=vy, spin=spin)
     )
-
-
-def _local_law(
-    bodies: Bodies, ratio: float, coefficients: CreepageCoefficients, creepages: np.ndarray, grid: Grid | None
-) -> np.ndarray:
-    """The local law for reduced creepages (..., 3) of one ratio: on the elements of a grid, or of the continuum."""
-    if grid is None:
-        points, load = quadrature(ratio, 64)
-    else:
-        scene = replace(_scene(bodies, ratio, np.zeros(3)), grid=grid).second_order()
-        sol = solve(scene, certify=None)
-        points = np.stack(np.meshgrid(sol.grid.x, sol.grid.y)).reshape(2, -1)
-        load = sol.traction_bound.ravel() * (sol.grid.area / PRESSURE)
-    return local_law(creepages.reshape(-1, 3), ratio, coefficients, points, load).reshape(creepages.shape)
 
 
 def _extrapolated(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
@@ -345,7 +340,12 @@ def splines_through(nu: float, ratios: np.ndarray, directions: np.ndarray, left:
     polar, angle = polar[:, None], angle[:-1]
     parts = np.cos(polar), np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
     knots = np.stack(np.broadcast_arrays(*parts), axis=-1)
-    between = _between_directions(directions, knots.reshape(-1, 3))
+    flat, nugget = knots.reshape(-1, 3), NUGGET * np.eye(len(directions))
+    weights = [
+        _correlation(flat, directions, i) @ np.linalg.inv(_correlation(directions, directions, i) + nugget)
+        for i in range(3)
+    ]
+    between = np.stack(weights)
     least, greatest = np.log(ratios[[0, -1]])
     places = np.linspace(least, greatest, max(3, 5 * (len(ratios) - 1) // 4) + 1)
     each = np.einsum("ikd,hr,rtdi->htki", between, lagrange(np.log(ratios), places), left, optimize=True)
@@ -386,18 +386,8 @@ def _rising(forces: np.ndarray, creepages: np.ndarray) -> np.ndarray:
     return np.asarray(forces - ((above + below) / 2 - resistance)[..., None] * unit)
 
 
-def _between_directions(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Interpolation on the sphere (3, at, nodes), by Matern's correlation of order 5/2, with the symmetries of each."""
-    return np.stack(
-        [
-            _correlation(at, nodes, i) @ np.linalg.inv(_correlation(nodes, nodes, i) + NUGGET * np.eye(len(nodes)))
-            for i in range(3)
-        ]
-    )
-
-
 def _correlation(one: np.ndarray, other: np.ndarray, component: int) -> np.ndarray:
-    """Of directions, which has the symmetries of a component."""
+    """Matern's of order 5/2, of directions on the sphere, with the symmetries of a component."""
     found = np.zeros((len(one), len(other)))
     for along, across in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
         sign = (PARITY[0, component] if along < 0 else 1.0) * (PARITY[1, component] if across < 0 else 1.0)

@@ -25,15 +25,6 @@ KEPT_DISTANCES = 4
 """Operators that are kept of each kind that has a distance: of steps in time, and of steps of steady rolling."""
 
 
-def table_name(rows: str, columns: str, lag: float | None = None, offset: float = 0.0) -> str:
-    """A table as a plan names it: "A_zz", "A_tt - C_tt", "C_tt and C_tz"; t is along x and y, z normal."""
-    row = "z" if rows == "z" else "t"
-    blocks = [f"{row}{column}" for column in ("t", "z") if column.replace("t", "x") in columns]
-    if offset:
-        return " and ".join(f"C_{block}" for block in blocks)
-    return f"A_{blocks[0]}" + (f" - C_{blocks[0]}" if lag is not None else "")
-
-
 @dataclass(frozen=True, eq=False)
 class Operators:
     """The operators between tractions and displacements on a lattice, dimensionless (G = 1).

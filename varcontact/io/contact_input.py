@@ -101,7 +101,14 @@ slip_difference='first-order')
     'Fy = -15000 N'
     >>> folder.cleanup()
     """
-    cases = _cases(Lines(checks.file_name("path", path)))
+    lines = Lines(checks.file_name("path", path))
+    wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
+    cases: list[_Case] = []
+    before: _Case | None = None
+    for _ in modules(lines, 3, "basic contact", {1: wheel}):
+        before = _case(lines, before)
+        if before.digits["R"] == 1:
+            cases.append(before)
     if not cases:
         raise SceneError("path", str(path), message=f"{path} holds no case that is to be calculated")
     return [_scene(sequence) for sequence in _sequences(cases)]
@@ -155,18 +162,6 @@ class _Case:
         if self.digits["N"] == 1:
             return {"normal_force": self.kinematics[0] / self.width}
         return {"approach": self.kinematics[0]}
-
-
-def _cases(lines: Lines) -> list[_Case]:
-    """The cases that are to be calculated."""
-    cases: list[_Case] = []
-    before: _Case | None = None
-    wheel = "is a wheel on a rail: vc.wheel_rail.read_contact_input reads it, and `varcontact wheelrail` solves it"
-    for _ in modules(lines, 3, "basic contact", {1: wheel}):
-        before = _case(lines, before)
-        if before.digits["R"] == 1:
-            cases.append(before)
-    return cases
 
 
 def _case(lines: Lines, before: _Case | None) -> _Case:
@@ -342,49 +337,41 @@ def _scene(sequence: list[_Case]) -> Scene:
     if T == NO_MOTION:
         return Scene(**parts, **case.load)
     friction = case.friction.at(case.rolling[2] if T == STEADY and case.rolling else 1.0)  # a shift lasts a second
-    _, first, second, spin = case.kinematics
-    forces = _forces(case)
-    x, y = (None if forces[0] is not None else first), (None if forces[1] is not None else second)
-    given: dict[str, Any] = {name: value for name, value in zip(("Fx", "Fy"), forces, strict=True) if value is not None}
-    names = ("vx", "vy", "spin") if T == STEADY else ("ux", "uy", "rotation")
-    given |= {name: value for name, value in zip(names, (x, y, spin), strict=True) if value is not None}
     if T == SHIFT:
-        return Scene(**parts, **case.load, friction=friction, motion=Shift(**given))
+        return Scene(**parts, **case.load, friction=friction, motion=Shift(**_rigid(case)))
     assert case.rolling is not None
     direction, dq, _ = case.rolling
     if direction == -1:
         why = "with T = 3 is not supported: steady rolling here is towards positive x; mirror the case (x to -x)"
         case.group.refuse("CHI", "180d", why)
-    return Scene(**parts, **case.load, friction=friction, motion=Steady(dq=dq, **given))
+    return Scene(**parts, **case.load, friction=friction, motion=Steady(dq=dq, **_rigid(case)))
 
 
-def _forces(case: _Case) -> tuple[float | None, float | None]:
-    """FX and FY, which the file has as parts of FSTAT FN."""
+def _rigid(case: _Case) -> dict[str, Any]:
+    """Creepages or shifts by the names of the motion, and FX and FY, which the file has as parts of FSTAT FN."""
     assert case.friction is not None
-    _, first, second, _ = case.kinematics
+    _, first, second, spin = case.kinematics
     limit, count = case.friction.static * case.load.get("normal_force", 0.0), case.digits["F"]
-    return (limit * first if count >= 1 else None), (limit * second if count == 2 else None)
+    along_x, along_y, about_z = ("vx", "vy", "spin") if case.digits["T"] >= TRANSIENT else ("ux", "uy", "rotation")
+    given = {"Fx": limit * first} if count >= 1 else {along_x: first}
+    given |= {"Fy": limit * second} if count == 2 else {along_y: second}
+    return given | {about_z: spin}
 
 
 def _history(sequence: list[_Case]) -> Transient:
     """A step for each case."""
-    forces = [_forces(case) for case in sequence]
+    steps = [_rigid(case) for case in sequence]
     rolling = [case.rolling if case.digits["T"] == TRANSIENT and case.rolling else (1, 0.0, 1.0) for case in sequence]
-    rigid = [(*(0.0 if F is not None else value for F, value in zip(each, case.kinematics[1:3], strict=True)),
-              case.kinematics[3]) for each, case in zip(forces, sequence, strict=True)]  # fmt: skip
-    nothing = (0.0, 0.0, 0.0)
-    creepages = [row if dq else nothing for row, (_, dq, _) in zip(rigid, rolling, strict=True)]
-    shifts = [nothing if dq else row for row, (_, dq, _) in zip(rigid, rolling, strict=True)]
+    names = ("vx", "vy", "spin", "ux", "uy", "rotation")
+    rigid: dict[str, Any] = {name: [step.get(name, 0.0) for step in steps] for name in names}
     surfaces = [case.surface for case in sequence if case.surface is not None]
-    rigids: dict[str, Any] = dict(zip(("vx", "vy", "spin"), zip(*creepages, strict=True), strict=True))
-    rigids |= dict(zip(("ux", "uy", "rotation"), zip(*shifts, strict=True), strict=True))
     return Transient(
         steps=len(sequence),
         dq=[dq for _, dq, _ in rolling],
         direction=[direction for direction, _, _ in rolling],
-        **rigids,
-        Fx=_some([F for F, _ in forces]),
-        Fy=_some([F for _, F in forces]),
+        **rigid,
+        Fx=_some([step.get("Fx") for step in steps]),
+        Fy=_some([step.get("Fy") for step in steps]),
         normal_force=_some([case.load.get("normal_force") for case in sequence]),
         approach=_some([case.load.get("approach") for case in sequence]),
         friction=[

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from varcontact import checks
-from varcontact.errors import SceneError
-from varcontact.io.contact_words import MOST_BYTES, number_of
+from varcontact.io.contact_words import MOST_BYTES, number_of, wrong_line
 from varcontact.system.files import text_of
 
 CASE = re.compile(r"\s*Case\s+\d+\b")
@@ -99,9 +98,9 @@ def read_contact_output(path: str | Path) -> list[ContactOutput]:
     lines = text.splitlines()
     starts = [k for k, line in enumerate(lines) if CASE.match(line)]
     if not starts:
-        raise _wrong(file, max(len(lines), 1), "ends without a case: this is no output file of CONTACT")
+        raise wrong_line(file, max(len(lines), 1), "ends without a case: this is no output file of CONTACT")
     if not text.endswith("\n"):
-        raise _wrong(file, len(lines), "has no end: the file was cut short, or its last line break taken away")
+        raise wrong_line(file, len(lines), "has no end: the file was cut short, or its last line break taken away")
     return [_case(file, lines, *ends) for ends in zip(starts, [*starts[1:], len(lines)], strict=True)]
 
 
@@ -117,7 +116,9 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
             side, announced = found[1].lower(), int(found[2])
         elif found := PATCH.match(line):
             if int(found[1]) != len(patches) + 1:
-                raise _wrong(file, k + 1, f"begins contact patch {found[1]}, where {len(patches) + 1} should follow")
+                raise wrong_line(
+                    file, k + 1, f"begins contact patch {found[1]}, where {len(patches) + 1} should follow"
+                )
             table = {}
             patches.append(table)
         names = NAME.findall(line)
@@ -125,7 +126,7 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
         if not names or not all(map(CAPITALS.match, names)) or not numbers or None in numbers:
             of_profile = PROFILE.match(line) is not None or (of_profile and None not in map(_value, line.split()))
         elif len(numbers) != len(names):
-            raise _wrong(file, k + 2, f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}")
+            raise wrong_line(file, k + 2, f"has {len(numbers)} numbers for {len(names)} names: {', '.join(names)}")
         elif not of_profile:
             table |= {name: value for name, value in zip(names, numbers, strict=True) if value is not None}
     touching = not any(NONE_FOUND in line for line in lines[first:last])
@@ -135,16 +136,12 @@ def _case(file: Path, lines: list[str], first: int, last: int) -> ContactOutput:
         lacking = [name for name in FORCES if name not in patch]
         if lacking:
             what = f"ends case {case}, whose contact patch {place} has no {', '.join(lacking)}"
-            raise _wrong(file, last, f"{what}: the program stopped there, the file was cut short, or O = 0")
+            raise wrong_line(file, last, f"{what}: the program stopped there, the file was cut short, or O = 0")
     if announced not in (None, len(patches)):
-        raise _wrong(file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches")
+        raise wrong_line(file, last, f"ends case {case}, which has {len(patches)} of {announced} contact patches")
     return ContactOutput(case, side, values, tuple(patches))
 
 
 def _value(word: str) -> float | None:
     """A number of a table, NaN where it did not fit."""
     return float("nan") if OVERFLOW.match(word) else number_of(word)
-
-
-def _wrong(path: Path, line: int, what: str) -> SceneError:
-    return SceneError("path", str(path), message=f"{path}, line {line} {what}")

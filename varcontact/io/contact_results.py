@@ -14,7 +14,7 @@ import numpy as np
 
 from varcontact import checks
 from varcontact.errors import SceneError
-from varcontact.io.contact_words import MOST_BYTES, Group, counts, lattice, number_of
+from varcontact.io.contact_words import MOST_BYTES, Group, counts, lattice, number_of, wrong_line
 from varcontact.scene.bodies import Bodies
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import Shift, Steady
@@ -30,6 +30,7 @@ OTHER_BODIES = {1: "viscoelastic", 4: "with an interfacial layer"}
 """MATER of bodies that are no elastic half-spaces; simplified theories (2, 3, 5) are compared with half-spaces."""
 ROUNDED = 1e-3
 """By what part of an element positions in the file may be rounded."""
+LAYOUT = "this is not the layout of CONTACT's user guide"
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,32 +174,23 @@ class ContactResult:
             If elements or motion are not those of the scene, or the bodies are no elastic half-spaces.
         """
         self._check_elastic()
-        grid = scene.grid
-        if (
-            not isinstance(grid, Grid)
-            or not grid.explicit
-            or grid.shape != self.grid.shape
-            or grid.line != (self.grid.line)
-        ):
-            raise SceneError("scene.grid", grid, f"explicit, with the elements of the result: {self.grid}")
-        away = max(float(np.abs(self.grid.x - grid.x).max()) / grid.sides[0],
-                   0.0 if grid.line else float(np.abs(self.grid.y - grid.y).max()) / grid.sides[1])  # fmt: skip
+        grid, own = scene.grid, self.grid
+        if not isinstance(grid, Grid) or not grid.explicit or (grid.shape, grid.line) != (own.shape, own.line):
+            raise SceneError("scene.grid", grid, f"explicit, with the elements of the result: {own}")
+        away = max(float(np.abs(own.x - grid.x).max()) / grid.sides[0],
+                   0.0 if grid.line else float(np.abs(own.y - grid.y).max()) / grid.sides[1])  # fmt: skip
         if away > ROUNDED:
-            raise SceneError("scene.grid", grid, f"that of the result: {self.grid}")
+            raise SceneError("scene.grid", grid, f"that of the result: {own}")
         motion = scene.motion
         fits = {0: motion == Shift(), 1: isinstance(motion, Shift), 3: isinstance(motion, Steady)}.get(self.T, False)
         if not fits:
             allowed = f"that of the result, which has T = {self.T}" + (": Shift()" if self.T == 0 else "")
             raise SceneError("scene.motion", motion, allowed)
-        if isinstance(motion, Steady) and (self.direction != 1 or not _same_step(motion, grid, self.dq)):
+        dq = getattr(motion, "dq", None) or grid.sides[0]
+        if isinstance(motion, Steady) and (self.direction != 1 or abs(dq - self.dq) > ROUNDED * self.dq):
             step = f"of the result: dq = {self.dq:g}, towards {'positive' if self.direction == 1 else 'negative'} x"
             raise SceneError("scene.motion", motion, step)
         return self.traction, self.pressure
-
-
-def _same_step(motion: Steady, grid: Grid, dq: float) -> bool:
-    own = grid.sides[0] if motion.dq is None else motion.dq
-    return abs(own - dq) <= ROUNDED * dq
 
 
 def read_contact_result(path: str | Path) -> ContactResult:
@@ -255,11 +247,12 @@ def read_contact_result(path: str | Path) -> ContactResult:
     text = text_of("path", name, MOST_BYTES, "a result of CONTACT (text; MATLAB's own .mat files are something else)")
     lines = text.splitlines()
     values, names, start = _header(name, lines)
-    group = Group(str(name), _line_of("MX", lines), (), (), ())
+    of_grid = next(number for number, line in enumerate(lines, 2) if "MX" in line.upper().split())
+    group = Group(str(name), of_grid, (), (), ())
     nx, ny = counts(group, values["MX"], values["MY"])
     x0, y0, dx, dy = (values[key] for key in ("XL", "YL", "DX", "DY"))
     if not (dx > 0 and dy > 0):
-        raise _wrong(name, group.line, "has no positive DX and DY")
+        raise wrong_line(name, group.line, "has no positive DX and DY")
     grid, _ = lattice(group, nx, ny, dx, dy, x0, y0)
     fields = np.full((len(names), ny * nx), np.nan)
     for number, row in enumerate(lines[start:], start + 1):
@@ -268,18 +261,18 @@ def read_contact_result(path: str | Path) -> ContactResult:
         numbers = dict(zip(names, _numbers(name, number, row, len(names)), strict=False))
         element = int(numbers["I"]) - 1
         if numbers["I"] != element + 1 or not 0 <= element < ny * nx or np.isfinite(fields[0, element]):
-            raise _wrong(name, number, f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most")
+            raise wrong_line(name, number, f"has element {numbers['I']:g}: give each of 1 to {ny * nx} once at most")
         if numbers["IGS"] not in STATES:
-            raise _wrong(
+            raise wrong_line(
                 name, number, f"has IGS = {numbers['IGS']:g}; supported: 0 exterior, 1 stick, 2 slip, 3 plastic"
             )
         fields[:, element] = list(numbers.values())
     columns = dict(zip(names, fields.reshape(-1, ny, nx), strict=True))
     pressure, px, py, state = (np.nan_to_num(columns[key]) for key in ("PN", "PX", "PY", "IGS"))
     if not np.any(pressure):
-        raise _wrong(name, start + 1, "should begin a table with pressures; write the file with A = 1 or 2")
+        raise wrong_line(name, start + 1, "should begin a table with pressures; write the file with A = 1 or 2")
     if not text.endswith("\n"):
-        raise _wrong(name, len(lines), "has no end: the file was cut short, or its last line break taken away")
+        raise wrong_line(name, len(lines), "has no end: the file was cut short, or its last line break taken away")
     direction = -1 if np.cos(values["CHI"]) < 0 else 1
     T = int(values["T"])
     return ContactResult(
@@ -292,29 +285,21 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], list[str], 
     values: dict[str, float] = {}
     for k in range(0, len(lines) + 1, 2):
         if k >= len(lines) or not lines[k].strip().startswith("%"):
-            raise _wrong(path, k + 1, f"should be a comment: {LAYOUT}")
+            raise wrong_line(path, k + 1, f"should be a comment: {LAYOUT}")
         names = re.split(r"[,\s]+", lines[k].strip(" %\t").upper())
         if names[:2] == list(COLUMNS[:2]):
             lacking = [name for name in HEADER if name not in values] + [name for name in COLUMNS if name not in names]
             if lacking:
-                raise _wrong(
+                raise wrong_line(
                     path, k + 1, f"begins the table, and {', '.join(lacking)} are not named above it: {LAYOUT}"
                 )
             return values, names, k + 1
         if k + 1 >= len(lines) or lines[k + 1].strip().startswith("%"):
-            raise _wrong(path, k + 2, f"should be numbers: {LAYOUT}")
+            raise wrong_line(path, k + 2, f"should be numbers: {LAYOUT}")
         named = [place for place, name in enumerate(names) if name != "-"]
         numbers = _numbers(path, k + 2, lines[k + 1], len(named))
         values |= {names[place]: numbers[place] for place in named if place < len(numbers)}
     raise AssertionError("a file ends")
-
-
-def _line_of(name: str, lines: list[str]) -> int:
-    """The line with the number of that name."""
-    return next(k for k, line in enumerate(lines, 2) if name in line.upper().split())
-
-
-LAYOUT = "this is not the layout of CONTACT's user guide"
 
 
 def _numbers(path: Path, line: int, text: str, least: int) -> list[float]:
@@ -322,9 +307,5 @@ def _numbers(path: Path, line: int, text: str, least: int) -> list[float]:
     found = [number_of(word) for word in text.split()]
     numbers = [value for value in found if value is not None]
     if len(numbers) < least or len(numbers) < len(found):
-        raise _wrong(path, line, f"should have {least} numbers or more")
+        raise wrong_line(path, line, f"should have {least} numbers or more")
     return numbers
-
-
-def _wrong(path: Path, line: int, what: str) -> SceneError:
-    return SceneError("path", str(path), message=f"{path}, line {line} {what}")

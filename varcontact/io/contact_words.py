@@ -72,12 +72,10 @@ class Group:
 
     def integers(self) -> list[int]:
         """All values, as whole numbers."""
-        return [self._integer(k) for k in range(len(self.values))]
-
-    def _integer(self, k: int) -> int:
-        if not INTEGER.match(self.values[k]):
-            self.refuse(self.names[k], repr(self.values[k]), "is not a whole number")
-        return int(self.values[k])
+        for name, value in zip(self.names, self.values, strict=True):
+            if not INTEGER.match(value):
+                self.refuse(name, repr(value), "is not a whole number")
+        return [int(value) for value in self.values]
 
     def numbers(self) -> list[float]:
         """All values, as numbers."""
@@ -106,6 +104,11 @@ def number_of(text: str) -> float | None:
     except ValueError:
         return None
     return found if math.isfinite(found) and "_" not in text else None
+
+
+def wrong_line(path: Path, line: int, what: str) -> SceneError:
+    """The error of a line of an output file."""
+    return SceneError("path", str(path), message=f"{path}, line {line} {what}")
 
 
 class Lines:
@@ -296,7 +299,6 @@ def counts(group: Group, mx: float, my: float) -> tuple[int, int]:
 
 
 MOST_ELEMENTS = 10_000_000
-
 
 LONG_ROW = 50
 """Length of a row by its width from which it is as good as endless: the difference is of the order of its square."""

@@ -8,6 +8,7 @@ import io
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,12 +90,6 @@ def _to_csv(sol: Solution) -> bytes:
     table.writerow(QUANTITIES)
     table.writerows(zip(*(column.tolist() for column in _columns(sol).values()), strict=True))
     return text.getvalue().encode()
-
-
-def _is_csv(path: Path) -> bool:
-    first = (",".join(QUANTITIES) + "\n").encode()
-    with path.open("rb") as file:
-        return file.read(len(first)) == first
 
 
 def _to_mat(sol: Solution) -> bytes:
@@ -183,9 +178,10 @@ def _vtk_file(kind: str, body: list[str]) -> bytes:
     return "\n".join(['<?xml version="1.0"?>', f"<!-- {FORMAT} -->", head, *body, "</VTKFile>", ""]).encode()
 
 
-def _is_vtk(path: Path) -> bool:
+def _begins_with(words: str, path: Path) -> bool:
+    """Whether the first bytes of a file have these words."""
     with path.open("rb") as file:
-        return f"<!-- {FORMAT} -->".encode() in file.read(100)
+        return words.encode() in file.read(100)
 
 
 @dataclass(frozen=True)
@@ -196,8 +192,9 @@ class Export:
     ours: Callable[[Path], bool]  # whether a file of this ending is one that varcontact wrote
 
 
+_is_vtk = partial(_begins_with, f"<!-- {FORMAT} -->")
 EXPORTS = {
-    ".csv": Export(_to_csv, _is_csv),
+    ".csv": Export(_to_csv, partial(_begins_with, ",".join(QUANTITIES)[:100])),
     ".vtu": Export(_to_vtu, _is_vtk),
     ".vti": Export(_to_vti, _is_vtk),
     ".mat": Export(_to_mat, _is_mat),

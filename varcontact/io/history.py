@@ -13,7 +13,7 @@ import operator
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, overload
@@ -27,7 +27,6 @@ from varcontact.io.records import (
     HISTORY_FORMAT,
     MAGIC,
     SERIES,
-    count_of,
     first_step,
     next_step,
     storing,
@@ -87,14 +86,14 @@ class Stored(Sequence[Solution]):
         with _file(path) as file:
             if len(other) and "power_density" not in file.variables:
                 raise OutputError("store", path, "was written by an earlier version, and can be read only")
-        if _identity(self) != _identity(other) or not _same_start(self.scene, other.scene):
+        if _identity(self) != _identity(other):
             raise OutputError("store", path, "holds the history of another scene, or by other methods")
 
     @property
     def grid(self) -> Grid:
         """The grid of all steps."""
         with _file(self.path) as file, reading(self.path):
-            return Grid(**json.loads(file.grid))
+            return Grid(**_entry(file, "grid"))
 
     def __len__(self) -> int:
         try:
@@ -122,13 +121,13 @@ class Stored(Sequence[Solution]):
         if self.measured is None:
             return replace(sol, note=AS_STORED)
         before = self._read(k - 1) if k > 0 else None
-        with self._damaged_in(k):
+        with reading(self.path, f"is damaged in step {k}"):
             return self.measured(k, before, sol)
 
     def _read(self, k: int) -> Solution:
         """Step k as it is in the file."""
-        with _file(self.path) as file, self._damaged_in(k):
-            grid = Grid(**json.loads(file.grid))
+        with _file(self.path) as file, reading(self.path, f"is damaged in step {k}"):
+            grid = Grid(**_entry(file, "grid"))
             names = (*ON_ELEMENTS, "approach", "creepage")
             fields = {name: _native(file.variables[name][k]) for name in names if name in file.variables}
             parts = {name: _native(file.variables[name][k]) for name in ON_PARTS if name in file.variables}
@@ -139,10 +138,6 @@ class Stored(Sequence[Solution]):
             if "refinement" in record:
                 sol = replace(sol, refinement=refinement_from(parts, record["refinement"], sol))
             return sol
-
-    def _damaged_in(self, k: int) -> AbstractContextManager[None]:
-        """Errors become those of a file that is damaged in step k."""
-        return reading(self.path, f"is damaged in step {k}")
 
     def series(self, name: str) -> np.ndarray:
         """A number or a few of each step, those called `name` in the file."""
@@ -164,7 +159,7 @@ class Stored(Sequence[Solution]):
                 file.write(first_step(self.scene, self.plan, self.settings, sol))
             return
         with _file(self.path) as header:
-            begin = int(header.first_step)
+            begin = int(header.first_step.decode())
         step = next_step(self.scene, self.plan, self.settings, sol)
         with storing(self.path), self.path.open("r+b") as file:
             file.seek(begin + k * len(step))
@@ -173,7 +168,7 @@ class Stored(Sequence[Solution]):
             file.flush()
             os.fsync(file.fileno())
             file.seek(COUNT_AT)
-            file.write(count_of(k + 1))
+            file.write((k + 1).to_bytes(4, "big"))
 
 
 def save(history: History, path: str | Path, overwrite: bool = False) -> None:
@@ -247,30 +242,26 @@ def _write(history: History, file: BinaryIO) -> None:
     for k in range(1, len(steps)):
         file.write(next_step(history.scene, plan, history.settings, steps[k]))
     file.seek(COUNT_AT)
-    file.write(count_of(len(steps)))
+    file.write(len(steps).to_bytes(4, "big"))
 
 
 @contextmanager
 def _file(path: Path) -> Iterator[Any]:
     """A file of ours, open; nothing of it is in memory but what is asked for."""
-    file = _opened(path)
-    try:
-        yield _Header(file)
-    finally:
-        file.close()
-
-
-def _opened(path: Path) -> Any:
-    """The file by scipy, which maps it before it reads how many steps there are: another may be added in between."""
     from scipy.io import netcdf_file
 
-    while True:
+    file = None
+    while file is None:  # scipy maps it before it reads how many steps there are: another may be added in between
         size = _size(path)
         try:
-            return netcdf_file(path, "r", mmap=True)
+            file = netcdf_file(path, "r", mmap=True)
         except Exception as error:  # whatever scipy makes of damaged bytes
             if _size(path) in (size, 0):
                 raise OutputError("path", path, f"cannot be read as netCDF ({first_line(error)})") from None
+    try:
+        yield file
+    finally:
+        file.close()
 
 
 def _size(path: Path) -> int:
@@ -278,28 +269,19 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
 
-class _Header:
-    """Attributes of a file as text, and its variables."""
-
-    def __init__(self, file: Any) -> None:
-        self._file = file
-
-    @property
-    def variables(self) -> Any:
-        return self._file.variables
-
-    def __getattr__(self, name: str) -> str:
-        return bytes(getattr(self._file, name)).decode()
+def _entry(file: Any, name: str) -> Any:
+    """An attribute of a file, which is JSON."""
+    return json.loads(bytes(getattr(file, name)).decode())
 
 
 def _stored(path: Path) -> Stored:
     """What is in a file."""
     with _file(path) as file:
-        if getattr(file._file, "format", b"") != HISTORY_FORMAT.encode():
+        if getattr(file, "format", b"") != HISTORY_FORMAT.encode():
             raise OutputError("path", path, f"is not a {HISTORY_FORMAT!r} file")
         with reading(path):
-            scene, plan = scene_from(json.loads(file.scene)), Plan.of_record(json.loads(file.plan))
-            settings = json.loads(file.settings)
+            scene, plan = scene_from(_entry(file, "scene")), Plan.of_record(_entry(file, "plan"))
+            settings = _entry(file, "settings")
             settings["tol"] = checks.positive("tol", settings["tol"])
             settings["polish"] = checks.flag("polish", settings["polish"])
             if "start" in file.variables:
@@ -309,18 +291,12 @@ def _stored(path: Path) -> Stored:
     return Stored(path, scene, plan, settings)
 
 
-def _identity(stored: Stored) -> str:
-    """What has to be the same where a history goes on."""
+def _identity(stored: Stored) -> tuple[str, bytes]:
+    """What has to be the same where a history goes on: scene, methods and settings, and the start of its bodies."""
     methods = {name: value for name, value in vars(stored.plan).items() if name != "reasons"}
-    return json.dumps([scene_to(stored.scene), methods, stored.settings])
-
-
-def _same_start(one: Scene, other: Scene) -> bool:
-    first, second = _motion(one).start, _motion(other).start
-    if first is None or second is None:
-        return first is second
-    fields = ("pressure", "traction")
-    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in fields)
+    start = _motion(stored.scene).start
+    fields = b"" if start is None else (start.pressure + 0.0).tobytes() + (start.traction + 0.0).tobytes()
+    return json.dumps([scene_to(stored.scene), methods, stored.settings]), fields
 
 
 def _motion(scene: Scene) -> Transient:

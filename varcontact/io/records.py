@@ -26,8 +26,7 @@ import numpy as np
 
 from varcontact.errors import OutputError
 from varcontact.io.scene_toml import scene_to
-from varcontact.io.solution import FIELD_OF_LAWS, FIELDS, record_of, solution_to_bytes, units_of
-from varcontact.io.subgrid_fields import pressure_to, refinement_to
+from varcontact.io.solution import FIELDS, solution_to_bytes, variables_of
 from varcontact.results.plan import Plan
 from varcontact.results.solution import Solution
 from varcontact.scene.motion import Transient
@@ -71,11 +70,6 @@ ERRORS = {"Fx_error": "force", "Fy_error": "force", "Mz_error": "moment", "vx_er
 """Error bars, of sweeps to an accuracy or within a time."""
 
 
-def count_of(records: int) -> bytes:
-    """A number of records, as it stands at `COUNT_AT`."""
-    return records.to_bytes(4, "big")
-
-
 @contextmanager
 def storing(path: Path) -> Iterator[None]:
     """Errors while records are written become those of the store."""
@@ -113,35 +107,24 @@ def next_step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution)
 
 def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, begin: int | None) -> list[bytes]:
     """Header and record of a step; the header is of no use without the position where it ends."""
-    units, start = units_of(scene), cast(Transient, scene.motion).start
+    start = cast(Transient, scene.motion).start
+    variables, places, record = variables_of(sol, SERIES, shift=False)
     with _draft(HISTORY_FORMAT) as (file, parts_of_file):
         file.first_step = f"{begin or 0:012d}"
         file.scene, file.grid = json.dumps(scene_to(scene)), json.dumps(vars(sol.grid))
         file.plan, file.settings = json.dumps(asdict(plan)), json.dumps(settings)
         longer = plan.loops or scene.under_law or sol.error_estimate is not None
         length = RECORD_OF_PASSES if longer else RECORD
-        sizes = {
-            "component": 2,
-            "y": sol.grid.rows,
-            "x": sol.grid.nx,
-            "rigid": 3,
-            "letters": 8,
-            "characters": length,
-        }
-        record, parts = record_of(sol), dict[str, Any]()
-        places: dict[str, Any] = {"x": ("x", sol.grid.x, {}), "y": ("y", sol.grid.y, {})}
-        if sol.refinement is not None:
-            parts, places_of_parts, record["refinement"] = refinement_to(sol.refinement, units, scene.line, shift=False)
-            (sizes["y_parts"], sizes["x_parts"]), places = sol.refinement.grid.shape, places | places_of_parts
-        if sol.pressure_on_parts is not None:
-            parts, places_of_parts, divided = pressure_to(sol, units)
-            (sizes["y_parts"], sizes["x_parts"]), places = divided.shape, places | places_of_parts
+        sizes = {"component": 2, "y": sol.grid.rows, "x": sol.grid.nx, "rigid": 3, "letters": 8, "characters": length}
+        for name in ("y_parts", "x_parts"):
+            if name in places:
+                sizes[name] = places[name][1].size
         file.createDimension("step", None)
         for name, size in sizes.items():
             file.createDimension(name, size)
-        for name, (_, values, _) in places.items():
+        for name, (_, values, said) in places.items():
             variable = file.createVariable(name, "d", (name,))
-            variable[:], variable.units = values, units.of("length")
+            variable[:], variable.units = values, said["units"]
         for name, labels in {"component": ("x", "y"), "rigid": ("vx", "vy", "spin")}.items():
             variable = file.createVariable(name, "c", (name, "letters"))
             variable[:] = np.array([list(label.ljust(8, "\0")) for label in labels], dtype="S1")
@@ -149,12 +132,8 @@ def _step(scene: Scene, plan: Plan, settings: dict[str, Any], sol: Solution, beg
             content = np.frombuffer(solution_to_bytes(cast(Solution, start)), dtype=np.int8)
             file.createDimension("bytes", content.size)
             file.createVariable("start", "b", ("bytes",))[:] = content
-        for name, (dims, quantity, words) in (SERIES | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
-            values = np.asarray(getattr(sol, name))
+        for name, (dims, values, said) in variables.items():
             variable = file.createVariable(name, "b" if values.dtype == np.int8 else "d", ("step", *dims))
-            variable[0], variable.units, variable.long_name = values, units.of(quantity, scene.line), words
-        for name, (dims, values, said) in parts.items():
-            variable = file.createVariable(name, "d", ("step", *dims))
             variable[0], variable.units, variable.long_name = values, said["units"], said["long_name"]
         record["status"] = {name: word[:LONGEST_WORD] for name, word in sol.status.items()}
         record["passes"] = sol.passes[-LAST_PASSES:]
@@ -219,13 +198,13 @@ class SweepFile:
         record = record_type(described["settings"])
         with only_writer("store", path):
             header = _sweep_header(described, len(_sweep_header(described, 0)))
-            header = MAGIC + count_of(scenes) + header[COUNT_AT + 4 :]
+            header = MAGIC + scenes.to_bytes(4, "big") + header[COUNT_AT + 4 :]
             if not path.exists() or path.stat().st_size == 0:
                 with replacing("store", path) as file:
                     file.write(header)
                     file.write(blank(scenes, record).tobytes())
-            elif (there := _read_store(path)) != (asked := json.loads(json.dumps(described))):
-                raise OutputError("store", path, f"holds another sweep{_difference(there, asked)}; name a new file")
+            else:
+                _check_same_sweep(path, json.loads(json.dumps(described)))
             with path.open("r+b", buffering=0) as file:
                 yield cls(path, len(header), record, file)
 
@@ -282,21 +261,20 @@ def _sweep_header(described: dict[str, Any], begin: int) -> bytes:
     return parts[0]
 
 
-def _difference(there: dict[str, Any], wanted: dict[str, Any]) -> str:
-    """The settings in which two sweeps differ, where it is these alone."""
-    if {**there, "settings": None} != {**wanted, "settings": None}:
-        return ""
-    old, new = there["settings"], wanted["settings"]
-    changed = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
-    return f" ({', '.join(changed)})"
-
-
-def _read_store(path: Path) -> dict[str, Any]:
-    """What sweep the file is of that is to be resumed."""
+def _check_same_sweep(path: Path, wanted: dict[str, Any]) -> None:
+    """Refuse the file of another sweep; the error has the settings that differ, where it is these alone."""
     try:
-        return _read_header(path)[1]
+        _, there, _ = _read_header(path)
     except OutputError as error:
         raise OutputError("store", path, f"exists already and {error.reason}; name a new file") from None
+    if there == wanted:
+        return
+    changed = ""
+    if {**there, "settings": None} == {**wanted, "settings": None}:
+        old, new = there["settings"], wanted["settings"]
+        differ = [f"{name} = {old.get(name)!r}, not {new[name]!r}" for name in new if old.get(name) != new[name]]
+        changed = f" ({', '.join(differ)})"
+    raise OutputError("store", path, f"holds another sweep{changed}; name a new file")
 
 
 def _read_header(path: Path) -> tuple[int, dict[str, Any], int]:

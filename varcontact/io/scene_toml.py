@@ -43,19 +43,9 @@ MOTIONS = {"steady": Steady, "shift": Shift, "transient": Transient, "time-step"
 NO_NUMBER = "none"
 """Stands for None in a TOML file, which has no null: the entry is not given in this step."""
 SOLVE_KEYS = (
-    "method",
-    "normal",
-    "tangential",
-    "coupling",
-    "formulation",
-    "tol",
-    "polish",
-    "start",
-    "certify",
-    "refine",
-    "accuracy",
-    "time_budget",
-)
+    "method", "normal", "tangential", "coupling", "formulation", "tol", "polish", "start", "certify", "refine",
+    "accuracy", "time_budget"
+)  # fmt: skip
 
 
 def read_scene(path: str | Path) -> tuple[Scene, dict[str, Any]]:
@@ -224,7 +214,11 @@ def _body(name: str, table: Mapping[str, Any]) -> Any:
 def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | None, rows: bool = False) -> Any:
     entries = dict(table_of(name, table))
     if "kind" not in entries:
-        raise _no_kind(name, entries, kinds)
+        known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
+        unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
+        allowed = f"one of {', '.join(kinds)}"
+        message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
+        raise SceneError(f"{name}.kind", None, allowed, message=message)
     kind = entries.pop("kind")
     if isinstance(kind, str):
         kind = kind.lower().replace("_", "-")
@@ -244,21 +238,15 @@ def _kind(name: str, table: Any, kinds: Mapping[str, type[Any]], folder: Path | 
     return make(name, made, entries)
 
 
-def _no_kind(name: str, entries: Mapping[str, Any], kinds: Mapping[str, type[Any]]) -> SceneError:
-    """A table that does not say what it is, with the key that may have been meant to."""
-    known = {field.name for cls in kinds.values() for field in dataclasses.fields(cls)}
-    unknown = [f"; there is no key {name}.{key}" for key in entries if key not in known]
-    allowed = f"one of {', '.join(kinds)}"
-    message = f"{name}.kind is missing: give {allowed}{''.join(unknown[:1])}"
-    return SceneError(f"{name}.kind", None, allowed, message=message)
-
-
 def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
     """The entries of a history: files read, surfaces and the start made, words for what is not given replaced."""
+    from varcontact.io.solution import read
+
     made = dict(entries)
     for field, value in entries.items():
-        if field == "start":
-            made[field] = _start(value, folder)
+        if field == "start":  # a solution, or the last step of a history
+            loaded = read(file_named("motion.start", value, folder))
+            made[field] = loaded if isinstance(loaded, Solution) else loaded[-1]
         elif field == "surface" and isinstance(value, list):
             made[field] = [_kind(f"motion.surface[{k}]", each, SURFACES, folder) for k, each in enumerate(value)]
         elif field == "friction" and isinstance(value, Mapping) and "file" not in value:
@@ -268,21 +256,11 @@ def _history(entries: Mapping[str, Any], folder: Path | None) -> dict[str, Any]:
         elif isinstance(value, list):
             made[field] = [None if each == NO_NUMBER else each for each in value]
             if field == "friction":
-                made[field] = [_law(k, each, folder) for k, each in enumerate(made[field])]
+                made[field] = [
+                    _kind(f"motion.friction[{k}]", each, LAWS, folder) if isinstance(each, Mapping) else each
+                    for k, each in enumerate(made[field])
+                ]
     return made
-
-
-def _law(k: int, value: Any, folder: Path | None) -> Any:
-    """A coefficient, or a law, of friction in step k."""
-    return _kind(f"motion.friction[{k}]", value, LAWS, folder) if isinstance(value, Mapping) else value
-
-
-def _start(value: Any, folder: Path | None) -> Any:
-    """A solution, or the last step of a history, from the file it was saved to."""
-    from varcontact.io.solution import read
-
-    loaded = read(file_named("motion.start", value, folder))
-    return loaded if isinstance(loaded, Solution) else loaded[-1]
 
 
 def _from_file(field: str, table: Mapping[str, Any], folder: Path | None, dimensions: Literal[1, 2]) -> np.ndarray:
@@ -319,7 +297,14 @@ def scene_text(scene: Scene) -> str:
             message="motion.start is a solution, which a scene file cannot hold: save it, leave it out of the scene, "
             'and add start = "FILE.nc" to the table [motion]',
         )
-    text = WRITTEN + toml_text(scene_to(scene), NO_NUMBER)
+    table = scene_to(scene)  # its own entries, then a section for each table in it
+    own = [f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
+    sections = [
+        "\n".join([f"[{key}]", *(f"{inner} = {_value(each)}" for inner, each in value.items())])
+        for key, value in table.items()
+        if isinstance(value, Mapping)
+    ]
+    text = WRITTEN + "\n\n".join(part for part in ("\n".join(own), *sections) if part) + "\n"
     if len(text.encode()) > SCENE_BYTES:
         raise SceneError(
             "scene",
@@ -345,24 +330,10 @@ def _is_written(path: Path) -> bool:
         return file.read(len(WRITTEN)) == WRITTEN.encode()
 
 
-def toml_text(table: Mapping[str, Any], none: str) -> str:
-    """A table as TOML: its own entries, then a section for each table in it."""
-    own = [_entry(key, value, none) for key, value in table.items() if not isinstance(value, Mapping)]
-    sections = [
-        "\n".join([f"[{key}]", *(_entry(inner, each, none) for inner, each in value.items())])
-        for key, value in table.items()
-        if isinstance(value, Mapping)
-    ]
-    return "\n\n".join(part for part in ("\n".join(own), *sections) if part) + "\n"
-
-
-def _entry(key: str, value: Any, none: str) -> str:
-    return f"{key} = {_value(value, none)}"
-
-
-def _value(value: Any, none: str) -> str:
+def _value(value: Any) -> str:
+    """A value as TOML."""
     if value is None:
-        return json.dumps(none)
+        return json.dumps(NO_NUMBER)
     if isinstance(value, str):
         return json.dumps(value).replace("\x7f", "\\u007f")
     if isinstance(value, bool | np.bool_):
@@ -372,5 +343,5 @@ def _value(value: Any, none: str) -> str:
     if isinstance(value, float | np.floating):
         return repr(float(value)) if math.isfinite(value) else str(float(value))
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(_entry(key, each, none) for key, each in value.items()) + " }"
-    return "[" + ", ".join(_value(each, none) for each in value) + "]"
+        return "{ " + ", ".join(f"{key} = {_value(each)}" for key, each in value.items()) + " }"
+    return "[" + ", ".join(_value(each) for each in value) + "]"

@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -79,31 +80,36 @@ def dataset(sol: Solution) -> xr.Dataset:
     """
     import xarray as xr
 
-    units = units_of(sol.scene)
-    shift, line = sol.motion is not None and sol.motion.rolls == 0, sol.scene.line
-    variables: dict[str, Any] = {}
-    for name, (dims, quantity, words) in (FIELDS | (FIELD_OF_LAWS if sol.weakening is not None else {})).items():
-        quantity = IN_PLACE.get(name, quantity) if shift else quantity
-        variables[name] = (
-            dims,
-            np.asarray(getattr(sol, name)),
-            {"units": units.of(quantity, line), "long_name": words},
-        )
-    coordinates = {
-        "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
-        "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
-        "component": ["x", "y"],
-        "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"],
-    }
-    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record_of(sol)}
-    if sol.refinement is not None:
-        added, places, rest["refinement"] = refinement_to(sol.refinement, units, line, shift)
-        variables, coordinates = variables | added, coordinates | places
-    if sol.pressure_on_parts is not None:
-        added, places, _ = pressure_to(sol, units)
-        variables, coordinates = variables | added, coordinates | places
+    shift = sol.motion is not None and sol.motion.rolls == 0
+    variables, places, record = variables_of(sol, FIELDS, shift)
+    labels = {"component": ["x", "y"], "rigid": ["ux", "uy", "rotation"] if shift else ["vx", "vy", "spin"]}
+    coordinates = {"x": places["x"], "y": places["y"], **labels} | places
+    rest = {"scene": scene_to(sol.scene), "grid": vars(sol.grid), "plan": asdict(sol.plan), **record}
     variables["record"] = ((), json.dumps(rest), {"long_name": "scene, plan, certificate and timing as JSON"})
     return xr.Dataset(variables, coordinates, {"format": FORMAT})
+
+
+def variables_of(
+    sol: Solution, fields: Mapping[str, Any], shift: bool
+) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Some fields, as `FIELDS` has them, with those on parts of the elements; their places; and `record_of`."""
+    units, line, record = units_of(sol.scene), sol.scene.line, record_of(sol)
+    variables: dict[str, Any] = {}
+    for name, (dims, quantity, words) in {**fields, **(FIELD_OF_LAWS if sol.weakening is not None else {})}.items():
+        quantity = IN_PLACE.get(name, quantity) if shift else quantity
+        said = {"units": units.of(quantity, line), "long_name": words}
+        variables[name] = dims, np.asarray(getattr(sol, name)), said
+    places: dict[str, Any] = {
+        "x": ("x", sol.grid.x, {"units": units.of("length"), "long_name": "rolling direction"}),
+        "y": ("y", sol.grid.y, {"units": units.of("length"), "long_name": "lateral direction"}),
+    }
+    if sol.refinement is not None:
+        added, parts, record["refinement"] = refinement_to(sol.refinement, units, line, shift)
+        variables, places = variables | added, places | parts
+    if sol.pressure_on_parts is not None:
+        added, parts = pressure_to(sol, units)
+        variables, places = variables | added, places | parts
+    return variables, places, record
 
 
 def units_of(scene: Scene) -> Units:
@@ -255,6 +261,7 @@ def assembled(
     bounds = [np.array(certificate.pop(name)) for name in ("force_bound", "pressure_part")]
     vx, vy, spin = (float(value) for value in creepage)
     fields = {"power_density": np.full(grid.shape, np.nan)} | fields
+    estimate = record.get("error_estimate")
     sol = Solution(
         scene=scene,
         grid=grid,
@@ -275,9 +282,7 @@ def assembled(
             problem: {name: Calls(**each) for name, each in solvers.items()}
             for problem, solvers in record.get("calls", {}).items()
         },
-        error_estimate=None
-        if record.get("error_estimate") is None
-        else ErrorEstimate.from_plain(record["error_estimate"]),
+        error_estimate=None if estimate is None else ErrorEstimate.from_plain(estimate),
     )
     check_schema(sol)
     return sol

@@ -58,12 +58,12 @@ def _places(parts: Grid, units: Units) -> dict[str, Any]:
     }
 
 
-def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, Any], Grid]:
-    """Variables and coordinates of the pressure that was solved for on parts of the elements, and their grid."""
+def pressure_to(sol: Solution, units: Units) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Variables and coordinates of the pressure that was solved for on parts of the elements."""
     assert sol.pressure_on_parts is not None
     said = {"units": units.of("pressure", sol.scene.line), "long_name": "normal traction, on parts of elements"}
     parts, _ = sol.contact
-    return {PRESSURE: (("y_parts", "x_parts"), sol.pressure_on_parts, said)}, _places(parts, units), parts
+    return {PRESSURE: (("y_parts", "x_parts"), sol.pressure_on_parts, said)}, _places(parts, units)
 
 
 def with_pressure(sol: Solution, pressure: np.ndarray | None) -> Solution:

@@ -74,10 +74,8 @@ class RigidBody:
     angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        set_ = object.__setattr__
-        for name in ("position", "velocity", "angular_velocity"):
-            set_(self, name, _vector(f"body.{name}", getattr(self, name)))
-        set_(self, "rotation", _rotation("body.rotation", self.rotation))
+        checks.entries(self, "body", _vector, "position", "velocity", "angular_velocity")
+        checks.entries(self, "body", _rotation, "rotation")
 
     def globally(self, points: np.ndarray) -> np.ndarray:
         """The body's `points` (..., 3) in the global frame."""
@@ -130,8 +128,8 @@ class Frame:
     axes: np.ndarray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", _vector("frame.origin", self.origin))
-        object.__setattr__(self, "axes", _rotation("frame.axes", self.axes))
+        checks.entries(self, "frame", _vector, "origin")
+        checks.entries(self, "frame", _rotation, "axes")
 
     @property
     def normal(self) -> np.ndarray:

@@ -59,10 +59,8 @@ class WheelSetMotion:
     lateral_velocity: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("speed", "half_gauge"):
-            object.__setattr__(self, name, checks.positive(f"motion.{name}", getattr(self, name)))
-        for name in ("angular_velocity", "yaw", "yaw_rate", "lateral_velocity"):
-            object.__setattr__(self, name, checks.moderate(f"motion.{name}", getattr(self, name)))
+        checks.entries(self, "motion", checks.positive, "speed", "half_gauge")
+        checks.entries(self, "motion", checks.moderate, "angular_velocity", "yaw", "yaw_rate", "lateral_velocity")
         for name, check in (("radii", checks.positives), ("angles", checks.numbers)):
             pair = check(f"motion.{name}", getattr(self, name))
             if pair.shape != (2,):

@@ -23,7 +23,7 @@ from varcontact.plotting.style import (
     styled,
 )
 from varcontact.plotting.unit_labels import Measure, measure_of
-from varcontact.results.stress import BODIES, FARTHEST, SubsurfaceStress, one_solution, stress
+from varcontact.results.stress import FARTHEST, SubsurfaceStress, one_solution, side_of, stress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +97,11 @@ def plot_stress(
     size = figure_size(figsize, (COLUMN * 1.25, COLUMN))
     cut = _cut(sol, plane, x, y, depth, body)
     signed, name = quantity in COMPONENTS, STRESSES.get(quantity, f"$\\sigma_{{{quantity}}}$")
-    values = [_values(part, quantity) for part in cut.parts]
+    if signed:
+        i, j = ("xyz".index(letter) for letter in quantity)
+        values = [part.stress[i, j] for part in cut.parts]
+    else:
+        values = [np.asarray(getattr(part, quantity)) for part in cut.parts]
     everything = np.concatenate([part.ravel() for part in values])
     lengths = measure_of(sol.scene, "length", np.concatenate([cut.parts[0].points[i].ravel() for i in cut.axes]))
     stresses = measure_of(sol.scene, "pressure", everything)
@@ -148,30 +152,24 @@ def _cut(sol: Solution, plane: Any, x: Any, y: Any, depth: Any, body: Any) -> _C
     if depth is not None:
         depth = checks.moderate("depth", checks.positive("depth", depth), most=FARTHEST)
     if plane == "xy":
-        if isinstance(body, bool) or not isinstance(body, (int, str)) or body not in BODIES:
-            raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
-        side, below = BODIES[body], 0.25 * length if depth is None else depth
+        side, below = side_of(body), 0.25 * length if depth is None else depth
         z = below if side == 1 else -below
         first, second = np.meshgrid(along, across)
         return _Cut((stress(sol, [first, second, np.full_like(first, z)], side),), (0, 1), z, " at z = ")
     depth = 0.75 * length if depth is None else depth
     third, given = "yx"[axis], (y, x)[axis]
-    at = _largest_place(sol)[1 - axis] if given is None else checks.moderate(third, given, most=FARTHEST)
+    if given is None:  # where the pressure is largest; zero where that is so to rounding
+        largest = int(np.argmax(sol.pressure.max(axis=1 - axis)))
+        place = float((sol.grid.y, sol.grid.x)[axis][largest])
+        at = 0.0 if abs(place) < 1e-9 * sol.grid.sides[1 - axis] else place
+    else:
+        at = checks.moderate(third, given, most=FARTHEST)
     fields = []
     for side, sign in ((1, 1.0), (2, -1.0)):
         z, place = np.meshgrid(sign * depth * np.linspace(0, 1, LAYERS) ** 1.5, (along, across)[axis], indexing="ij")
         points = [place, np.full_like(z, at), z] if axis == 0 else [np.full_like(z, at), place, z]
         fields.append(stress(sol, points, side))
     return _Cut(tuple(fields), (axis, 2), at, "" if sol.scene.line else f" at {third} = ")
-
-
-def _largest_place(sol: Solution) -> tuple[float, float]:
-    """x and y of the element with the largest pressure; zero where it is so to rounding."""
-    column = int(np.argmax(sol.pressure.max(axis=0)))
-    row = int(np.argmax(sol.pressure.max(axis=1)))
-    places = (float(sol.grid.x[column]), float(sol.grid.y[row]))
-    x, y = (0.0 if abs(place) < 1e-9 * side else place for place, side in zip(places, sol.grid.sides, strict=True))
-    return x, y
 
 
 def _cells(sol: Solution, axis: int) -> np.ndarray:
@@ -219,10 +217,3 @@ def _mark_largest(ax: Axes, cut: _Cut, values: list[np.ndarray], lengths: Measur
     look: dict[str, Any] = {"marker": "+", "markersize": 8, "ls": "", "clip_on": False}
     ax.plot(lengths(first), lengths(second), color="w", markeredgewidth=2.6, **look)
     ax.plot(lengths(first), lengths(second), color="k", markeredgewidth=1.2, label=label, **look)
-
-
-def _values(field: SubsurfaceStress, quantity: str) -> np.ndarray:
-    if quantity in STRESSES:
-        return np.asarray(getattr(field, quantity))
-    i, j = ("xyz".index(letter) for letter in quantity)
-    return np.asarray(field.stress[i, j])

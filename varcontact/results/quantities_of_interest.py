@@ -64,7 +64,15 @@ def values(answer: Solution | History, steps: Sequence[int] | None = None) -> di
     if isinstance(answer, History):
         chosen = steps_that_count(len(answer), steps)
         return {f"{name}[{k}]": value for k in chosen for name, value in values(answer[k]).items()}
-    found = _normal(answer) if answer.scene.frictionless else _frictional(answer)
+    if answer.scene.frictionless:
+        found = _normal(answer)
+    else:
+        found = {}
+        for i, (name, creepage) in enumerate(zip(("Fx", "Fy"), creepage_names(answer), strict=False)):
+            prescribed = getattr(answer.motion, name) is not None
+            found[creepage if prescribed else name] = float(answer.creepage[i] if prescribed else answer.force[i])
+        if not answer.scene.line:
+            found["Mz"] = answer.moment
     return {name: value for name, value in found.items() if not math.isnan(value)}
 
 
@@ -156,20 +164,18 @@ def _normal(sol: Solution) -> dict[str, float]:
     return load | {"peak_pressure": sol.max_pressure}
 
 
-def _frictional(sol: Solution) -> dict[str, float]:
-    motion, found = sol.motion, {}
-    for i, (name, creepage) in enumerate(zip(("Fx", "Fy"), creepage_names(sol), strict=False)):
-        prescribed = getattr(motion, name) is not None
-        found[creepage if prescribed else name] = float(sol.creepage[i] if prescribed else sol.force[i])
-    return found if sol.scene.line else found | {"Mz": sol.moment}
-
-
 def units_of(sol: Solution, names: Sequence[str]) -> dict[str, float]:
     """What an error of one is, of quantities named as by `values`, with finite friction; zero without contact."""
     found = _normal(sol)
     if not sol.scene.frictionless and sol.pressure.any():
         limit, (a, b) = friction_limit(sol), semi_axes(sol)
-        rolling, shift = _saturation(sol.scene, limit, a, b)
+        G, nu = sol.scene.bodies.combined_G, sol.scene.bodies.combined_nu
+        if sol.scene.line:
+            rolling = 4 * (1 - nu) * limit / (math.pi * G * a)
+            shift = a * rolling
+        else:
+            rolling = 3 * limit / (G * a * b * creepage_coefficients(a, b, nu).C11)
+            shift = 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))
         found |= dict.fromkeys(("Fx", "Fy"), limit) | dict.fromkeys(("vx", "vy"), rolling)
         found |= dict.fromkeys(("ux", "uy"), shift) | {"Mz": limit * math.sqrt(a * b)}
     return {name: abs(found.get(name, 0.0)) for name in names}
@@ -201,13 +207,3 @@ def semi_axes(sol: Solution) -> tuple[float, float]:
     # what is within the elements counts as well: a single row of elements is not infinitely slender
     ratio = math.sqrt((x[contact].var() + dx**2 / 12) / (y[contact].var() + dy**2 / 12))
     return size * math.sqrt(ratio), size / math.sqrt(ratio)
-
-
-def _saturation(scene: Scene, limit: float, a: float, b: float) -> tuple[float, float]:
-    """The creepage and the shift at which all of a contact slips, see `units`."""
-    G, nu = scene.bodies.combined_G, scene.bodies.combined_nu
-    if scene.line:
-        full = 4 * (1 - nu) * limit / (math.pi * G * a)
-        return full, a * full
-    C11 = creepage_coefficients(a, b, nu).C11
-    return 3 * limit / (G * a * b * C11), 3 * (2 - nu) * limit / (8 * G * math.sqrt(a * b))

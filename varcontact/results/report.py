@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -22,27 +22,19 @@ if TYPE_CHECKING:
 
 def report(sol: Solution) -> str:
     """The printed report of a solution, see `Solution.report`."""
-    return "\n".join([*_warned(sol.scene.doubts), _body(sol)])
-
-
-def _warned(doubts: Sequence[str]) -> list[str]:
-    """The first lines of a report: what cannot be meant."""
-    return [f"WARNING: {doubt}" for doubt in doubts]
+    return "\n".join([*(f"WARNING: {doubt}" for doubt in sol.scene.doubts), _body(sol)])
 
 
 def _body(sol: Solution) -> str:
     """The report but for what is doubtful in the scene."""
-    lines = [f"  {name:<18}{text}".rstrip() for name, text in _rows(sol)]
+    rows = report_rows(sol)[len(sol.scene.doubts) :]
+    lines = [f"  {name:<18}{text}".rstrip() for name, text in rows]
     return "\n".join([headline(sol), "", *lines])
 
 
 def report_rows(sol: Solution) -> list[tuple[str, str]]:
-    """What a report says, by name; empty rows part it."""
-    return [*(("WARNING", doubt) for doubt in sol.scene.doubts), *_rows(sol)]
-
-
-def _rows(sol: Solution) -> list[tuple[str, str]]:
-    warnings = [("WARNING", warning) for warning in sol.warnings]
+    """What a report says, by name, first of what is doubtful in the scene; empty rows part it."""
+    warnings = [("WARNING", words) for words in (*sol.scene.doubts, *sol.warnings)]
     judged = [*_refinement(sol), *_certificate(sol), *_estimate(sol)]
     return [*warnings, *_loads(sol), *_areas(sol), ("", ""), *judged, ("", ""), *_methods(sol)]
 
@@ -74,14 +66,12 @@ def _loads(sol: Solution) -> list[tuple[str, str]]:
         return rows
     first, second, third = sol.creepage
     if motion.rolls:
-        turn = "" if sol.scene.line else f", spin = {third:.6g}{unit('spin')}"
-        rolled = (f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in (("vx", first), ("vy", second)))
-        rows.append(("creepage", ", ".join(rolled) + turn))
+        words, turn = "creepage", f", spin = {third:.6g}{unit('spin')}"
+        rigid = [f"{name} = {with_bar(value, bars.get(name, 0.0))}" for name, value in (("vx", first), ("vy", second))]
     else:
-        turn = "" if sol.scene.line else f", rotation = {third:.6g}"
-        values = (("ux", first), ("uy", second))
-        shifts = (f"{name} = {_sized(value, unit('length'), bars.get(name, 0.0))}" for name, value in values)
-        rows.append(("rigid shift", ", ".join(shifts) + turn))
+        words, turn, values = "rigid shift", f", rotation = {third:.6g}", (("ux", first), ("uy", second))
+        rigid = [f"{name} = {_sized(value, unit('length'), bars.get(name, 0.0))}" for name, value in values]
+    rows.append((words, ", ".join(rigid) + ("" if sol.scene.line else turn)))
     limit = float(sol.traction_bound.sum() * sol.grid.area)
     Fx, Fy = (_without_noise(F, limit) for F in sol.force)
     part = f", {100 * np.hypot(Fx, Fy) / limit:.4g} % of the friction limit" if 0 < limit < np.inf else ""
@@ -123,16 +113,11 @@ def _refinement(sol: Solution) -> list[tuple[str, str]]:
         return []
     parts = " x ".join(str(count) for count in (found.cells[:0:-1] if sol.scene.line else found.cells[::-1]))
     passes = f"{found.passes} passes" if found.passes > 1 else "1 pass"
+    Fx, Fy, Mz = found.change
     return [
         ("continuum", f"forces and moment are those of a field on {parts} parts of each element, after {passes}"),
-        ("", f"the last pass changed {_sizes(found.change, unit)}"),
+        ("", f"the last pass changed Fx by {Fx:.1e}, Fy by {Fy:.1e}{unit('force')}, Mz by {Mz:.1e}{unit('moment')}"),
     ]
-
-
-def _sizes(errors: np.ndarray, unit: Callable[[str], str]) -> str:
-    """Errors of forces and moment, with their units."""
-    Fx, Fy, Mz = errors
-    return f"Fx by {Fx:.1e}, Fy by {Fy:.1e}{unit('force')}, Mz by {Mz:.1e}{unit('moment')}"
 
 
 def _certificate(sol: Solution) -> list[tuple[str, str]]:
@@ -153,8 +138,15 @@ def _certificate(sol: Solution) -> list[tuple[str, str]]:
     elif sol.plan.has_friction:
         sizes = f"Fx to {bound[0]:.1e}, Fy to {bound[1]:.1e}{unit('force')}"
         sizes += f", Mz to {bound[2]:.1e}{unit('moment')}" if sol.plan.has_moment else ""
+        where = " in this step" if isinstance(sol.motion, TimeStep) else ""
+        if sol.plan.closed_form:
+            where += ", for Hertz's pressure"
+        elif np.all(np.isfinite(certificate.pressure_part)):
+            where += ", including the error of the pressure"
+        else:
+            where += ", for this pressure"
         tractions = "" if sol.refinement is None else ", for the sums over the elements"
-        rows.append(("", f"guaranteed on this grid{_of_what(sol)}{tractions}: {sizes}"))
+        rows.append(("", f"guaranteed on this grid{where}{tractions}: {sizes}"))
     if sol.note:
         rows.append(("", sol.note))
     if sol.plan.left_out:
@@ -170,7 +162,12 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     """How far the answer is from the continuum, about: of a solution to an accuracy, or within a time."""
     estimate = sol.error_estimate
     if estimate is None or not estimate.errors:
-        return [("", f"no error bar: {_why_no_bar(sol)}")]
+        why = "the certificate is about this grid, not about the continuum; without a grid there is an error bar"
+        if sol.plan.theory is not None:
+            why = f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
+        elif sol.scene.no_slip:
+            why = "errors are measured by the friction limit, which is infinite"
+        return [("", f"no error bar: {why}")]
     errors = _errors_by_unit(sol, estimate.errors)
     grids = ", ".join(f"{each.nx} x {each.ny}" if not sol.grid.line else f"{each.nx}" for each in estimate.solves)
     return [
@@ -181,38 +178,18 @@ def _estimate(sol: Solution) -> list[tuple[str, str]]:
     ]
 
 
-def _why_no_bar(sol: Solution) -> str:
-    """Why nothing is known of how far an answer is from the continuum."""
-    if sol.plan.theory is not None:
-        return f"{sol.plan.tangential} is an approximate theory, whose error does not fall with the elements"
-    if sol.scene.no_slip:
-        return "errors are measured by the friction limit, which is infinite"
-    return "the certificate is about this grid, not about the continuum; without a grid there is an error bar"
-
-
 def _errors_by_unit(sol: Solution, errors: dict[str, float]) -> str:
     """Estimated errors, each with what it is a part of."""
+    force, moment, rest = "f Fz", "f Fz sqrt(ab)", "saturation"
     if sol.scene.no_slip:
-        forces = {"Fx": "the tangential force", "Fy": "the tangential force", "Mz": "that force times sqrt(ab)"}
-        units = {name: forces.get(name, "the creepage") for name in errors}
+        force, moment, rest = "the tangential force", "that force times sqrt(ab)", "the creepage"
     elif not sol.plan.has_friction:
-        units = dict.fromkeys(errors, "themselves")
-    else:
-        forces = {"Fx": "f Fz", "Fy": "f Fz", "Mz": "f Fz sqrt(ab)"}
-        units = {name: forces.get(name, "saturation") for name in errors}
+        force = moment = rest = "themselves"
+    units = {"Fx": force, "Fy": force, "Mz": moment}
     said: dict[str, list[str]] = {}
     for name, error in errors.items():
-        said.setdefault(units[name], []).append(f"{name} to {error:.1e}")
+        said.setdefault(units.get(name, rest), []).append(f"{name} to {error:.1e}")
     return "; ".join(f"{', '.join(names)} of {unit}" for unit, names in said.items())
-
-
-def _of_what(sol: Solution) -> str:
-    """What a bound is for: the step of a history, and whose pressure."""
-    step = " in this step" if isinstance(sol.motion, TimeStep) else ""
-    if sol.plan.closed_form:
-        return f"{step}, for Hertz's pressure"
-    known = np.all(np.isfinite(sol.certificate.pressure_part))
-    return f"{step}, including the error of the pressure" if known else f"{step}, for this pressure"
 
 
 def no_guarantee(sol: Solution) -> str:
@@ -249,19 +226,16 @@ def _methods(sol: Solution) -> list[tuple[str, str]]:
             end = f", {len(sol.passes)} passes"
         rows.append((name, f"{chosen}: {sol.plan.reasons.get(name, '')}{end}"))
     for problem, solvers in sol.calls.items():
-        name = "solver calls" if problem == next(iter(sol.calls)) else ""
-        rows.append((name, f"{problem}: {', '.join(_called(*each) for each in solvers.items())}"))
+        each = []
+        for name, calls in solvers.items():
+            often = "once" if calls.count == 1 else f"{calls.count} times"
+            each.append(f"{name} {often}" + (f" ({calls.iterations} iterations)" if calls.iterations else ""))
+        rows.append(("solver calls" if problem == next(iter(sol.calls)) else "", f"{problem}: {', '.join(each)}"))
     if sol.branch:
         rows.append(("friction law", _law(sol)))
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in sol.timing.items() if name != "total")
     rows.append(("time", f"{sol.timing['total']:.2f} s ({stages})"))
     return rows
-
-
-def _called(name: str, calls: Calls) -> str:
-    """A solver's calls, for people."""
-    often = "once" if calls.count == 1 else f"{calls.count} times"
-    return f"{name} {often}" + (f" ({calls.iterations} iterations)" if calls.iterations else "")
 
 
 def _law(sol: Solution) -> str:
@@ -304,7 +278,8 @@ def report_history(history: History) -> str:
     wanted = history.scene.motion.steps if isinstance(history.scene.motion, Transient) else 0
     count = len(history)
     state = "" if count == wanted else f": {count} FINISHED"
-    lines = [*_warned(history.scene.doubts), f"Rolling in time, {wanted} steps{state}", ""]
+    doubts = [f"WARNING: {doubt}" for doubt in history.scene.doubts]
+    lines = [*doubts, f"Rolling in time, {wanted} steps{state}", ""]
     if count == 0:
         return lines[0]
     heads = ("step", "rolled", "Fz", "Fx", "Fy", "Mz", "dissipated")
@@ -314,21 +289,15 @@ def report_history(history: History) -> str:
     lines += ["  ".join([f"{k:11d}", *(f"{column[k]:11.5g}" for column in columns)]) for k in shown]
     warned = [k for k in shown[:-1] if history.scene.under_law and history[k].warnings][-1:]
     lines += ["", *(f"WARNING: step {k}: {history[k].warnings[0]}" for k in warned)] if warned else []
-    lines += _estimate_of_all(history)
-    return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
-
-
-def _estimate_of_all(history: History) -> list[str]:
-    """How far the steps are from the continuum, at most."""
     estimate = history.error_estimate
-    if estimate is None:
-        return []
-    largest: dict[str, float] = {}
-    for name, error in estimate.errors.items():
-        kind = name.partition("[")[0]
-        largest[kind] = max(largest.get(kind, 0.0), error)
-    errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
-    return ["", f"Against the continuum, with steps of this length, about: {errors}, in all steps."]
+    if estimate is not None:
+        largest: dict[str, float] = {}
+        for name, error in estimate.errors.items():
+            kind = name.partition("[")[0]
+            largest[kind] = max(largest.get(kind, 0.0), error)
+        errors = ", ".join(f"{name} to {error:.1e}" for name, error in largest.items())
+        lines += ["", f"Against the continuum, with steps of this length, about: {errors}, in all steps."]
+    return "\n".join([*lines, "", f"Step {count - 1}: {_body(history[-1])}"])
 
 
 def summary(sol: Solution) -> dict[str, Any]:

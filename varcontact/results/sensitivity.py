@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -51,8 +51,8 @@ def sensitivity(sol: Solution) -> np.ndarray:
     if bearing.size == 0:
         return np.zeros((2, 3))
     disc = with_subgrid(discretise(scene, sol.grid, coupled=not plan.left_out), sol.pressure_on_parts)
-    linear = _Linearised(disc, sol, bearing, contact if disc.K != 0 else np.zeros(0, dtype=int))
-    slopes = linear.forces(_unit_shifts(disc)[:, :, bearing])
+    pressed = contact if disc.K != 0 else np.zeros(0, dtype=int)
+    slopes = _slopes(disc, sol, bearing, pressed, _unit_shifts(disc)[:, :, bearing])
     return np.pad(slopes, ((0, 0), (0, 3 - slopes.shape[1])))  # line contact has no spin
 
 
@@ -67,106 +67,49 @@ def _unit_shifts(disc: Discretisation) -> np.ndarray:
     return np.array([disc.with_loading(motion=unit).rigid_shift.reshape(2, -1) for unit in units])
 
 
-@dataclass(frozen=True, eq=False)
-class _Linearised:
-    """The equations of given areas, at their solution.
+def _slopes(
+    disc: Discretisation, sol: Solution, bearing: np.ndarray, pressed: np.ndarray, shifts: np.ndarray
+) -> np.ndarray:
+    """Change of (Fx, Fy) by each rigid shift (k, 2, n), physical: (2, k), with given areas at their solution.
 
     Unknowns: changes of both traction components where it sticks (x, then y), of the traction's direction where
     it slips, and, for unlike bodies, of the pressures and the approach.
     """
+    state, scales = sol.state.ravel()[bearing], disc.scales
+    stick, slip = np.flatnonzero(state == STICK), np.flatnonzero(state == SLIP)
+    n, h, m, first = bearing.size, stick.size, pressed.size, 2 * stick.size + slip.size
+    sticks, slips, pressures = np.arange(h), np.arange(2 * h, first), slice(first, first + m)
+    bears = np.searchsorted(pressed, bearing)
+    traction = sol.traction.reshape(2, -1)[:, bearing[slip]] / scales.pressure
 
-    disc: Discretisation
-    sol: Solution
-    bearing: np.ndarray
-    pressed: np.ndarray
+    columns = np.zeros((2 * n, first + m + (m > 0)))  # from the unknowns to the changes of tractions
+    columns[stick, sticks] = columns[n + stick, h + sticks] = 1.0
+    columns[slip, slips], columns[n + slip, slips] = -traction[1], traction[0]
+    if m:  # where it slips the traction grows with the pressure
+        by_pressure = traction / (sol.pressure.ravel()[bearing[slip]] / scales.pressure)
+        columns[slip, first + bears[slip]], columns[n + slip, first + bears[slip]] = by_pressure
 
-    def forces(self, shifts: np.ndarray) -> np.ndarray:
-        """Change of (Fx, Fy) by each rigid shift (k, 2, n), physical: (2, k)."""
-        rows, columns = self._rows(), self._tractions()
-        elastic = self._tangential() @ columns + self._by_pressures()
-        system = rows @ elastic + self._turned()
-        right = -(rows @ shifts.reshape(len(shifts), -1).T)
-        if self.pressed.size:
-            normal, given = self._normal(columns)
-            system, right = np.concatenate([system, normal]), np.concatenate([right, np.zeros((given, len(shifts)))])
-        change = columns @ np.linalg.solve(system, right)
-        n = self.bearing.size
-        totals = np.array([change[:n].sum(axis=0), change[n:].sum(axis=0)])
-        return np.asarray(totals * self.disc.lattice.area * self.disc.scales.force)
+    rows = np.zeros((first, 2 * n))  # equations: both components where it sticks, that across where it slips
+    rows[sticks, stick] = rows[h + sticks, n + stick] = 1.0
+    along_x, along_y = traction / np.hypot(*traction)
+    rows[slips, slip], rows[slips, n + slip] = -along_y, along_x
 
-    @property
-    def _sticks(self) -> np.ndarray:
-        return np.flatnonzero(self.sol.state.ravel()[self.bearing] == STICK)
-
-    @property
-    def _slips(self) -> np.ndarray:
-        return np.flatnonzero(self.sol.state.ravel()[self.bearing] == SLIP)
-
-    @property
-    def _traction(self) -> np.ndarray:
-        return np.asarray(self.sol.traction.reshape(2, -1)[:, self.bearing] / self.disc.scales.pressure)
-
-    def _tangential(self) -> np.ndarray:
-        return self.disc.tangential_on(self.bearing).matrix
-
-    def _tractions(self) -> np.ndarray:
-        """From the unknowns to the changes of tractions, (2 n, unknowns)."""
-        n, stick, slip = self.bearing.size, self._sticks, self._slips
-        h, pressed = stick.size, self.pressed.size
-        columns = np.zeros((2 * n, 2 * h + slip.size + pressed + (pressed > 0)))
-        columns[stick, np.arange(h)] = columns[n + stick, h + np.arange(h)] = 1.0
-        along_x, along_y = self._traction[:, slip]
-        columns[slip, 2 * h + np.arange(slip.size)] = -along_y
-        columns[n + slip, 2 * h + np.arange(slip.size)] = along_x
-        if pressed:  # where it slips the traction grows with the pressure
-            place = 2 * h + slip.size + np.searchsorted(self.pressed, self.bearing[slip])
-            pressure = self.sol.pressure.ravel()[self.bearing[slip]] / self.disc.scales.pressure
-            columns[slip, place], columns[n + slip, place] = along_x / pressure, along_y / pressure
-        return columns
-
-    def _rows(self) -> np.ndarray:
-        """From local shifts to the equations: both components where it sticks, that across where it slips."""
-        n, stick, slip = self.bearing.size, self._sticks, self._slips
-        h = stick.size
-        rows = np.zeros((2 * h + slip.size, 2 * n))
-        rows[np.arange(h), stick] = rows[h + np.arange(h), n + stick] = 1.0
-        along_x, along_y = self._traction[:, slip] / np.hypot(*self._traction[:, slip])
-        rows[2 * h + np.arange(slip.size), slip] = -along_y
-        rows[2 * h + np.arange(slip.size), n + slip] = along_x
-        return rows
-
-    def _turned(self) -> np.ndarray:
-        """The shift that turns with the traction it opposes: |E| by the change of direction."""
-        h, slip = self._sticks.size, self._slips
-        turned = np.zeros((2 * h + slip.size, 2 * h + slip.size + self.pressed.size + (self.pressed.size > 0)))
-        rolled = self.disc.step * self.disc.scales.length if self.disc.step is not None else 1.0
-        shift = self.sol.slip.reshape(2, -1)[:, self.bearing[slip]] * rolled / self.disc.scales.displacement
-        place = 2 * h + np.arange(slip.size)
-        turned[place, place] = np.hypot(*shift)
-        return turned
-
-    def _by_pressures(self) -> np.ndarray:
-        """Local shift by changes of the pressures, (2 n, unknowns)."""
-        n, pressed = self.bearing.size, self.pressed.size
-        shift = np.zeros((2 * n, 2 * self._sticks.size + self._slips.size + pressed + (pressed > 0)))
-        if pressed:
-            every = self.disc.pressure_to_shift.dense(self.pressed).reshape(2, pressed, pressed)
-            bears = np.searchsorted(self.pressed, self.bearing)
-            first = 2 * self._sticks.size + self._slips.size
-            shift[:, first : first + pressed] = every[:, bears].reshape(2 * n, pressed)
-        return shift
-
-    def _normal(self, columns: np.ndarray) -> tuple[np.ndarray, int]:
-        """Contact stays closed, and the force or the approach stays what it is: rows, and how many."""
-        pressed, first = self.pressed.size, 2 * self._sticks.size + self._slips.size
-        rows = np.zeros((pressed + 1, first + pressed + 1))
-        every = self.disc.operators.traction_to_distance.dense(self.pressed).reshape(pressed, 2, pressed)
-        bears = np.searchsorted(self.pressed, self.bearing)
-        rows[:pressed] = every[:, :, bears].reshape(pressed, -1) @ columns
-        rows[:pressed, first : first + pressed] += self.disc.operators.normal.dense(self.pressed)
-        rows[:pressed, -1] = -1.0
-        if self.disc.loading.normal_force is not None:
-            rows[-1, first : first + pressed] = 1.0
-        else:
-            rows[-1, -1] = 1.0
-        return rows, pressed + 1
+    elastic = disc.tangential_on(bearing).matrix @ columns
+    if m:
+        by_pressures = disc.pressure_to_shift.dense(pressed).reshape(2, m, m)
+        elastic[:, pressures] += by_pressures[:, bears].reshape(2 * n, m)
+    system, right = rows @ elastic, -(rows @ shifts.reshape(len(shifts), -1).T)
+    rolled = disc.step * scales.length if disc.step is not None else 1.0
+    shift = sol.slip.reshape(2, -1)[:, bearing[slip]] * rolled / scales.displacement
+    system[slips, slips] += np.hypot(*shift)  # it turns with the traction it opposes: |E| by the change of direction
+    if m:  # contact stays closed, and the force or the approach stays what it is
+        normal = np.zeros((m + 1, first + m + 1))
+        by_tractions = disc.operators.traction_to_distance.dense(pressed).reshape(m, 2, m)
+        normal[:m] = by_tractions[:, :, bears].reshape(m, -1) @ columns
+        normal[:m, pressures] += disc.operators.normal.dense(pressed)
+        normal[:m, -1] = -1.0
+        normal[-1, pressures if disc.loading.normal_force is not None else -1] = 1.0
+        system, right = np.concatenate([system, normal]), np.concatenate([right, np.zeros((m + 1, len(shifts)))])
+    change = columns @ np.linalg.solve(system, right)
+    totals = np.array([change[:n].sum(axis=0), change[n:].sum(axis=0)])
+    return np.asarray(totals * disc.lattice.area * scales.force)

@@ -427,18 +427,14 @@ class Solution:
     def section(
         self, y: float | None = None, *, ax: Axes | None = None, figsize: tuple[float, float] | None = None
     ) -> Figure:
-        """Picture of a section along x: the traction and its size beside the traction bound.
-
-        Without a motion: the pressure.
+        """Picture of a section along x: the traction and its size within the bound; without a motion the pressure.
 
         Parameters
         ----------
         y : float, optional
             Where [length]: the row of elements next to it, with the largest pressure if not given.
-        ax : matplotlib Axes, optional
-            Where to draw; a new figure if not given.
-        figsize : pair of float, optional
-            Of a new figure [inch].
+        ax, figsize
+            As for `plot`.
 
         Returns
         -------
@@ -458,10 +454,7 @@ class Solution:
         return plot_passes(self)
 
     def summary(self) -> dict[str, Any]:
-        """Forces, counts, certificate and methods as plain numbers: what ``varcontact solve --json`` prints.
-
-        What is not known (an infinite bound), or no number, is None.
-        """
+        """What ``varcontact solve --json`` prints: forces, counts, certificate, methods; None for what is not known."""
         from varcontact.results.report import summary
 
         return summary(self)

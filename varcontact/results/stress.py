@@ -136,7 +136,7 @@ def stress(solution: Solution, points: Any, body: int | str = 1) -> SubsurfaceSt
     >>> print(f"{below.tresca.max() / 2 / scene.hertz.peak_pressure:.2f} at {depths[below.tresca.argmax()]:.2f}")
     0.31 at 0.48
     """
-    side, solution = _body(body), one_solution(solution)
+    side, solution = side_of(body), one_solution(solution)
     given = checks.numbers("points", points, most=FARTHEST)
     if given.ndim == 0 or given.shape[0] != 3:
         turned = " (did you mean its transpose?)" if given.ndim == 2 and given.shape[1] == 3 else ""
@@ -191,7 +191,7 @@ def stress_below(solution: Solution, depths: Any, body: int | str = 1) -> Subsur
     >>> bool(np.allclose(layers.stress[2, 2, 0], -sol.pressure, rtol=0, atol=1e-14))
     True
     """
-    side, solution = _body(body), one_solution(solution)
+    side, solution = side_of(body), one_solution(solution)
     below = np.atleast_1d(checks.numbers("depths", depths, most=FARTHEST))
     if below.ndim != 1 or below.size == 0:
         raise checks.wrong_shape("depths", below.shape, "a number or several")
@@ -217,7 +217,8 @@ def one_solution(given: Any) -> Solution:
     return given
 
 
-def _body(body: int | str) -> int:
+def side_of(body: int | str) -> int:
+    """The number of a body, checked: 1 or 2."""
     if isinstance(body, bool) or not isinstance(body, Integral | str) or body not in BODIES:
         raise SceneError("body", body, 'one of 1 or "upper", 2 or "lower"')
     return BODIES[body if isinstance(body, str) else int(body)]

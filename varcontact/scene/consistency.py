@@ -429,13 +429,6 @@ def left_out(scene: Scene) -> float:
     return effect if effect <= NEGLIGIBLE else 0.0
 
 
-def almost_like(K: float, effect: float) -> tuple[tuple[str, str], str]:
-    """What a plan says where the coupling is left out: the kind of the bodies with its reason, and of the coupling."""
-    kind = "almost like", f"K = {K:.3g} is so small that pressure and tractions are taken to be independent"
-    reason = f"left out: it changes the tangential force at given creepages by less than {effect:.1e} of f Fz"
-    return kind, f'{reason}; coupling="panagiotopoulos" includes it'
-
-
 def _moves(scene: Scene) -> bool:
     """Whether a creepage, a shift or a force is prescribed that is not zero, or tractions are there at the start."""
     motion = scene.motion

@@ -78,8 +78,7 @@ class _Falling(ABC):
 
     def __post_init__(self) -> None:
         _check_coefficients(self)
-        for name in ("half_velocity", "velocity"):
-            object.__setattr__(self, name, checks.positive(f"friction.{name}", getattr(self, name)))
+        checks.entries(self, "friction", checks.positive, "half_velocity", "velocity")
         if not 1 / checks.LARGE <= self.half_velocity / self.velocity <= checks.LARGE:
             raise SceneError(
                 "friction.half_velocity", self.half_velocity, f"within {checks.LARGE:g} times friction.velocity"
@@ -231,11 +230,9 @@ def _sizes(slip: Any) -> np.ndarray:
 
 
 def _check_coefficients(law: StaticKinetic | _Falling) -> None:
-    static = checks.positive("friction.static", law.static)
-    if not LEAST <= static <= MOST:
+    checks.entries(law, "friction", checks.positive, "static")
+    if not LEAST <= law.static <= MOST:
         raise SceneError("friction.static", law.static, f"between {LEAST:g} and {MOST:g}")
-    kinetic = checks.number("friction.kinetic", law.kinetic)
-    if not 0 <= kinetic <= static:
-        raise SceneError("friction.kinetic", law.kinetic, f"in [0, static] = [0, {static:g}]")
-    object.__setattr__(law, "static", static)
-    object.__setattr__(law, "kinetic", kinetic)
+    checks.entries(law, "friction", checks.number, "kinetic")
+    if not 0 <= law.kinetic <= law.static:
+        raise SceneError("friction.kinetic", law.kinetic, f"in [0, static] = [0, {law.static:g}]")

@@ -78,10 +78,9 @@ class Steady:
         object.__setattr__(self, "slip_difference", difference)
         if self.spin_offset is None:
             object.__setattr__(self, "spin_offset", SLIP_DIFFERENCES[difference])
-        if self.dq is not None:
-            object.__setattr__(self, "dq", checks.positive("motion.dq", self.dq))
-        if self.speed is not None:
-            object.__setattr__(self, "speed", checks.positive("motion.speed", self.speed))
+        for name in ("dq", "speed"):
+            if getattr(self, name) is not None:
+                checks.entries(self, "motion", checks.positive, name)
         check_offset(self.spin_offset)
 
     @property
@@ -214,13 +213,12 @@ Motion = Steady | Shift | TimeStep
 
 
 def _check_rigid(motion: Steady | Shift, along_x: str, along_y: str, about_z: str) -> None:
-    for name in (along_x, along_y, about_z):
-        object.__setattr__(motion, name, checks.moderate(f"motion.{name}", getattr(motion, name)))
+    checks.entries(motion, "motion", checks.moderate, along_x, along_y, about_z)
     for force, rigid in (("Fx", along_x), ("Fy", along_y)):
         value = getattr(motion, force)
         if value is None:
             continue
-        object.__setattr__(motion, force, checks.moderate(f"motion.{force}", value))
+        checks.entries(motion, "motion", checks.moderate, force)
         if getattr(motion, rigid) != 0:
             raise both_given(f"motion.{force}", value, f"motion.{rigid}", getattr(motion, rigid))
 

@@ -35,8 +35,7 @@ class Paraboloids:
     Ry: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "Rx", checks.positive("surface.Rx", self.Rx))
-        object.__setattr__(self, "Ry", checks.positive("surface.Ry", self.Ry))
+        checks.entries(self, "surface", checks.positive, "Rx", "Ry")
 
     @classmethod
     def from_bodies(cls, Rx: tuple[float, float], Ry: tuple[float, float]) -> Paraboloids:
@@ -117,8 +116,7 @@ class Ellipse:
     b: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "a", checks.positive("surface.a", self.a))
-        object.__setattr__(self, "b", checks.positive("surface.b", self.b))
+        checks.entries(self, "surface", checks.positive, "a", "b")
 
 
 @dataclass(frozen=True)
@@ -145,7 +143,7 @@ class Cylinders:
     reference_depth: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "R", checks.positive("surface.R", self.R))
+        checks.entries(self, "surface", checks.positive, "R")
         _check_depth(self)
 
     def distance(self, grid: Grid) -> np.ndarray:
@@ -166,8 +164,7 @@ class Cylinders:
 
 def _check_depth(surface: Cylinders | SampledDistance) -> None:
     if surface.reference_depth is not None:
-        depth = checks.positive("surface.reference_depth", surface.reference_depth)
-        object.__setattr__(surface, "reference_depth", depth)
+        checks.entries(surface, "surface", checks.positive, "reference_depth")
 
 
 @dataclass(frozen=True, eq=False)

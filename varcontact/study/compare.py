@@ -9,24 +9,23 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from varcontact import checks
 from varcontact.errors import Interrupted, SceneError, VarcontactError
+from varcontact.html import html_table
 from varcontact.results.solution import Solution
 from varcontact.scene.grid import Grid
 from varcontact.scene.motion import TimeStep, Transient
 from varcontact.scene.scene import Scene
 from varcontact.solving.solve import solve
-from varcontact.study.csv_table import Table, identity
+from varcontact.study.csv_table import Table, cell, columns_of_text, identity
 from varcontact.study.methods import DEFAULT_METHODS, Method, attempted, figures, neighbour
 from varcontact.study.parallel import opened, results
 from varcontact.system.files import beside, clear, replacing
-
-if TYPE_CHECKING:
-    from varcontact.study.comparison import Comparison
 
 COLUMNS = (
     "scene", "method", "outcome", "reason", "Fx", "Fy", "Mz", "vx", "vy", "spin", "approach", "gap",
@@ -35,6 +34,23 @@ COLUMNS = (
     "repeat_seconds", "total_seconds", "calls", "identity"
 )  # fmt: skip
 WORDS = ("scene", "method", "outcome", "reason", "calls", "identity")
+SHOWN = {
+    "method": ("method", "s"),
+    "outcome": ("outcome", "s"),
+    "Fx": ("Fx", ".6g"),
+    "Fy": ("Fy", ".6g"),
+    "Mz": ("Mz", ".5g"),
+    "rel. gap": ("relative_gap", ".0e"),
+    "residual": ("residual", ".0e"),
+    "force off": ("force_distance", ".0e"),
+    "traction off": ("traction_distance", ".0e"),
+    "areas off": ("misclassified", ".0f"),
+    "iterations": ("iterations", ".0f"),
+    "set-up s": ("setup_seconds", ".3f"),
+    "repeat s": ("repeat_seconds", ".3f"),
+    "calls": ("calls", "s"),
+}
+"""Headings of the printed table, with the columns under them and their format."""
 
 
 def compare(
@@ -136,7 +152,7 @@ def compare(
             finished_part = f" after {len(done)} of {len(named)} scenes{part}"
             raise Interrupted(comparison.result(named), finished_part) from None
         if table.path is not None and comparison.finished() == {row["scene"] for row in table.rows}:
-            _forget_answers(table.path)
+            forget_answers(table.path)
         return comparison.result(named)
 
 
@@ -190,8 +206,6 @@ class _Comparison:
 
     def result(self, names: Iterable[str]) -> Comparison:
         """The rows of some scenes, in their order."""
-        from varcontact.study.comparison import Comparison
-
         return Comparison([row for name in names for row in self.rows(name)], columns=list(COLUMNS))
 
     def check_same(self, identities: dict[str, str]) -> None:
@@ -238,9 +252,8 @@ class _Comparison:
         self.kept.write([*(row for row in self.kept.rows if row["scene"] in finished), *rows])
 
 
-def _rows_of_scene(task: tuple[str, Scene, list[Method], float]) -> list[dict[str, Any]]:
+def _rows_of_scene(name: str, scene: Scene, methods: list[Method], tol: float) -> list[dict[str, Any]]:
     """The rows of a scene by all methods, in a worker."""
-    name, scene, methods, tol = task
     comparison = _Comparison(Table(None, COLUMNS), methods, tol)
     comparison.solve(name, scene)
     return comparison.kept.rows
@@ -347,7 +360,7 @@ def _kept_answers(store: Path, key: str) -> list[_Answer | None]:
         return []
 
 
-def _forget_answers(store: Path) -> None:
+def forget_answers(store: Path) -> None:
     """Remove the answers beside the table, and what killed writers left of them."""
     clear(_answers_file(store))
     _answers_file(store).unlink(missing_ok=True)
@@ -355,3 +368,52 @@ def _forget_answers(store: Path) -> None:
 
 def _answers_file(store: Path) -> Path:
     return beside(store.resolve(), "answers")
+
+
+class Comparison(pd.DataFrame):  # type: ignore[misc]
+    """A data frame with one row per scene and method, see `varcontact.compare`.
+
+    Examples
+    --------
+    >>> import varcontact as vc
+    >>> scene = vc.Scene(
+    ...     bodies=vc.Bodies(G=82e9, nu=0.28), surface=vc.Paraboloids(Rx=0.46, Ry=0.30), normal_force=106.7e3,
+    ...     friction=0.33, motion=vc.Steady(vx=1e-3), grid=vc.Grid(nx=8, ny=8))
+    >>> table = vc.compare(scene, ["tang", "fastsim"])
+    >>> len(table[table["outcome"] == "solved"])
+    1
+    """
+
+    @property
+    def _constructor(self) -> Any:
+        return Comparison
+
+    def _repr_html_(self) -> str:
+        """A table for each scene; pandas' own where columns are missing."""
+        if not {"scene", *(name for name, _ in SHOWN.values())} <= set(self.columns):
+            frame: str = super()._repr_html_()
+            return frame
+        blocks = []
+        for scene, cells, reasons in _printed(self):
+            table = pd.DataFrame(cells, columns=list(SHOWN)).to_html(index=False, border=0)
+            blocks += [html_table(scene, []), table, *([html_table("not solved", reasons)] if reasons else [])]
+        return "\n".join(blocks)
+
+
+def summary(table: pd.DataFrame) -> str:
+    """A comparison as text: a block for each scene, then what was not solved and why."""
+    blocks = []
+    for scene, cells, reasons in _printed(table):
+        lines = columns_of_text([list(SHOWN), *cells], left=2)
+        blocks.append("\n".join([scene, *lines, *(f"  {method}: {reason}" for method, reason in reasons)]))
+    return "\n\n".join(blocks)
+
+
+def _printed(table: pd.DataFrame) -> list[tuple[str, list[list[str]], list[tuple[str, str]]]]:
+    """By scene: its name, the cells under the headings, methods without an answer and why."""
+    found = []
+    for scene, rows in table.groupby("scene", sort=False):
+        records = rows.to_dict("records")
+        cells = [[cell(row[name], form) for name, form in SHOWN.values()] for row in records]
+        found.append((str(scene), cells, [(row["method"], row["reason"]) for row in records if row["reason"]]))
+    return found

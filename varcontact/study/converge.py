@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import tracemalloc
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from varcontact.solving.solve import solve
 from varcontact.study.convergence import BOUNDS, COLUMNS, WORDS, Convergence
 from varcontact.study.csv_table import Table, identity
 from varcontact.study.methods import Method, attempted, figures
-from varcontact.study.parallel import alone, opened, results
+from varcontact.study.parallel import alone, opened, results, traced
 
 DEFAULT_METHOD = "tang-safeguarded"
 TANGENTIAL = ("Fx", "Fy", "Mz", "vx", "vy", "spin")
@@ -132,7 +132,7 @@ def converge(
             for done, (n, each, i) in enumerate(wanted):
                 if (n, each.name, i) not in known:
                     place = (0.0, 0.0) if offsets == 1 else offset(n, i)
-                    tasks.append(_Task(replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i))
+                    tasks.append((replace(scene, grid=lattice(scene, box, n, place)), each, tol, n, i))
                     words.append(f"{done + 1} of {len(wanted)}: {each.name}, {n} cells, offset {i + 1} of {offsets}")
             with opened(executor, workers) as pool:
                 for _, row in results(_row, tasks, pool, progress=progress, names=words):
@@ -143,22 +143,14 @@ def converge(
     return Convergence.of(table.rows, numbers, names, offsets)
 
 
-@dataclass(frozen=True)
-class _Task:
-    """One solve of a study."""
-
-    scene: Scene
-    method: Method
-    tol: float
-    cells: int
-    offset: int
-
-
-def _row(task: _Task) -> dict[str, Any]:
+def _row(scene: Scene, method: Method, tol: float, cells: int, offset: int) -> dict[str, Any]:
     """The row of a solve; the first of each grid is traced for its memory."""
-    solved = _traced if task.offset == 0 and alone() else _solved
-    row = solved(task.scene, task.method, task.tol)
-    return row | {"method": task.method.name, "cells": task.cells, "offset": task.offset, **_staircase(task.scene)}
+    if offset == 0 and alone():
+        row, memory = traced(partial(_solved, scene, method, tol))
+        row["memory"] = memory
+    else:
+        row = _solved(scene, method, tol)
+    return row | {"method": method.name, "cells": cells, "offset": offset, **_staircase(scene)}
 
 
 def _check_fits(scene: Scene, cells: int, methods: list[Method], offsets: int) -> None:
@@ -242,21 +234,6 @@ def _solved(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
         row["traction_norm"] = float(np.sqrt(np.sum(sol.traction**2) * sol.grid.area))
         row |= {name: float(bound) for name, bound in zip(BOUNDS, sol.certificate.force_bound, strict=True)}
     return row
-
-
-def _traced(scene: Scene, method: Method, tol: float) -> dict[str, Any]:
-    """One solve, with the largest memory of its arrays; tracing takes time of its own."""
-    tracing = tracemalloc.is_tracing()
-    if not tracing:
-        tracemalloc.start()
-    try:
-        tracemalloc.reset_peak()
-        before = tracemalloc.get_traced_memory()[0]
-        row = _solved(scene, method, tol)
-        return row | {"memory": tracemalloc.get_traced_memory()[1] - before}
-    finally:
-        if not tracing:
-            tracemalloc.stop()
 
 
 def _staircase(scene: Scene) -> dict[str, float]:

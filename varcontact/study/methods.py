@@ -108,10 +108,16 @@ def attempted(
             solutions.append(solution)  # noqa: PERF402  what is there stays when a later one fails
     except VarcontactError as error:
         if not solutions:
-            if isinstance(error, NotConverged):
-                return "not converged", str(error), [] if error.solution is None else [error.solution]
-            return "unavailable" if isinstance(error, SolverUnavailable) else "refused", str(error), []
+            best = error.solution if isinstance(error, NotConverged) else None
+            return failure(error), str(error), [] if best is None else [best]
     return outcome(plan), "", solutions
+
+
+def failure(error: VarcontactError) -> str:
+    """The outcome of a solve that ends with an error."""
+    if isinstance(error, NotConverged):
+        return "not converged"
+    return "unavailable" if isinstance(error, SolverUnavailable) else "refused"
 
 
 def outcome(plan: Plan) -> str:

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import threading
+import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
@@ -18,7 +19,6 @@ from typing import Any, TypeVar
 from varcontact import checks
 from varcontact.errors import SceneError, VarcontactError, WorkersLost
 
-Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 CHUNK = 8
@@ -33,8 +33,8 @@ PRELOAD = ["psutil", "scipy.fft", "scipy.linalg", "scipy.special", "varcontact.s
 
 
 def results(
-    work: Callable[[Task], Result],
-    tasks: Sequence[Task],
+    work: Callable[..., Result],
+    tasks: Sequence[tuple[Any, ...]],
     executor: Executor | None,
     meanwhile: bool = False,
     progress: Callable[[str], None] | None = None,
@@ -42,14 +42,15 @@ def results(
 ) -> Iterator[tuple[int, Result]]:
     """The number and the result of each task, as they finish; without an executor they are done here, in order.
 
-    With `meanwhile`, tasks are done here while the processes start. Progress is called with a task's name when it
-    begins here, or finishes elsewhere. When left early, what has not begun is cancelled.
+    A task is the arguments of `work`. With `meanwhile`, tasks are done here while the processes start. Progress is
+    called with a task's name when it begins here, or finishes elsewhere. When left early, what has not begun is
+    cancelled.
     """
     if executor is None:
         for number, task in enumerate(tasks):
             if progress is not None:
                 progress(names[number])
-            yield number, work(task)
+            yield number, work(*task)
         return
     done: SimpleQueue[Future[Result]] = SimpleQueue()
     numbers: dict[Future[Result], int] = {}
@@ -57,13 +58,13 @@ def results(
 
     def submit(count: int) -> None:
         for number, task in islice(waiting, count):
-            future = executor.submit(work, task)
+            future = executor.submit(work, *task)
             numbers[future] = number
             future.add_done_callback(done.put)
 
     try:
         while meanwhile and getattr(executor, "starting", False) and (first := next(waiting, None)) is not None:
-            yield first[0], work(first[1])
+            yield first[0], work(*first[1])
         with _lost_workers():
             submit(MOST_SUBMITTED)
         while numbers:
@@ -170,6 +171,21 @@ def _end_with(watched: Connection) -> None:
         watched.poll(None)
     finally:
         os._exit(1)
+
+
+def traced(work: Callable[[], Result]) -> tuple[Result, int]:
+    """The result of `work`, and the largest memory of its arrays [bytes]; tracing takes time of its own."""
+    tracing = tracemalloc.is_tracing()
+    if not tracing:
+        tracemalloc.start()
+    try:
+        tracemalloc.reset_peak()
+        before = tracemalloc.get_traced_memory()[0]
+        result = work()
+        return result, tracemalloc.get_traced_memory()[1] - before
+    finally:
+        if not tracing:
+            tracemalloc.stop()
 
 
 def alone() -> bool:

@@ -108,20 +108,17 @@ def _changed(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 def _check_entry(scene: Scene, name: str, part: str, entry: str) -> None:
     """Refuse a name that is of no number in the scene."""
-    whole = [f.name for f in fields(Scene)]
-    if part not in whole:
-        raise _no_entry(name, checks.nearest(part, whole))
-    inside = getattr(scene, part)
+    whole, message = [f.name for f in fields(Scene)], ""
+    inside = getattr(scene, part) if part in whole else None
     known = [f.name for f in fields(inside)] if is_dataclass(inside) else []
-    if entry and entry not in known:
-        kind = "missing" if inside is None else f"{type(inside).__name__}"
-        raise _no_entry(
-            name, checks.nearest(entry, known), f": {part} is {kind}" if inside is None or not known else ""
-        )
-    if not entry and (known or part in ("motion", "units")):
+    if part not in whole:
+        message = f'the scene has no "{name}"{checks.nearest(part, whole)}'
+    elif entry and entry not in known:
+        kind = "missing" if inside is None else type(inside).__name__
+        why = "" if known else f": {part} is {kind}"
+        message = f'the scene has no "{name}"{why}{checks.nearest(entry, known)}'
+    elif not entry and (known or part in ("motion", "units")):
         example = f' (as "{part}.{known[0]}")' if known else ""
-        raise SceneError("over", name, "a number of the scene", message=f'over: "{name}" is no number{example}')
-
-
-def _no_entry(name: str, near: str, why: str = "") -> SceneError:
-    return SceneError("over", name, "a number of the scene", message=f'over: the scene has no "{name}"{why}{near}')
+        message = f'"{name}" is no number{example}'
+    if message:
+        raise SceneError("over", name, "a number of the scene", message=f"over: {message}")

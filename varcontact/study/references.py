@@ -106,20 +106,16 @@ def references(path: str | Path | None = None) -> dict[str, Reference]:
     True -0.5100 True
     """
     if path is None:
-        return dict(_own())
+        return dict(read(files("varcontact.data").joinpath(FILE).read_text(encoding="utf-8"), FILE))
     name = checks.file_name("path", path)
     try:
         text = name.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as reason:
         raise SceneError("path", str(name), "a file of references", message=f"{name}: {reason}") from None
-    return read(text, str(name))
+    return dict(read(text, str(name)))
 
 
 @cache
-def _own() -> dict[str, Reference]:
-    return read(files("varcontact.data").joinpath(FILE).read_text(encoding="utf-8"), FILE)
-
-
 def read(text: str, name: str) -> dict[str, Reference]:
     """References from the text of the file `name`."""
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -97,7 +97,7 @@ def scan(
         if pool is None:
             return list(solutions)
         triples = checks.numbers("creepages", creepages)
-        tasks = [_Chunk(scene, triples[k : k + CHUNK], options) for k in range(0, len(triples), CHUNK)]
+        tasks = [(scene, triples[k : k + CHUNK], options) for k in range(0, len(triples), CHUNK)]
         solved: list[list[Solution]] = [[] for _ in tasks]
         for number, part in results(_solved, tasks, pool):
             solved[number] = part
@@ -106,17 +106,8 @@ def scan(
     return [solution for part in solved for solution in part]
 
 
-@dataclass(frozen=True)
-class _Chunk:
-    """Some creepages of a scan, and how they are solved."""
-
-    scene: Scene
-    creepages: np.ndarray
-    options: dict[str, Any]
-
-
-def _solved(chunk: _Chunk) -> list[Solution]:
-    return list(scanned(chunk.scene, chunk.creepages, **chunk.options))
+def _solved(scene: Scene, creepages: np.ndarray, options: dict[str, Any]) -> list[Solution]:
+    return list(scanned(scene, creepages, **options))
 
 
 def scanned(
@@ -265,13 +256,7 @@ def _by_formula(scene: Scene, name: str, triples: np.ndarray) -> np.ndarray:
     hertz = scene.hertz
     assert hertz is not None
     friction = scene.friction if isinstance(scene.friction, float) else 1.0  # not used by "linear"
-    contact: dict[str, Any] = {
-        "a": hertz.a,
-        "b": hertz.b,
-        "bodies": scene.bodies,
-        "normal_force": hertz.force,
-        "friction": friction,
-    }
-    creepages: dict[str, Any] = dict(zip(ROLLING, triples.T, strict=True))
-    found = creep_forces(name, **contact, **creepages)
+    contact: dict[str, Any] = {"a": hertz.a, "b": hertz.b, "bodies": scene.bodies, "normal_force": hertz.force}
+    contact |= zip(ROLLING, triples.T, strict=True)
+    found = creep_forces(name, friction=friction, **contact)
     return np.stack([found.Fx, found.Fy, found.Mz], axis=-1)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from varcontact import checks
-from varcontact.errors import Interrupted, NotConverged, SolverUnavailable, VarcontactError, WorkersLost
+from varcontact.errors import Interrupted, VarcontactError, WorkersLost
 from varcontact.io.records import (
     COUNTS,
     ERRORS,
@@ -37,7 +37,7 @@ from varcontact.solvers.registry import load_packages
 from varcontact.solving import adaptive
 from varcontact.solving.options import BY_DEFAULT, TOLERANCE, SolveOptions
 from varcontact.solving.warm_start import Series
-from varcontact.study.methods import figures, outcome
+from varcontact.study.methods import failure, figures, outcome
 from varcontact.study.parallel import CHUNK, opened, results
 from varcontact.study.parameters import Swept
 from varcontact.system.process import imported
@@ -186,7 +186,7 @@ def sweep(
         firsts = [k for k in range(0, len(records), chunk) if not done[k : k + chunk].all()]
         for first in firsts:  # a chunk is solved as a whole
             records[first : first + chunk] = blank(len(records[first : first + chunk]), kind)
-        tasks = [_Task(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
+        tasks = [(options, kind, swept.scenes[first : first + chunk]) for first in firsts]
         started, before = time.monotonic(), int(np.sum(records["outcome"] > 0))
         try:
             if progress is not None:
@@ -258,14 +258,14 @@ def _settings(options: dict[str, Any], scenes: Sequence[Scene]) -> dict[str, Any
         try:
             known = _checked(scene, options)
         except VarcontactError as error:
-            first = error if first is None else first
+            first = first or error
             continue
         settings = {**options, "tol": known.tol, "polish": known.polish, "certify": known.certify}
         to_accuracy = known.plan.theory is None and any(scene.grid == "auto" for scene in scenes)
         if to_accuracy and options["accuracy"] is options["time_budget"] is None:
             settings["accuracy"] = BY_DEFAULT
-        without = {name for name in ("accuracy", "time_budget") if settings[name] is None}
-        return {name: value for name, value in settings.items() if name not in without}
+        goals = ("accuracy", "time_budget")
+        return {name: value for name, value in settings.items() if value is not None or name not in goals}
     assert first is not None
     raise first
 
@@ -277,41 +277,29 @@ def _checked(scene: Scene, options: dict[str, Any]) -> SolveOptions:
     return checked
 
 
-@dataclass(frozen=True)
-class _Task:
-    """The scenes of a chunk, how they are solved, and the type of their records."""
-
-    options: dict[str, Any]
-    record: np.dtype
-    scenes: tuple[Scene, ...]
-
-
 _KEPT = threading.local()
 """The influence numbers of each worker's last chunk: the next is mostly on the same lattice."""
 
 
-def _solved(task: _Task) -> np.ndarray:
+def _solved(given: dict[str, Any], kind: np.dtype, scenes: Sequence[Scene]) -> np.ndarray:
     """The records of a chunk of scenes, with the errors of those that fail."""
-    records, given = blank(len(task.scenes), task.record), task.options
+    records = blank(len(scenes), kind)
     operators = getattr(_KEPT, "operators", None)
     series = Series(given["tol"], given["polish"], given["certify"], operators=operators)
-    for record, scene in zip(records, task.scenes, strict=True):
+    for record, scene in zip(records, scenes, strict=True):
         try:
             options = _checked(scene, given)
             sol = series.solve(scene, options.plan) if options.target is None else adaptive.solve(scene, options)
             assert isinstance(sol, Solution)
             for name, value in _figures(sol).items():
-                if name in (task.record.names or ()):
+                if name in (kind.names or ()):
                     record[name] = value
             record["outcome"] = OUTCOMES.index(outcome(options.plan))
-        except NotConverged as error:
-            _failed(record, "not converged", str(error))
-        except SolverUnavailable as error:
-            _failed(record, "unavailable", str(error))
-        except VarcontactError as error:
-            _failed(record, "refused", str(error))
         except Exception as error:  # a sweep of days does not end with one scene
-            _failed(record, "failed", f"{type(error).__name__}: {error}")
+            name = failure(error) if isinstance(error, VarcontactError) else "failed"
+            reason = str(error) if name != "failed" else f"{type(error).__name__}: {error}"
+            text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
+            record["outcome"], record["reason"] = OUTCOMES.index(name), text.encode()
     series.forget()
     _KEPT.operators = series.operators
     return sealed(records)
@@ -332,11 +320,6 @@ def _figures(sol: Solution) -> dict[str, Any]:
     if sol.error_estimate is not None:
         found |= {f"{name}_error": bar for name, bar in sol.error_estimate.bars.items()}
     return found
-
-
-def _failed(record: np.void, outcome: str, reason: str) -> None:
-    text = " ".join(reason.split()).encode()[:LONGEST_REASON].decode(errors="ignore")  # no half of a letter
-    record["outcome"], record["reason"] = OUTCOMES.index(outcome), text.encode()
 
 
 def _described(swept: Swept, settings: dict[str, Any]) -> dict[str, Any]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-import tracemalloc
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from varcontact.solving.selection import select
 from varcontact.solving.warm_start import Series
 from varcontact.study.csv_table import Table, cell, columns_of_text, plain_rows
 from varcontact.study.methods import neighbour
-from varcontact.study.parallel import alone, opened, results
+from varcontact.study.parallel import alone, opened, results, traced
 from varcontact.study.references import Reference, references, signature
 from varcontact.theories.on_grid import THEORIES
 
@@ -140,8 +140,8 @@ def tradeoff(
             key = signature(Posed(reference.kind, reference.scene, reference.steps))
             met[reference.kind] += 1
             lacking = [way for way in ways if (name, str(way), key) not in known]
-            tasks.append(_Task(name, reference, lacking, met[reference.kind], key))
-        done, names = 0, [task.name for task in tasks]
+            tasks.append((name, reference, lacking, met[reference.kind], key))
+        done, names = 0, list(bank)
         try:
             with opened(executor, workers) as pool:
                 for _, rows in results(_measured, tasks, pool, progress=progress, names=names):
@@ -153,29 +153,12 @@ def tradeoff(
         return Tradeoff.of(table.rows, bank, ways)
 
 
-@dataclass(frozen=True)
-class _Task:
-    """A scene, its number in its class, and the ways that it has not been answered in."""
-
-    name: str
-    reference: Reference
-    ways: list[Way]
-    number: int
-    key: str
-
-
-def _measured(task: _Task) -> list[dict[str, Any]]:
-    """The rows of a scene."""
-    common = {"scene": task.name, "kind": task.reference.kind, "identity": task.key}
+def _measured(name: str, reference: Reference, ways: list[Way], number: int, key: str) -> list[dict[str, Any]]:
+    """The rows of a scene, which is that `number` of its class, by the ways that it has not been answered in."""
+    common = {"scene": name, "kind": reference.kind, "identity": key}
     return [
-        {
-            **common,
-            "way": str(way),
-            "family": way.family,
-            "cells": way.cells,
-            **_costs(task.reference, way, task.number),
-        }
-        for way in task.ways
+        {**common, "way": str(way), "family": way.family, "cells": way.cells, **_costs(reference, way, number)}
+        for way in ways
     ]
 
 
@@ -215,14 +198,9 @@ def _costs(reference: Reference, way: Way, number: int) -> dict[str, Any]:
         found = answer(scene, way, steps=steps)
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
         repeat = _repeat_seconds(scene, way) if number <= REPEATED else np.nan
-        memory = np.nan
-        if number == 1 and alone() and not tracemalloc.is_tracing():
-            tracemalloc.start()
-            try:
-                answer(scene, way, steps=steps)
-                memory = float(tracemalloc.get_traced_memory()[1])
-            finally:
-                tracemalloc.stop()
+        memory: float = np.nan
+        if number == 1 and alone():
+            _, memory = traced(partial(answer, scene, way, steps=steps))
     except NotConverged as error:
         return {"outcome": "not converged", "reason": str(error)}
     except VarcontactError as error:

@@ -20,6 +20,7 @@ from varcontact.theories.simplified import flexibilities_of
 from varcontact.theories.strip_theory import Strips, calibrated, fastrip_forces, strip_forces
 from varcontact.theories.table import book_of, check_nu, interpolated, ratio_in_book
 from varcontact.theories.table_book import TableBook
+from varcontact.theories.vermeulen_johnson import vermeulen_johnson_forces
 
 Forces = tuple[Any, Any, Any]
 """Fx, Fy and Mz."""
@@ -209,19 +210,7 @@ def _linear(c: _Contact) -> Forces:
 
 
 def _vermeulen_johnson(c: _Contact) -> Forces:
-    """(123)-(134); the moment is that of the tractions they assume."""
-    if np.any(c.spin):
-        first = float(np.ravel(c.spin)[np.flatnonzero(c.spin)[0]])
-        raise SceneError("spin", first, "0 in the theory of Vermeulen and Johnson")
-    scale = -c.a * c.b * c.G / (3 * c.limit)
-    x, y = (scale * c.table.C11) * c.vx, (scale * c.table.C22) * c.vy
-    w = np.sqrt(x * x + y * y)
-    inside = np.minimum(w, 1.0)
-    # the force is f Fz (1 - r^3), r = 1 - w: the inner ellipse carries r^3 of f Fz against it, its middle at a (1 - r)
-    factor = c.limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
-    rest = 1 - inside
-    moment = -c.a * c.limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
-    return factor * x, factor * y, moment
+    return vermeulen_johnson_forces(c.a, c.b, c.G, c.limit, c.vx, c.vy, c.spin, c.table)
 
 
 def _polach(c: _Contact, k_A: float = 1.0, k_S: float = 1.0) -> Forces:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
-from varcontact.checks import number, numbers, poisson, positive, wrong_shape
+from varcontact.checks import number, numbers, poisson, positive
 from varcontact.errors import Saturated, SceneError
-from varcontact.theories.linear import checked_contacts, creepage_or_force
+from varcontact.theories.linear import checked_contacts, creepage_or_force, creepage_triple
 
 if TYPE_CHECKING:
     from varcontact.reference.creepage_coefficients import CreepageCoefficients
@@ -32,6 +32,9 @@ class VermeulenJohnsonCoefficients:
 
     C11: float
     C22: float
+
+
+Coefficients = Union["CreepageCoefficients", VermeulenJohnsonCoefficients]
 
 
 def vermeulen_johnson_coefficients(a: float, b: float, nu: float) -> VermeulenJohnsonCoefficients:
@@ -118,25 +121,34 @@ def vermeulen_johnson(
     >>> print(vermeulen_johnson(1.0, 1.0, 1.0, 1.0, (1.5 / table.C11, 0.0, 0.0), table).round(12))
     [-0.875  0.   ]
     """
-    xi, eta, limit = _normalised(a, b, G, friction_force, creepages, coefficients)
-    w = np.hypot(xi, eta)
-    # F/w' = f Fz (3 - 3 w' + w'^2) up to w' = 1: nothing cancels for small creepage
+    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
+    Fx, Fy, _ = vermeulen_johnson_forces(*contacts, coefficients)
+    return np.stack(np.broadcast_arrays(Fx, Fy), axis=-1) + 0.0
+
+
+def vermeulen_johnson_forces(
+    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, coefficients: Coefficients
+) -> tuple[Any, Any, Any]:
+    """Fx, Fy and Mz of checked floats or arrays; the moment is that of `vermeulen_johnson_traction`."""
+    x, y = _normalised(a, b, G, limit, vx, vy, spin, coefficients)
+    w = np.hypot(x, y)
     inside = np.minimum(w, 1.0)
-    factor = limit * (3 - 3 * inside + inside**2) * inside / np.where(w == 0, 1.0, w)
-    return np.stack([factor * xi, factor * eta], axis=-1) + 0.0
+    # the force is f Fz (1 - r^3), r = 1 - w': the inner ellipse carries r^3 of f Fz against it, its middle at a (1 - r)
+    factor = limit * ((inside - 3) * inside + 3) * (inside / np.where(w == 0, 1.0, w))
+    rest = 1 - inside
+    moment = -a * limit * (rest * rest * rest) * np.where(w <= 1, y, 0.0)
+    return factor * x, factor * y, moment
 
 
 def _normalised(
-    a: Any, b: Any, G: Any, friction_force: Any, creepages: Any, coefficients: Any
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """xi', eta' of (123)-(124), and f Fz, broadcast."""
-    contacts = checked_contacts(a, b, G, friction_force, creepages, coefficients=coefficients.C11)
-    a, b, G, limit, vx, vy, spin = contacts
-    if np.any(spin != 0):
-        raise SceneError("spin", float(spin[spin != 0][0]), "0 in the theory of Vermeulen and Johnson")
+    a: Any, b: Any, G: Any, limit: Any, vx: Any, vy: Any, spin: Any, coefficients: Coefficients
+) -> tuple[Any, Any]:
+    """xi' and eta' of (123)-(124); spin is refused."""
+    if np.any(spin):
+        first = float(np.ravel(spin)[np.flatnonzero(spin)[0]])
+        raise SceneError("spin", first, "0 in the theory of Vermeulen and Johnson")
     scale = -a * b * G / (3 * limit)
-    xi, eta, limit = np.broadcast_arrays(scale * coefficients.C11 * vx, scale * coefficients.C22 * vy, limit)
-    return xi, eta, limit
+    return (scale * coefficients.C11) * vx, (scale * coefficients.C22) * vy
 
 
 def vermeulen_johnson_creepage(
@@ -267,10 +279,11 @@ def vermeulen_johnson_traction(
     [-0.0649 -0.4775 -0.4135]
     """
     x, y = np.broadcast_arrays(numbers("x", x), numbers("y", y))
-    a, b, limit = positive("a", a), positive("b", b), positive("friction_force", friction_force)
-    xi, eta, _ = _normalised(a, b, positive("G", G), limit, creepage, coefficients)
-    if xi.ndim:
-        raise wrong_shape("creepage", np.shape(creepage), "one triple (vx, vy, 0)")
+    a, b, G, limit = (
+        positive(name, value) for name, value in (("a", a), ("b", b), ("G", G), ("friction_force", friction_force))
+    )
+    vx, vy, spin = creepage_triple(creepage)
+    xi, eta = _normalised(a, b, G, limit, vx, vy, spin, coefficients)
     w = math.hypot(xi, eta)
     part = min(w, 1.0)
     # both ellipsoids by their height squared; the inner one has the outer's form, r = 1 - part times as large

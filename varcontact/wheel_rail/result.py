@@ -234,8 +234,7 @@ class Archard:
     hardness: float
 
     def __post_init__(self) -> None:
-        for name in ("k", "hardness"):
-            object.__setattr__(self, name, checks.positive(f"wear.{name}", getattr(self, name)))
+        checks.entries(self, "wear", checks.positive, "k", "hardness")
 
     @property
     def by_work(self) -> float:

@@ -69,9 +69,8 @@ class Track:
 
     def __post_init__(self) -> None:
         _check_profile("track.rail", self.rail, "rail")
-        for name in ("gauge", "gauge_height"):
-            object.__setattr__(self, name, checks.positive(f"track.{name}", getattr(self, name)))
-        object.__setattr__(self, "cant", _angle("track.cant", self.cant))
+        checks.entries(self, "track", checks.positive, "gauge", "gauge_height")
+        checks.entries(self, "track", _angle, "cant")
         deepest = float(self._inner[1].max())
         if deepest < self.gauge_height:
             reason = (
@@ -152,9 +151,8 @@ class WheelSet:
 
     def __post_init__(self) -> None:
         _check_profile("wheelset.wheel", self.wheel, "wheel")
-        for name in ("radius", "inside_distance"):
-            object.__setattr__(self, name, checks.positive(f"wheelset.{name}", getattr(self, name)))
-        object.__setattr__(self, "flange_back", checks.moderate("wheelset.flange_back", self.flange_back))
+        checks.entries(self, "wheelset", checks.positive, "radius", "inside_distance")
+        checks.entries(self, "wheelset", checks.moderate, "flange_back")
         smallest = self.radius + float(self.wheel.z.min())
         if smallest <= 0:
             reason = (
@@ -208,9 +206,8 @@ class Position:
     yaw: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "y", checks.moderate("position.y", self.y))
-        for name in ("roll", "yaw"):
-            object.__setattr__(self, name, _angle(f"position.{name}", getattr(self, name)))
+        checks.entries(self, "position", checks.moderate, "y")
+        checks.entries(self, "position", _angle, "roll", "yaw")
 
     @property
     def rotation(self) -> np.ndarray:
@@ -249,11 +246,10 @@ class Velocity:
     yaw_rate: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "speed", checks.positive("velocity.speed", self.speed))
-        for name in ("lateral", "vertical", "roll_rate", "yaw_rate"):
-            object.__setattr__(self, name, checks.moderate(f"velocity.{name}", getattr(self, name)))
+        checks.entries(self, "velocity", checks.positive, "speed")
+        checks.entries(self, "velocity", checks.moderate, "lateral", "vertical", "roll_rate", "yaw_rate")
         if self.pitch_rate is not None:
-            object.__setattr__(self, "pitch_rate", checks.moderate("velocity.pitch_rate", self.pitch_rate))
+            checks.entries(self, "velocity", checks.moderate, "pitch_rate")
             if self.pitch_rate > 0:
                 allowed = "zero or negative: negative in rolling forward, -speed by the radius in pure rolling"
                 raise SceneError("velocity.pitch_rate", self.pitch_rate, allowed)
